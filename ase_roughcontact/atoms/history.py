@@ -18,7 +18,13 @@ from ase_roughcontact.atoms.grid import (
     set_lateral_displacement,
 )
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
-from ase_roughcontact.contact.state import PLASTIC_DEPTH, SHIFTS, SLIPPING, TRACTIONS
+from ase_roughcontact.contact.state import (
+    PLASTIC_DEPTH,
+    SHIFTS,
+    SLIPPING,
+    TRACTION_DEPTH,
+    TRACTIONS,
+)
 from ase_roughcontact.elasticity.creep import Creep
 
 #: Key in the `info` of a frame of whether its surface has kept the plastic depth.
@@ -97,7 +103,7 @@ def same_history(a: Atoms, b: Atoms) -> bool:
 
 
 def _is_text(key: str) -> bool:
-    friction = *TRACTIONS, SLIPPING
+    friction = *TRACTIONS, SLIPPING, TRACTION_DEPTH
     return key.startswith(CREEP_PRESSURE) or key in (PRESSURE_RATE, *friction)
 
 

@@ -17,7 +17,7 @@ from ase_roughcontact.atoms.history import creep_of, history_of
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.contact.creep import check_past, past_of, with_depths
 from ase_roughcontact.contact.problem import lattice_offsets
-from ase_roughcontact.contact.state import TRACTIONS
+from ase_roughcontact.contact.state import TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.viscoelastic import Scaled
@@ -94,8 +94,8 @@ class ContactModel:
         if isinstance(halfspace.solid, Scaled):  # also after an interrupted time step
             halfspace = halfspace.softened(1.0)
         state = with_depths(crept, halfspace)
-        creep = past_of(state) if state.depths else (None, None)
-        self.contact = self.contact.changed(halfspace, state.plastic_depth, *creep)
+        past = past_of(state) if state.depths else (None, new.get(TRACTION_DEPTH))
+        self.contact = self.contact.changed(halfspace, state.plastic_depth, *past)
         self.history = new
 
     def follow(self, contact: Contact, history: Mapping[str, np.ndarray]) -> None:
@@ -107,7 +107,7 @@ class ContactModel:
             halfspace,
             contact.plastic_depth,
             contact.creep_pressure,
-            contact.creep_depth,
+            contact.past_depth,
         )
         self.history = history
 

@@ -115,7 +115,7 @@ class PathAtoms:
         grid = SurfaceGrid.of(atoms) if shown is None else model_of(atoms).grid
         if shown is None or shown.history is not state.history:
             set_history(atoms, grid, state.history, state.creep)
-        if grid.shape != grid.window and contact.creep_pressure is not None:
+        if grid.shape != grid.window and contact.past_depth is not None:
             model_of(atoms).follow(contact, state.history)
         if grid.shape == grid.window:
             self._adopt_model(grid, contact, state, shown)

@@ -27,6 +27,7 @@ def sliding_path(
     forces: np.ndarray | None = None,
     bases: np.ndarray | None = None,
     spring: float | None = None,
+    coupling: str = "neglected",
     validity: str | Validity = "warn",
     output: Output | None = None,
     **options: Any,
@@ -48,6 +49,8 @@ def sliding_path(
         spring that moves it (Å).
     spring : float, optional
         Stiffness of the spring, for bases (eV/Å^2).
+    coupling : {"neglected", "solved"}
+        See `follow_sliding`.
     validity, output
         See `load_path`. Results are of the class `SlidingStep`.
     **options
@@ -70,11 +73,12 @@ def sliding_path(
 
     Notes
     -----
-    Lateral displacements leave the pressure as it is, which is exact for a Poisson's
-    ratio of 1/2 (Goodman's approximation), and the heights above the atoms, too: the
-    indenter stays at its x and y. The atoms move along x and y, but energy and forces
-    depend on z only. Their arrays ``traction_x``, ``traction_y`` (eV/Å^3) and
-    ``slipping`` (1 or 0), and the displacements, are in frames, too; see `lateral_of`.
+    Lateral displacements leave the heights above the atoms as they are: the indenter
+    stays at its x and y. Unless the coupling is solved, they leave the pressure as it
+    is, too, which is exact for a Poisson's ratio of 1/2 (Goodman's approximation). The
+    atoms move along x and y, but energy and forces depend on z only. Their arrays
+    ``traction_x``, ``traction_y`` (eV/Å^3) and ``slipping`` (1 or 0), and the
+    displacements, are in frames, too; see `lateral_of`.
     The calculator's `results` have the ``lateral_force``.
 
     Examples
@@ -100,4 +104,4 @@ def sliding_path(
     )
     path = AtomsPath(atoms, normal, validity=validity, output=output, **options)
     sliding = targets, friction, lateral, control
-    return path.follow(follow_sliding, *sliding, spring=spring)
+    return path.follow(follow_sliding, *sliding, spring=spring, coupling=coupling)

@@ -105,7 +105,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         if key not in (PLASTIC_DEPTH, *SHIFTS):
             del frame.arrays[key]
             info[key] = as_text(values)
-    depth = contact_of(atoms).creep_depth
+    depth = contact_of(atoms).past_depth
     if depth is not None:
         info[CREEP_DEPTH] = as_text(depth)
         frame.positions[:-1, 2] -= depth.ravel()

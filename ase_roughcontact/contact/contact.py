@@ -34,9 +34,10 @@ class Contact:
         default it is one everywhere.
     plastic_depth : ndarray, shape (n, m), optional
         Depth by which the surface has flowed in earlier steps (length).
-    creep_pressure, creep_depth : ndarray, shape (n, m), optional
+    creep_pressure, past_depth : ndarray, shape (n, m), optional
         Pressure that a viscoelastic surface remembers, relative to its instantaneous
-        response, and the depth that this causes (pressure, length).
+        response, and the depth that this, or tractions of friction, cause (pressure,
+        length).
 
     Attributes
     ----------
@@ -44,7 +45,7 @@ class Contact:
         The given heights.
     heights : ndarray, shape (n, m)
         Lower surface of the indenter above the surface that the wall does not press:
-        with plastic depth and creep.
+        with plastic depth, creep and friction.
 
     Raises
     ------
@@ -61,17 +62,17 @@ class Contact:
         adhesion: np.ndarray | None = None,
         plastic_depth: np.ndarray | None = None,
         creep_pressure: np.ndarray | None = None,
-        creep_depth: np.ndarray | None = None,
+        past_depth: np.ndarray | None = None,
     ) -> None:
         self.halfspace = halfspace
         self.indenter_heights = self._checked("heights", heights)
         self.heights = self.indenter_heights
         if plastic_depth is not None:
             self.heights = self.heights + self._checked("plastic_depth", plastic_depth)
-        if creep_depth is not None:
-            self.heights = self.heights + self._checked("creep_depth", creep_depth)
+        if past_depth is not None:
+            self.heights = self.heights + self._checked("past_depth", past_depth)
         self.interaction, self.plastic_depth = interaction, plastic_depth
-        self.creep_pressure, self.creep_depth = creep_pressure, creep_depth
+        self.creep_pressure, self.past_depth = creep_pressure, past_depth
         self.adhesion = None
         if adhesion is not None:
             self.adhesion = self._checked("adhesion", adhesion)
@@ -98,7 +99,7 @@ class Contact:
         halfspace: HalfSpace,
         plastic_depth: np.ndarray | None,
         creep_pressure: np.ndarray | None = None,
-        creep_depth: np.ndarray | None = None,
+        past_depth: np.ndarray | None = None,
     ) -> Contact:
         """Return the contact of the same window with another past."""
         return Contact(
@@ -108,7 +109,7 @@ class Contact:
             self.adhesion,
             plastic_depth,
             creep_pressure,
-            creep_depth,
+            past_depth,
         )
 
     def gap(self, displacement: np.ndarray, height: float) -> np.ndarray:

@@ -21,6 +21,9 @@ TRACTIONS = "traction_x", "traction_y"
 SHIFTS, SLIPPING = ("displacement_x", "displacement_y"), "slipping"
 #: All keys of friction.
 LATERAL = *TRACTIONS, *SHIFTS, SLIPPING
+#: Key of the depth that the tractions cause, if normal and lateral motion are coupled
+#: (length).
+TRACTION_DEPTH = "traction_depth"
 
 # Relative distance to the hardness within which pressures are at it: that of atoms that
 # have flowed, at the same load again, is known to the tolerance of the solver only.
@@ -46,8 +49,8 @@ class State:
     history : mapping of str to ndarray of shape (n, m)
         What the surface keeps of earlier steps: a plastic depth (length), the
         pressures of a viscoelastic past, see `contact.creep`, or the tractions of
-        friction (pressure), with the lateral displacements that they cause (length),
-        and which atoms slip (1 or 0).
+        friction (pressure), with the lateral displacements (length), which atoms slip
+        (1 or 0), and if it is coupled the depth that they cause (length).
     depths : mapping of str to ndarray of shape (n, m)
         Depths that pressures of the history cause, as far as they are known (length).
     creep : Creep or None

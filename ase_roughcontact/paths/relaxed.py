@@ -66,6 +66,9 @@ class LateralState:
         (eV).
     solution : FrictionSolution
         On the box of the tractions.
+    alternations : int
+        How often the normal and the lateral problem were solved in turn; 0 if their
+        coupling is neglected.
     """
 
     displacement: np.ndarray
@@ -79,6 +82,7 @@ class LateralState:
     energy: float
     dissipated: float
     solution: FrictionSolution
+    alternations: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)

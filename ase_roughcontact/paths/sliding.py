@@ -3,8 +3,9 @@ r"""Sliding paths: contacts with friction under lateral displacements or forces.
 Each step relaxes the contact along its normal, and then finds the lateral tractions at
 its pressure, see `solvers.friction`. That the tractions do not change the pressure, nor
 the pressure the lateral displacement, is exact for a Poisson's ratio of 1/2, and else
-Goodman's approximation. The indenter's heights are those before it slides: lateral
-displacements must be small compared to the roughness.
+Goodman's approximation; or both are repeated until they agree, see `coupling`. The
+indenter's heights are those before it slides: lateral displacements must be small
+compared to the roughness.
 
 References
 ----------
@@ -27,6 +28,7 @@ from ase_roughcontact.contact.state import LATERAL, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw
+from ase_roughcontact.paths.coupling import COUPLINGS, Coupling, Slide
 from ase_roughcontact.paths.output import LastStep, Output, written
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
@@ -34,7 +36,11 @@ from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
-from ase_roughcontact.solvers.friction import Drive, FrictionOptions, solve_friction
+from ase_roughcontact.solvers.friction import (
+    Drive,
+    FrictionOptions,
+    solve_friction,
+)
 
 #: What a sliding path prescribes laterally: displacement of the indenter, force on it,
 #: or displacement of the base of a spring that moves it.
@@ -83,6 +89,7 @@ def follow_sliding(
     output: Output | None = None,
     *,
     spring: float | None = None,
+    coupling: str = "neglected",
     validity: str = "warn",
     **description: Any,
 ) -> Generator[SlidingStep, None, None]:
@@ -103,6 +110,10 @@ def follow_sliding(
         Its `record` must be a subclass of `SlidingStep`.
     spring : float, optional
         Stiffness of the spring, for bases (force/length).
+    coupling : {"neglected", "solved"}
+        Whether tractions leave the pressure as it is, and the pressure the lateral
+        displacement. Where atoms come into contact within a step, they stick as if they
+        had been in contact since its beginning: load in several steps.
     validity : {"warn", "raise", "ignore"}
         See `load_path`.
     **description
@@ -126,6 +137,7 @@ def follow_sliding(
         If the solid has no lateral components.
     """
     one_of(LATERAL_CONTROLS, control=control)
+    one_of(COUPLINGS, coupling=coupling)
     if (control == "bases") != (spring is not None):
         raise ValueError(
             "bases need the stiffness of the spring, and only they do, got "
@@ -153,8 +165,13 @@ def follow_sliding(
         )
     normal = np.broadcast_to(normal, len(path))
     output = (output or Output()).of_record(SlidingStep, "sliding path have friction")
-    sliding = _Sliding(stepper, friction, control, spring or 0.0)
+    coupled = None
+    if coupling == "solved":
+        coupled = Coupling(stepper.problem, stepper.accuracy)
+    sliding = _Sliding(stepper, friction, control, spring or 0.0, coupled)
     law = {"friction": friction.todict(), "spring": spring or 0.0}
+    if coupled:
+        law["coupling"] = coupling
     system = output.system(stepper, **law, **description)
     described = _Description(system, stepper.control, normal, path, control)
     remaining = partial(sliding.remaining, described, output.record)
@@ -165,9 +182,14 @@ class _Sliding:
     """Steps of a contact with friction, each from the last one."""
 
     def __init__(
-        self, stepper: Stepper, friction: FrictionLaw, control: str, spring: float
+        self,
+        stepper: Stepper,
+        friction: FrictionLaw,
+        control: str,
+        spring: float,
+        coupling: Coupling | None,
     ) -> None:
-        self.stepper, self._friction = stepper, friction
+        self.stepper, self._friction, self._coupling = stepper, friction, coupling
         self._control, self._spring = control, spring
         self._origin = np.zeros(2)  # where the indenter came down
         self._displacement: np.ndarray | None = None
@@ -204,40 +226,48 @@ class _Sliding:
         self, number: int, target: float, lateral: np.ndarray, record: type[LoadStep]
     ) -> LoadStep:
         """Relax the contact, and then its tractions."""
-        before = self.stepper.state
+        slid = partial(self._slid, before=self.stepper.state, lateral=lateral)
 
         def completed(relaxed: RelaxedStep) -> RelaxedStep:
-            begun = perf_counter()
-            state, box = self._slid(relaxed, before, lateral)
+            begun = perf_counter() - relaxed.seconds
+            slide = slid(relaxed)
+            if self._coupling:
+                again = partial(self.stepper.repeat, target=target)
+                relaxed, slide = self._coupling.agreed(relaxed, slide, again, slid)
+            state = self._state(relaxed, slide)
             statistics, message = relaxed.statistics, state.solution.message
             if message and statistics.converged:
                 statistics.converged, statistics.message = False, message
             self._displacement, self._dissipated = state.displacement, state.dissipated
-            self._fields = self._on_window(state, box, relaxed.run.state.window)
-            seconds = relaxed.seconds + perf_counter() - begun
-            return replace(relaxed, lateral=state, seconds=seconds)
+            self._fields = self._on_window(slide, relaxed.run.state)
+            return replace(relaxed, lateral=state, seconds=perf_counter() - begun)
 
         result = self.stepper.step(number, target, record, completed=completed)
         for key, values in self._fields.items():
             self.stepper.remember(key, values)
         return result
 
-    def _on_window(
-        self, state: LateralState, box: Box, window: Box
-    ) -> dict[str, np.ndarray]:
+    def _on_window(self, slide: Slide, state: State) -> dict[str, np.ndarray]:
         """Return what the surface keeps of a step."""
-        found, (x, y) = state.solution, state.solution.tractions
+        window, box, found = state.window, slide.box, slide.solution
+        x, y = found.tractions
         tractions = [carried(values, box, window) for values in (x, y)]
         shifts = found.displacement
         if box != window:
             shifts = self._halfspace(window.shape).displacement(np.stack(tractions))
+        if self._coupling:
+            shifts = shifts + self._coupling.lateral(state, window)
         slipping = carried(found.slipping.astype(float), box, window)
         return dict(zip(LATERAL, (*tractions, *shifts, slipping), strict=True))
 
     def _slid(
-        self, relaxed: RelaxedStep, before: State, lateral: np.ndarray
-    ) -> tuple[LateralState, Box]:
-        """Return the lateral state at a target, and the box of its tractions."""
+        self,
+        relaxed: RelaxedStep,
+        before: State,
+        lateral: np.ndarray,
+        last: Slide | None = None,
+    ) -> Slide:
+        """Return the tractions at a target; the last ones are at another pressure."""
         window, area = relaxed.run.state.window, relaxed.fields.cell_area
         bound, box = self._bound(relaxed), window
         old = [before.history.get(k, np.zeros(before.window.shape)) for k in TRACTIONS]
@@ -248,40 +278,64 @@ class _Sliding:
         bound = carried(bound, window, box)
         start = np.stack([carried(values, before.window, box) for values in old])
         halfspace = self._halfspace(box.shape)
-        depth = halfspace.displacement(start) if start.any() else np.zeros(start.shape)
+        imposed = (
+            halfspace.displacement(start) if start.any() else np.zeros(start.shape)
+        )
+        by_pressure: np.ndarray | float = 0.0
+        if self._coupling:
+            by_pressure = self._coupling.lateral(relaxed.run.state, box)
+            imposed = imposed + self._coupling.lateral(before, box) - by_pressure
         at, drive = self._displacement, None
         if self._control == "displacements":
             at = lateral if at is None else at
             move = lateral - at
         else:
             at, move = np.zeros(2) if at is None else at, np.zeros(2)
-            force = self._spring * (lateral - at) if self._spring else lateral
+            if last is not None:
+                move = last.at - at
+            force = lateral
+            if self._spring:
+                force = self._spring * (lateral - at - move)
             x, y = (force / area).tolist()
             drive = Drive((x, y), self._spring / area)
-        imposed = depth + move[:, None, None]
+        if last is not None:
+            x, y = last.solution.tractions
+            start = np.stack([carried(values, last.box, box) for values in (x, y)])
+        imposed = imposed + move[:, None, None]
         solution = solve_friction(halfspace, bound, imposed, start, drive=drive)
-        tractions, displacement = solution.tractions, solution.displacement
-        slip = imposed + solution.shift[:, None, None] - displacement
-        lost = area * float((tractions * slip).sum())
+        slip = imposed + solution.shift[:, None, None] - solution.displacement
+        lost = area * float((solution.tractions * slip).sum())
         if self._control == "forces" and not solution.converged:
-            solution, lost = replace(solution, shift=np.zeros(2)), 0.0  # not known
-        at = at + move + solution.shift
-        slips = np.hypot(*((at - self._origin)[:, None, None] - displacement))
+            move, lost = np.zeros(2), 0.0  # not known
+            solution = replace(solution, shift=np.zeros(2))
+        base = lateral if self._spring else np.full(2, np.nan)
+        return Slide(
+            box, bound, at + move + solution.shift, base, lost, solution, by_pressure
+        )
+
+    def _state(self, relaxed: RelaxedStep, slide: Slide) -> LateralState:
+        """Return the lateral state with given tractions."""
+        area, bound, solution = relaxed.fields.cell_area, slide.bound, slide.solution
+        tractions, displacement = solution.tractions, solution.displacement
+        moved = displacement + slide.by_pressure
+        slips = np.hypot(*((slide.at - self._origin)[:, None, None] - moved))
         sticking = int(np.count_nonzero((bound > 0.0) & ~solution.slipping))
-        state = LateralState(
-            displacement=at,
+        halfspace = self._halfspace(slide.box.shape)
+        work = displacement + 2.0 * slide.by_pressure
+        return LateralState(
+            displacement=slide.at,
             force=area * tractions.sum(axis=(1, 2)),
-            base=lateral if self._spring else np.full(2, np.nan),
+            base=slide.base,
             bound=area * float(bound.sum()),
             sticking=sticking,
             slipping=relaxed.fields.repulsive_atoms - sticking,
             slip=float(slips[bound > 0.0].max(initial=0.0)),
             stiffness=area * self._stiffness(halfspace, bound > 0.0),
-            energy=0.5 * area * float((tractions * displacement).sum()),
-            dissipated=self._dissipated + lost,
+            energy=0.5 * area * float((tractions * work).sum()),
+            dissipated=self._dissipated + slide.lost,
             solution=solution,
+            alternations=slide.alternations,
         )
-        return state, box
 
     def _stiffness(self, halfspace: LateralHalfSpace, touching: np.ndarray) -> float:
         """Return the sum of the tractions per displacement along x without slip."""

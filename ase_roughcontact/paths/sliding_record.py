@@ -71,7 +71,9 @@ class SlidingStep(LoadStep):
         "lateral stiffness",
     )
     lateral_energy: float = column(
-        lambda s: s.lateral.energy, "elastic energy of the lateral tractions", "eV"
+        lambda s: s.lateral.energy,
+        "elastic energy of the tractions, and of their coupling to the pressure",
+        "eV",
     )
     dissipated_energy: float = column(
         lambda s: s.lateral.dissipated, "energy lost by slip since the beginning", "eV"
@@ -91,4 +93,9 @@ class SlidingStep(LoadStep):
     friction_pairs: float = column(
         lambda s: s.lateral.solution.pairs,
         "FFT pairs of two components for friction, on the box of the tractions",
+    )
+    alternations: int = column(
+        lambda s: s.lateral.alternations,
+        "solutions in turn of the normal and the lateral problem until they agree, 0 "
+        "if their coupling is neglected",
     )

@@ -20,7 +20,7 @@ from ase_roughcontact.contact.creep import (
     past_of,
     with_depths,
 )
-from ase_roughcontact.contact.state import PLASTIC_DEPTH
+from ase_roughcontact.contact.state import PLASTIC_DEPTH, TRACTION_DEPTH
 from ase_roughcontact.elasticity.creep import CreepStep
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
@@ -210,6 +210,11 @@ class Stepper:
         self.state: State = start
         self.run: Run | None = None
 
+    @property
+    def accuracy(self) -> float:
+        """Relative error of forces that the tolerance is made for."""
+        return self._accuracy.error
+
     def remember(self, key: str, values: np.ndarray | None) -> None:
         """Set what the surface keeps under a key of `State.history`; None removes it.
 
@@ -283,6 +288,27 @@ class Stepper:
             self.remember(PLASTIC_DEPTH, fields.plastic_depth)
         return result
 
+    def repeat(
+        self, relaxed: RelaxedStep, target: float, **history: np.ndarray
+    ) -> RelaxedStep:
+        """Relax a step again from where it has ended, with more history.
+
+        Parameters
+        ----------
+        relaxed : RelaxedStep
+            Whose statistics go on.
+        target : float
+        **history : ndarray, shape (n, m)
+            See `remember`.
+
+        Returns
+        -------
+        RelaxedStep
+        """
+        for key, values in history.items():
+            self.remember(key, values)
+        return self._relaxed(relaxed.number, target, relaxed.time, relaxed.statistics)
+
     def restart_from(self, state: State, target: float | None = None) -> None:
         """Continue from a state, as if a step had ended there.
 
@@ -351,22 +377,34 @@ class Stepper:
             self._instantaneous = self.contact.halfspace
             self._softened = lru_cache(_KEPT_HALFSPACES)(self._instantaneous.softened)
         if self._creep_step is None:
-            if self.contact.plastic_depth is not depth:
-                self.contact = self.contact.changed(self.contact.halfspace, depth)
+            lowered = state.history.get(TRACTION_DEPTH)
+            old = self.contact.plastic_depth, self.contact.past_depth
+            if old[0] is not depth or old[1] is not lowered:
+                past = None, lowered
+                self.contact = self.contact.changed(
+                    self.contact.halfspace, depth, *past
+                )
             return state
         state = with_depths(state, self._instantaneous)
         halfspace = self._softened(self._creep_step.compliance)
         self.contact = self.contact.changed(halfspace, depth, *past_of(state))
         return state
 
-    def _relaxed(self, number: int, target: float, moment: float) -> RelaxedStep:
+    def _relaxed(
+        self,
+        number: int,
+        target: float,
+        moment: float,
+        repeated: SolverStatistics | None = None,
+    ) -> RelaxedStep:
         begun = time.perf_counter()
-        statistics = SolverStatistics()
+        statistics = repeated or SolverStatistics()
         state, support = self._at(target)
         state = self.windows.choose(state, support)
         state = self._set_contact(state)
         start, along = None, target if math.isnan(moment) else moment
-        if target or support.fixed:  # without a load nothing holds a sphere
+        # without a load nothing holds a sphere
+        if (target or support.fixed) and repeated is None:
             start = self._extrapolation.start(state.window, along)
         run = self._relax(state, support, statistics, start)
         while wider := self.windows.enlarged(
@@ -397,7 +435,7 @@ class Stepper:
             scan_errors=self.options.scan_errors,
         )
         _check_residuals(relaxed, softness)
-        if statistics.converged and self._continuous:
+        if statistics.converged and self._continuous and repeated is None:
             self._extrapolation.add(along, run.state, run.fields.pressure)
         return relaxed
 

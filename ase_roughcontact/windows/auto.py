@@ -6,7 +6,8 @@ repulsive wall lifts no atom, ``u <= 0``: only atoms at heights ``h`` below the 
 window that contains them is exact. An attractive wall lifts atoms. Outside the atoms
 that it acts on, the displacement is a harmonic function that falls to zero, so that it
 is largest on these: only atoms below the level ``cutoff - Z + max(u)`` can interact.
-A solid that bulges around the contact is treated in the same way.
+A solid that bulges around the contact is treated in the same way, and one that
+tractions of friction lift: this displacement is harmonic in the plane outside them.
 
 Large windows are made for the expected contact, which is smaller than the overlap. In
 any case the gap of the atoms outside the window is checked after a step, and the
@@ -268,7 +269,7 @@ class AutoWindow:
         """Return the window, widened to the atoms outside that the wall reaches."""
         level, window = self._level, state.window
         self.footprint.check(level)
-        if self._rises:
+        if self._rises or contact.past_depth is not None:
             level += max(self._highest(state, contact), 0.0)
         if window.contains(self.footprint.overlap(level)):
             return window
@@ -289,8 +290,8 @@ class AutoWindow:
         """Return the largest displacement, also in a bulge around the window."""
         if not contact.halfspace.solid.bulges and state.displacement is not None:
             displacement = state.displacement
-            if contact.creep_depth is not None:
-                displacement = displacement - contact.creep_depth
+            if contact.past_depth is not None:
+                displacement = displacement - contact.past_depth
             return float(displacement.max())
         (n, m), (i, j) = state.window.shape, state.window.start
         wide = Box((i - n // 2, j - m // 2), (2 * n, 2 * m))
@@ -306,6 +307,10 @@ class AutoWindow:
         wider = contact.halfspace.resized(wide.shape, self.footprint.spacing)
         displacement = wider.in_single_precision().displacement(pressure)
         displacement += _ROUNDING * max_abs(displacement)
+        if contact.past_depth is not None:  # tractions lift most at the edge
+            d = contact.past_depth
+            edge = min(each.min() for each in (d[0], d[-1], d[:, 0], d[:, -1]))
+            displacement -= min(edge, 0.0)
         return displacement
 
     def _on(self, state: State, needed: Box) -> State:

@@ -1,0 +1,158 @@
+r"""Coupling of the normal and the lateral motion of a contact with friction.
+
+Tractions t lift the surface by :math:`\sum_a C_a * t_a`, and the pressure displaces it
+sideways by :math:`C_a * p` (see `elasticity.cross`): the pressure is that under heights
+lowered by the first, and atoms that stick resist changes of the second since the last
+step. The normal and the lateral problem are solved in turn until the depth by the
+tractions no longer changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from ase_roughcontact.contact import Problem, State
+from ase_roughcontact.contact.state import TRACTION_DEPTH
+from ase_roughcontact.elasticity.cross import CrossResponse
+from ase_roughcontact.elasticity.lattice import Box, carried
+from ase_roughcontact.paths.relaxed import RelaxedStep
+from ase_roughcontact.solvers.friction import FrictionSolution
+
+#: Whether a sliding path neglects the coupling (Goodman), or solves for it.
+COUPLINGS = ("neglected", "solved")
+# Largest number of alternations of a step.
+_MOST = 50
+# Change of the depth by the tractions, relative to the largest displacement, at which
+# normal and lateral problem agree: this part of the accuracy, or less.
+_AGREED, _LARGEST = 0.1, 1e-5
+# Number of boxes of which responses are kept.
+_KEPT = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Slide:
+    """Solution of the lateral problem of a step at a pressure, on a box.
+
+    Attributes
+    ----------
+    box : Box
+    bound : ndarray, shape (n, m)
+        Of the tractions.
+    at, base : ndarray, shape (2,)
+        Displacement of the indenter, and of the base of its spring.
+    lost : float
+        Energy that the step dissipates.
+    solution : FrictionSolution
+    by_pressure : ndarray, shape (2, n, m), or float
+        Lateral displacement by the pressure, zero if it is neglected.
+    alternations : int
+        See `LateralState`.
+    """
+
+    box: Box
+    bound: np.ndarray
+    at: np.ndarray
+    base: np.ndarray
+    lost: float
+    solution: FrictionSolution
+    by_pressure: np.ndarray | float
+    alternations: int = 0
+
+
+class Coupling:
+    """Displacements of the surface across the direction of what acts on it.
+
+    Parameters
+    ----------
+    problem : Problem
+    accuracy : float
+        Relative error of forces.
+
+    Raises
+    ------
+    NotImplementedError
+        If the solid has no coupled components.
+    """
+
+    def __init__(self, problem: Problem, accuracy: float) -> None:
+        self._agreed = min(_AGREED * accuracy, _LARGEST)
+
+        @lru_cache(_KEPT)
+        def response(shape: tuple[int, int]) -> CrossResponse:
+            return CrossResponse(
+                shape, problem.spacing, problem.solid, problem.periodic
+            )
+
+        response((2, 2))  # raises if the solid has none
+        self._response = response
+
+    def lateral(self, state: State, box: Box) -> np.ndarray:
+        """Return the lateral displacement of a box by the pressure, shape (2, n, m)."""
+        whole = state.window.union(box)
+        pressure = carried(state.pressure, state.window, whole)
+        rows, columns = box.slices_in(whole)
+        return self._response(whole.shape).lateral(pressure)[:, rows, columns]
+
+    def depth(self, tractions: np.ndarray, box: Box, window: Box) -> np.ndarray:
+        """Return the depth of a window by tractions on a box, shape (n, m)."""
+        whole = window.union(box)
+        given = np.stack([carried(each, box, whole) for each in tractions])
+        return -self._response(whole.shape).normal(given)[window.slices_in(whole)]
+
+    def agreed(
+        self,
+        relaxed: RelaxedStep,
+        slide: Slide,
+        again: Callable[..., RelaxedStep],
+        slid: Callable[..., Slide],
+    ) -> tuple[RelaxedStep, Slide]:
+        """Repeat the normal and the lateral problem until they agree.
+
+        Parameters
+        ----------
+        relaxed : RelaxedStep
+            Solution of the normal problem.
+        slide : Slide
+            Solution of the lateral problem at its pressure.
+        again : callable
+            Repeats the former with a new `TRACTION_DEPTH`; see `Stepper.repeat`.
+        slid : callable
+            Repeats the latter at another pressure, starting from the last one.
+
+        Returns
+        -------
+        RelaxedStep, Slide
+            Not converged if they do not agree in the end.
+        """
+        for number in range(1, _MOST + 1):
+            state, statistics = relaxed.run.state, relaxed.statistics
+            depth = self.depth(slide.solution.tractions, slide.box, state.window)
+            left = _change(depth, state)
+            if left <= self._agreed or not statistics.converged or number == _MOST:
+                break
+            relaxed = again(relaxed, **{TRACTION_DEPTH: depth})
+            pairs = slide.solution.pairs
+            slide = slid(relaxed, last=slide)
+            solution = replace(slide.solution, pairs=pairs + slide.solution.pairs)
+            slide = replace(slide, solution=solution)
+        if left > self._agreed and statistics.converged:
+            statistics.converged = False
+            statistics.message = (
+                f"normal and lateral motion do not agree after {number} alternations: "
+                f"the depth by the tractions changes by {left:.2g} of the largest one"
+            )
+        return relaxed, replace(slide, alternations=number)
+
+
+def _change(depth: np.ndarray, state: State) -> float:
+    """Return the largest change of the depth by the tractions of a relaxed state.
+
+    It is relative to the largest displacement by the pressure.
+    """
+    change = abs(depth - state.history.get(TRACTION_DEPTH, 0.0)).max()
+    largest = 0.0 if state.displacement is None else abs(state.displacement).max()
+    return float(change / largest) if largest else float(change > 0.0)
