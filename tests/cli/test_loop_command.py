@@ -68,6 +68,8 @@ def test_the_force_curve_of_the_cantilever_is_a_table(run):
     )
     np.testing.assert_allclose(force, 60.0 * deflection, rtol=1e-6)
     assert [row["branch"] for row in rows] == sorted(row["branch"] for row in rows)
+    assert force[0] == 0.0
+    assert rows[0]["distance (nm)"] == rows[-1]["distance (nm)"]
 
 
 def test_figures_of_a_loop_are_drawn(run):
@@ -113,18 +115,6 @@ def test_a_cantilever_that_is_too_soft_leaves_the_results_of_the_loop(tmp_path, 
     assert (tmp_path / "loop.png").exists()
 
 
-def test_an_interrupted_loop_says_how_it_is_continued(tmp_path, capsys, monkeypatch):
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("ase_roughcontact.cli.report.StepTable.parts", interrupted)
-    scene = tmp_path / "loop.toml"
-    scene.write_text(LOOP)
-    assert main(["run", str(scene), "--out", str(tmp_path)]) == 130
-    assert "to continue, give the same command again" in capsys.readouterr().err
-    assert count_steps(tmp_path / "sweep.traj") == 1
-
-
 @pytest.mark.parametrize("part", [0.0, 0.3, 0.8])
 def test_an_interrupted_loop_is_continued(run, tmp_path, part):
     scene, expected = Scene.parse(LOOP), list(read_steps(run / "sweep.traj"))
@@ -163,13 +153,6 @@ def test_another_cantilever_keeps_the_states_of_a_loop(run, tmp_path, monkeypatc
     for name in "curve.csv", "cantilever.csv":
         same = (folder / name).read_bytes() == (run / name).read_bytes()
         assert same == (name == "curve.csv")
-
-
-def test_a_loop_of_another_tolerance_is_refused(run, tmp_path):
-    shutil.copytree(run, tmp_path / "loop")
-    other = Scene.parse(LOOP).with_values({"path.tolerance": 0.02})
-    with pytest.raises(ValueError, match=r"\[path\] tolerance was 0.01, is 0.02"):
-        list(other.run(tmp_path / "loop"))
 
 
 def test_a_link_in_place_of_the_force_curve_is_replaced(tmp_path):
@@ -248,14 +231,6 @@ def test_a_folder_of_places_is_not_that_of_a_run(tmp_path, capsys):
         assert main(["run", str(scene), "--out", str(folder)]) == 2
         assert "[sphere] radius was 61.0" in capsys.readouterr().err
     assert not (folder / "sweep.traj").exists()
-
-
-def test_the_approach_of_a_cantilever_begins_with_a_free_tip(run):
-    with open(run / "cantilever.csv") as table:
-        rows = list(csv.DictReader(table))
-    first, last = rows[0], rows[-1]
-    assert first["distance (nm)"] == last["distance (nm)"]
-    assert float(first["force (nN)"]) == 0.0
 
 
 def test_the_deepest_state_of_a_loop_is_among_the_maps(run, monkeypatch):

@@ -189,7 +189,9 @@ def test_circles_of_theory_have_the_radius_of_the_contact(run):
 
 def test_titles_of_maps_state_force_and_target(run):
     control, records, _, figures = run
-    for panel, record in zip(figures["contact.png"].axes, records, strict=False):
+    panels = figures["contact.png"].axes[:-1]
+    assert len({panel.get_xlim() for panel in panels}) == 1
+    for panel, record in zip(panels, records, strict=True):
         title = panel.get_title()
         force = float(re.search(r"(-?[0-9.]+) nN", title)[1])
         assert force == pytest.approx(float(record["normal_force"]) / NN, rel=6e-3)
