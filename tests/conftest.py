@@ -1,6 +1,8 @@
 """What the tests share: walls, boundaries, a small scene, a fast relaxation."""
 
 import os
+import resource
+from contextlib import contextmanager
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -68,6 +70,22 @@ def topography():
 def no_pictures(monkeypatch):
     """Skip the figures of runs, which would take most of the time."""
     monkeypatch.setattr("ase_roughcontact.cli.figures.draw", lambda *_: [])
+
+
+@pytest.fixture
+def largest_file():
+    """Context in which the writing of files above a size fails, as on a full disk."""
+
+    @contextmanager
+    def limited(size):
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    return limited
 
 
 @pytest.fixture
