@@ -4,13 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ase.build import bulk
-from depth_elements import isotropic
 from numpy.testing import assert_allclose
-from spring_crystal import fcc_springs
 
 from ase_roughcontact.elasticity import (
-    Crystal,
     Cubic,
     Isotropic,
     Layer,
@@ -109,22 +105,6 @@ def test_incompressible_solids_are_not_coupled(periodic):
     assert Isotropic(1.0, 0.5).coupling == 0.0
 
 
-@pytest.mark.parametrize("x", ["110", "100"])
-def test_cubic_solid_of_isotropic_constants_is_isotropic(x):
-    constants, i = isotropic(1.0, NU), np.arange(-50, 60)
-    cubic = Cubic(constants[0, 0], constants[0, 1], constants[3, 3], x)
-    assert cubic.coupling == pytest.approx(BETA)
-    for name, arguments in {
-        "cross_wave_compliance": (0.1 * i[:, None] + 0.01, 0.2 * i + 0.003),
-        "cross_cell_compliance": (i[:, None], i, 1.5),
-    }.items():
-        found, expected = (
-            getattr(solid, name)(*arguments) for solid in (cubic, Isotropic(1.0, NU))
-        )
-        size = np.maximum(np.hypot(*expected), 1e-9)
-        assert_allclose(found / size, expected / size, atol=1e-11)
-
-
 def test_cubic_solid_is_the_same_in_other_axes():
     c, s = np.cos(np.pi / 4), np.sin(np.pi / 4)
     turn, q = np.array([[c, s], [-s, c]]), np.array([0.3, 0.1])
@@ -149,21 +129,6 @@ def test_kernel_of_a_cubic_solid_has_the_displacements_of_its_waves(cell):
     expected = weights @ greens @ weights / 4.0
     found = solid.cross_cell_compliance(*np.array(cell)[:, None], 1.0)[:, 0]
     assert_allclose(found, expected, atol=1e-8 * abs(expected).max())
-
-
-@pytest.fixture(scope="module")
-def crystal():
-    calculator, _ = fcc_springs(3.6)
-    return Crystal.from_calculator(calculator, bulk("Cu", a=3.6), layers=11, size=5)
-
-
-def test_long_waves_of_a_crystal_are_those_of_the_cubic_solid(crystal):
-    q = 1e-6 * np.array([[1.0, 0.8, 0.5, 0.1], [0.0, 0.3, 0.5, -0.7]])
-    cubic = Cubic(*fcc_springs(3.6)[1])
-    expected = cubic.cross_wave_compliance(*q)
-    found = crystal.cross_wave_compliance(*q)
-    assert_allclose(found, expected, atol=1e-5 * expected.max())
-    assert crystal.coupling == pytest.approx(cubic.coupling, rel=1e-5)
 
 
 def test_free_crystal_is_a_large_periodic_one(crystal):

@@ -165,20 +165,19 @@ def test_array_for_a_result_that_does_not_fit_is_refused(out):
         fft.filter(random((5, 6)), fft.multiplier(np.ones((5, 4))), out)
 
 
-def test_window_larger_than_the_grid_is_refused():
-    with pytest.raises(ValueError, match=r"window \(4, 4\) does not fit .* \(8, 3\)"):
-        RealFFT2((4, 4), (8, 3))
-
-
-def test_unknown_engine_is_refused_with_the_known_ones():
-    with pytest.raises(ValueError, match="'pyfftw' or 'ducc0', got 'fftpack'"):
-        RealFFT2((4, 4), engine="fftpack")
-
-
-@pytest.mark.parametrize("dtype", ["foo", "int32", np.float16, 3.5])
-def test_unknown_precision_is_refused_with_the_known_ones(dtype):
-    with pytest.raises(ValueError, match="dtype must be float32 or float64, got "):
-        RealFFT2((4, 4), dtype=dtype)
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"grid": (8, 3)}, r"window \(4, 4\) does not fit .* \(8, 3\)"),
+        ({"engine": "fftpack"}, "'pyfftw' or 'ducc0', got 'fftpack'"),
+        ({"dtype": "foo"}, "dtype must be float32 or float64, got "),
+        ({"dtype": "int32"}, "dtype must be float32 or float64, got "),
+        ({"dtype": 3.5}, "dtype must be float32 or float64, got "),
+    ],
+)
+def test_options_that_do_not_exist_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        RealFFT2((4, 4), **options)
 
 
 def test_engine_that_is_not_installed_says_how_to_install_it(monkeypatch):

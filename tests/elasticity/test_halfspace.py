@@ -142,23 +142,6 @@ def test_every_mode_resists_but_the_mean_of_a_periodic_cell(kind, shape):
     assert np.isfinite(solid.stiffness).all()
 
 
-@both
-def test_work_of_one_pressure_on_the_displacement_of_another_is_mutual(kind):
-    solid = kind((9, 14), A0, E)
-    one, two = random_pressure((9, 14), 1), random_pressure((9, 14), 2)
-    here, there = solid.displacement(one), solid.displacement(two)
-    assert_allclose((here * two).sum(), (there * one).sum(), rtol=1e-12)
-    assert (here * one).sum() < 0
-
-
-@both
-def test_swapping_x_and_y_swaps_the_displacement(kind):
-    pressure = random_pressure((7, 12))
-    u = kind((7, 12), A0, E).displacement(pressure)
-    swapped = kind((12, 7), A0, E).displacement(pressure.T)
-    assert_allclose(swapped.T, u, atol=1e-13 * abs(u).max())
-
-
 # Options of the transforms
 
 
