@@ -90,14 +90,14 @@ class _Drawn(logging.Handler):
 
     def emit(self, record: Any) -> None:
         number, total = record.args
-        self._draw(_Part(number, total, record.getMessage()))
+        self._draw(Part(number, total, record.getMessage()))
 
 
-class _Part(NamedTuple):
-    """Progress of a part of a step."""
+class Part(NamedTuple):
+    """Progress of a path in time, or of a part of a step."""
 
-    steps: int
-    total: int
+    steps: float
+    total: float
     text: str
 
     def __str__(self) -> str:

@@ -6,7 +6,7 @@ import argparse
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import (
+    Part,
     checked_scene,
     json_line,
     prints_text,
@@ -30,16 +31,6 @@ from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for
-
-
-class _Elapsed(NamedTuple):
-    """Progress of a path in time (s)."""
-
-    steps: float
-    total: float
-
-    def __str__(self) -> str:
-        return f"{self.steps:.3g} of {self.total:.4g} s"
 
 
 def run(options: argparse.Namespace) -> int:
@@ -141,7 +132,8 @@ def _relax(
             if draw and costs:
                 draw(meter.progress())
             elif draw and schedule:
-                draw(_Elapsed(step.time, schedule.duration))
+                times = step.time, schedule.duration
+                draw(Part(*times, "{:.3g} of {:.4g} s".format(*times)))
 
 
 def _write_results(
