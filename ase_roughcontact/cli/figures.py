@@ -99,12 +99,12 @@ def draw(
         contact. Paths in time have the last one only.
     """
     names, path = [], reference.scene.path
-    if path.by_load and any(_is_compressive(step) for step in steps):
+    if not path.in_order and any(_is_compressive(step) for step in steps):
         draw_area = _draw_flat if reference.scene.is_flat else _draw_curve
         draw_area(reference, steps, folder / "curve.png")
         names.append("curve.png")
     tension = any(step.normal_force < -step.tolerance for step in steps)
-    if path.by_load and (tension or (path.control != "load" and names)):
+    if not path.in_order and (tension or (path.control != "load" and names)):
         _draw_force(reference, steps, folder / "force.png")
         names.append("force.png")
     shown = _shown(steps) if shown is None else _touching(shown)

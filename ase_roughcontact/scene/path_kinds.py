@@ -55,10 +55,9 @@ class PathKind(Section):
         the area relative to theory, the largest pressure, and the time.
     captions : mapping of str to str
         Names of the pictures that `draw` makes, with their captions.
-    by_load : bool
-        Whether area over load, and force over depth, are drawn for all states.
     in_order : bool
-        Whether states depend on those before, so that a preview has all of them.
+        Whether states depend on those before: a preview has all of them, and area over
+        load and force over depth are not drawn.
     """
 
     title = "path"
@@ -66,7 +65,6 @@ class PathKind(Section):
     record: ClassVar[type[LoadStep]] = LoadStep
     columns: ClassVar[Mapping[str, str]] = {}
     captions: ClassVar[Mapping[str, str]] = {}
-    by_load: ClassVar[bool] = True
     in_order: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
@@ -224,7 +222,7 @@ class PathKind(Section):
         """Return what the path does at each state, "approach" for instance."""
         depths = np.array([state.penetration for state in states])
         approaches = np.diff(depths, prepend=-np.inf) > 0.0
-        if approaches.all():
+        if self.in_order or approaches.all():
             return [""] * len(states)
         return np.where(approaches, "approach", "retraction").tolist()
 

@@ -46,7 +46,6 @@ class Sliding(PathKind):
     kind = "sliding"
     record = SlidingStep
     units = {"spring": "N/m", "direction": "deg"}
-    by_load = False
     in_order = True
     captions = {
         "friction.png": "Lateral force over displacement, and areas of stick and slip.",
@@ -188,10 +187,6 @@ class Sliding(PathKind):
             validity=validity,
             springs=[],
         )
-
-    def ways(self, bodies: Bodies, states: Sequence[LoadStep]) -> list[str]:
-        """Return nothing: most paths are at one load; see `PathKind.ways`."""
-        return [""] * len(states)
 
     def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
         """Return static friction, the energy of the last loop, and the stiffness."""

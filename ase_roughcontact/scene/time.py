@@ -62,7 +62,6 @@ class Timed(PathKind):
     kind = "time"
     record = TimeStep
     units = {"cantilever": "N/m", "times": "s", "dwell": "s", "frequency": "Hz"}
-    by_load = False
     in_order = True
     captions = {
         "time.png": "Force and contact area over time and over depth; arrows: "
