@@ -108,20 +108,35 @@ class Scene(SceneFile):
         """Solid, indenter and wall, and theory for them; see `build` for errors."""
         return build(self)
 
+    #: Atomic spacing a0 (Å), that of the forces between atoms if they are given.
     spacing = _OfBodies(lambda bodies: bodies.spacing)
+    #: Elastic solid below the surface.
     solid = _OfBodies(lambda bodies: bodies.solid)
+    #: Interaction between the indenter and the atoms.
     wall = _OfBodies(lambda bodies: bodies.wall)
+    #: Contact modulus E* of the solid's far field (eV/Å^3).
     contact_modulus = _OfBodies(lambda bodies: bodies.contact_modulus)
+    #: Hardness of the surface (eV/Å^3); NaN if it is not known.
     hardness = _OfBodies(lambda bodies: bodies.hardness)
+    #: Radius of the sphere (Å); of a whole tip that of curvature of the scan.
     radius = _OfBodies(lambda bodies: bodies.radius)
+    #: `SelfAffine` or `HeightMap`; None for a smooth sphere and a whole tip.
     rough = _OfBodies(lambda bodies: bodies.rough)
+    #: Surface of the indenter, a `RoughSphere`.
     surface = _OfBodies[Any](lambda bodies: bodies.problem.indenter)
+    #: Work of adhesion relative to that of the wall; None if it is uniform.
     local_adhesion = _OfBodies(lambda bodies: bodies.problem.heterogeneity)
+    #: Whether the half space repeats.
     periodic = _OfBodies(lambda bodies: bodies.problem.periodic)
+    #: Scan that is a whole tip, for which the radius in the file is infinity.
     whole_tip = _OfBodies(lambda bodies: bodies.whole_tip)
+    #: Whether the indenter is nominally flat, without a sphere.
     is_flat = _OfBodies(lambda bodies: bodies.is_flat)
+    #: Nominal contact area of a rough flat; NaN for other indenters (Å^2).
     nominal_area = _OfBodies(lambda bodies: bodies.nominal_area)
+    #: Contact areas of a smooth sphere; see `Bodies.hertz_area`.
     hertz_area = _OfBodies(lambda bodies: bodies.hertz_area)
+    #: Contact areas by theory; see `Bodies.predicted_area`.
     predicted_area = _OfBodies(lambda bodies: bodies.predicted_area)
 
     @property
