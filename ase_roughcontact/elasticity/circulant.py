@@ -68,7 +68,8 @@ class CirculantModel:
             self._transform = halfspace.window_transform.twin()
         else:
             fft = {**halfspace.fft, "dtype": self.dtype}
-            self._transform = RealFFT2(self.box.shape, grid, **fft)
+            memory = halfspace.window_transform
+            self._transform = RealFFT2(self.box.shape, grid, **fft, memory=memory)
 
     @property
     def work(self) -> int:
@@ -111,10 +112,11 @@ class CirculantModel:
         series: zero for a hard wall, at most one. The operator is a function of a
         pressure and of an array for the result.
         """
-        multiplier = self._stiffness
         if softness > 0.0:
             series = softness + (1.0 - softness) * self._spectrum
             multiplier = self._transform.multiplier(1.0 / series)
+        else:
+            multiplier = self._stiffness
         transform = self._transform
         return lambda pressure, out: transform.filter(pressure, multiplier, out)
 

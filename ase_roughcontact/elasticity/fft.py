@@ -91,6 +91,9 @@ class RealFFT2:
         Maximum number of threads; by default that of `available_threads`.
     blocking : Blocking, optional
         How large grids are cut into blocks.
+    memory : RealFFT2, optional
+        Transform whose array for the spectra of rows is used, too, if it suffices. Only
+        one of the two may transform at a time.
 
     Attributes
     ----------
@@ -116,6 +119,7 @@ class RealFFT2:
         engine: str | None = None,
         threads: int | None = None,
         blocking: Blocking | None = None,
+        memory: RealFFT2 | None = None,
     ) -> None:
         self.window = grid_shape(window)
         self.grid = self.window if grid is None else grid_shape(grid)
@@ -128,6 +132,7 @@ class RealFFT2:
         integer("threads", self.threads, 1)
         self.blocking = blocking or Blocking()
         self.pairs = 0
+        self._memory = memory
 
         self._row_blocks, self._column_blocks = self._blocks()
         self._whole = len(self._row_blocks) == len(self._column_blocks) == 1
@@ -154,6 +159,12 @@ class RealFFT2:
     @cached_property
     def _row_spectra(self) -> np.ndarray:
         """Transforms of the rows of the window, shape (n, M//2 + 1)."""
+        if self._memory is not None:
+            shape = self.window[0], self.grid[1] // 2 + 1
+            kind = self._buffers[0].columns.dtype
+            memory = self._memory._row_spectra.reshape(-1).view(kind)
+            if memory.size >= math.prod(shape):
+                return memory[: math.prod(shape)].reshape(shape)
         return self._complex_rows(self.window[0])
 
     def forward(self, values: np.ndarray) -> np.ndarray:

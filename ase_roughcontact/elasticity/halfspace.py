@@ -35,7 +35,7 @@ from ase_roughcontact.elasticity.viscoelastic import Scaled, Softened
 # Smallest number of grid points for which several threads are worth their start.
 _LEAST_SHARED = 256 * 256
 # Rows of a kernel that are evaluated at once, so that temporaries stay in the cache.
-_KERNEL_ROWS = 32
+_KERNEL_ROWS = 128
 # Spectra that are kept, and the largest number of points of their grids: 4 MB.
 _KEPT, _LARGEST_KEPT = 32, 256 * 256
 
@@ -109,7 +109,16 @@ class HalfSpace(ABC):
     def in_single_precision(self) -> HalfSpace:
         """Return the same half space with transforms in single precision."""
         options = {**self.fft, "dtype": np.float32}
-        return type(self)(self.shape, self.spacing, self.solid, **options)
+        single = type(self)(self.shape, self.spacing, self.solid, **options)
+        memory = self.window_transform
+        single.window_transform = RealFFT2(
+            self.shape, self.grid, **options, memory=memory
+        )
+        if "_compliance_filter" in vars(self):  # takes less time than a spectrum
+            values, scale = self._compliance_filter.real, math.prod(self.grid)
+            transform = single.window_transform
+            single._compliance_filter = transform.multiplier(values, scale)
+        return single
 
     @property
     def dtype(self) -> np.dtype:
@@ -327,7 +336,8 @@ class PeriodicHalfSpace(HalfSpace):
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Return the displacement due to a pressure; see `HalfSpace.displacement`."""
         # subtracting the mean, which displaces nothing, avoids its rounding error
-        return super().displacement(pressure - pressure.mean())
+        values = (pressure - pressure.mean()).astype(self.dtype, copy=False)
+        return self.window_transform.filter(values, self._compliance_filter, values)
 
     def padded_displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Return `displacement`, whose rounding the solvers have seen."""

@@ -110,19 +110,22 @@ class ComplementarityProblem:
         self._window, self._unit = pressure, violation / model.self_compliance
         self._pressure = self._on_box(pressure, 1.0 / self._unit)
         self._missing: np.ndarray | float = math.inf  # to the hardness
+        self._gap = self._on_box(gap, 1.0 / violation)  # g + C x
+        contact = self._pressure > self._gap
+        self._plastic = np.zeros(contact.shape, bool)
         self._forcing = _FORCING
         if self._bounded:
             self._missing = self._on_box(hardness - pressure, 1.0 / self._unit)
+            self._plastic = (self._gap <= -self._missing) & (
+                self._pressure >= _FLOW * self._missing
+            )
+            contact &= ~self._plastic
             self._forcing = _PLASTIC_FORCING
-        self._gap = self._on_box(gap, 1.0 / violation)  # g + C x
-        self._plastic = (self._gap <= -self._missing) & (
-            self._pressure >= _FLOW * self._missing
-        )
-        contact = (self._pressure > self._gap) & ~self._plastic
         self._contact = contact.astype(model.dtype)
-        self._change = np.zeros_like(self._pressure)
-        # work arrays, also for residual, direction and the results of transforms
-        self._fields = [np.zeros_like(self._pressure) for _ in range(3)]
+        # with work arrays, also for residual, direction and the results of transforms
+        self._change, *self._fields = (
+            np.zeros(contact.shape, model.dtype) for _ in range(4)
+        )
         self._height_change = 0.0
         self._steps = _STEPS  # that are left
 
@@ -267,9 +270,8 @@ class ComplementarityProblem:
         residual, direction, buffer = self._fields
         opened = dot(self._gap, self._contact)
         largest, last_work = self._set_residual(residual, opened / count), math.inf
-        wrong = self._wrong_gaps()[self._contact == 0.0]
-        largest_error = max(largest, float(wrong.max(initial=0.0)))
-        stage = max(target, self._forcing * largest_error)
+        wrong = _largest_wrong_gap(self._gap, *self._state)
+        stage = max(target, self._forcing * max(largest, wrong))
         while self._steps > 0:
             if largest <= stage:
                 if self._exchange(target):
@@ -298,33 +300,26 @@ class ComplementarityProblem:
             self._height_change = -mean_gap
         return _set_residual(residual, self._gap, self._height_change, self._contact)
 
-    def _wrong_gaps(self) -> np.ndarray:
-        """Return overlaps; of atoms in plastic contact, gaps."""
-        wrong = -self._height_change - self._gap
-        if self._bounded:
-            np.negative(wrong, out=wrong, where=self._plastic)
-        return wrong
+    @property
+    def _state(self) -> tuple[float, np.ndarray, np.ndarray, bool]:
+        """Change of the height, the sets, and whether the pressure is bounded."""
+        return self._height_change, self._contact, self._plastic, self._bounded
 
     def _exchange(self, target: float) -> bool:
         """Update the sets; return whether one has changed."""
-        inside = self._contact > 0.0
-        stays = self._change >= -self._pressure
-        elastic = np.where(inside, stays, self._wrong_gaps() > target)
-        if self._bounded:
-            above = inside & (self._change > self._missing)
-            elastic &= ~above
-            self._plastic = (self._plastic & ~elastic) | above
-        self._contact[:] = elastic
-        return bool((elastic != inside).any())
+        bounds = self._pressure, self._missing
+        return _exchange(self._gap, *self._state, self._change, *bounds, target)
 
     def _result(self) -> np.ndarray:
         """Return the new pressure on the window; under a load of its total."""
-        inside, new = self._model.box.slices, np.zeros(self._window.shape)
+        inside, change = self._model.box.slices, self._clipped()
+        del self._fields, self._change, self._contact  # their memory is needed
+        new = np.zeros(self._window.shape)
         _add_change(
             new[inside],
             self._window[inside],
             self._unit,
-            self._clipped(),
+            change,
             self._pressure,
             self._hardness,
         )
@@ -336,6 +331,54 @@ class ComplementarityProblem:
         if self._required_sum is None:
             return new
         return with_sum(new, self._required_sum, self._hardness, push)
+
+
+def _wrong_gaps(
+    gap: np.ndarray, height_change: float, plastic: np.ndarray, bounded: bool
+) -> np.ndarray:
+    """Return overlaps; of atoms in plastic contact, gaps."""
+    wrong = -height_change - gap
+    if bounded:
+        np.negative(wrong, out=wrong, where=plastic)
+    return wrong
+
+
+@rowwise(np.maximum)
+def _largest_wrong_gap(
+    gap: np.ndarray,
+    height_change: float,
+    contact: np.ndarray,
+    plastic: np.ndarray,
+    bounded: bool,
+) -> float:
+    """Return the largest wrong gap of atoms out of `A`, or zero."""
+    wrong = _wrong_gaps(gap, height_change, plastic, bounded)
+    return float(wrong.max(initial=0.0, where=contact == 0.0))
+
+
+@rowwise(np.logical_or)
+def _exchange(
+    gap: np.ndarray,
+    height_change: float,
+    contact: np.ndarray,
+    plastic: np.ndarray,
+    bounded: bool,
+    change: np.ndarray,
+    pressure: np.ndarray,
+    missing: np.ndarray | float,
+    target: float,
+) -> bool:
+    """Update the sets in elastic and plastic contact; return whether one changes."""
+    inside = contact > 0.0
+    wrong = _wrong_gaps(gap, height_change, plastic, bounded) > target
+    elastic = np.where(inside, change >= -pressure, wrong)
+    if bounded:
+        above = inside & (change > missing)
+        elastic &= ~above
+        plastic &= ~elastic
+        plastic |= above
+    contact[:] = elastic
+    return bool((elastic != inside).any())
 
 
 @rowwise()

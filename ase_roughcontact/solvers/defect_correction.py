@@ -26,11 +26,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import dot, dots, linear_combination, scale, total
+from ase_roughcontact._util.kernels import (
+    dot,
+    dots,
+    linear_combination,
+    rowwise,
+    scale,
+    total,
+)
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
@@ -52,14 +58,6 @@ _ROUNDING = 1e-14
 _EXACT_CONTRACTION = 1000.0
 # Number of steps without progress after which the solver stops.
 _PATIENCE = 10
-
-
-@dataclass(frozen=True)
-class Correction:
-    """Change ``x`` of the pressure, and the opening ``G x`` of the gap."""
-
-    pressure: np.ndarray
-    opening: np.ndarray
 
 
 def defect_correction(
@@ -100,7 +98,7 @@ def defect_correction(
 
 
 class _DefectCorrection:
-    """Pressure and opening, and the corrections so far."""
+    """Pressure and opening, and the last correction, in as few arrays as possible."""
 
     def __init__(
         self,
@@ -120,15 +118,15 @@ class _DefectCorrection:
         self._pairs = 0.0
         self._pressure = initial_pressure(contact, hold.load, start)
         self._opening = self._opened(self._pressure)
-        self._gap = np.empty(self._opening.shape)
         self._model: CirculantModel | None = None
         self._violations: list[float] = []
-        self._last: Correction | None = None
+        self._last: np.ndarray | None = None  # correction, in single precision
+        self._last_curvature = 0.0  # product of this correction and its opening
         self._length = 1.0
 
     def evaluate(self) -> Relaxation:
         """Calculate the gap; return the present state."""
-        gap = np.add(self._contact.heights, self._opening, out=self._gap)
+        gap = self._contact.heights + self._opening
         in_contact = rigid = gap[self._pressure > 0.0]
         highest = float(in_contact.max(initial=-math.inf))
         lowest = float(gap.min())
@@ -166,20 +164,30 @@ class _DefectCorrection:
         """Correct the pressure by the model, so that the energy falls."""
         trial = self._solve_model(self._violations[-1])
         opening = self._opened(trial)
-        correction = Correction(trial - self._pressure, opening - self._opening)
-        last, self._last = self._last, correction
-        if last is not None and self._is_slow:
+        opening -= self._opening
+        x = np.empty(trial.shape, np.float32)
+        np.subtract(trial, self._pressure, out=x, casting="same_kind")
+        slope, curvature = dots([(x, self._gap), (x, opening)])
+        if self._last is not None and self._is_slow:
+            other = dots([(self._last, self._gap), (self._last, opening)])
             self._length = 1.0
-            self._pressure = self._combined([correction, last], trial)
+            self._pressure = self._combined((slope, curvature), other, x, trial)
+            del trial, opening  # their memory is needed
             self._opening = self._opened(self._pressure)
-            return
-        self._length = self._step_length(correction, trial)
-        if self._length == 1.0:  # without the rounding errors of a sum
+        else:
+            self._length = self._step_length(slope, curvature, trial)
+            if self._length != 1.0:
+                _shorten(trial, self._pressure, self._length)
+                opening *= self._length
+            opening += self._opening
             self._pressure, self._opening = trial, opening
-            return
-        self._pressure = self._moved(correction, self._length)
-        terms = [(1.0, self._opening), (self._length, correction.opening)]
-        self._opening = linear_combination(terms)
+        self._last, self._last_curvature = x, curvature
+
+    @property
+    def _gap(self) -> np.ndarray:
+        gap = self._contact.heights + self._opening
+        gap += self._height
+        return gap
 
     def _load_violation(self) -> float:
         """Return the gap of an atom whose force is what the load lacks."""
@@ -211,7 +219,8 @@ class _DefectCorrection:
 
     def _solve_model(self, violation: float) -> np.ndarray:
         """Return the pressure that the model finds."""
-        model = self._covering_model(violation)
+        gap = self._gap
+        model = self._covering_model(gap, violation)
         before = model.work
         contraction = self._options.contraction
         if model.exact:
@@ -219,20 +228,21 @@ class _DefectCorrection:
         problem = ComplementarityProblem(
             model,
             self._pressure,
-            self._gap,
+            gap,
             violation,
             self._total,
             self._hardness,
             self._yielding,
         )
+        del gap  # its memory is needed
         trial = problem.solve(max(0.3 * self._tolerance / violation, contraction))
         self._pairs += (model.work - before) / math.prod(self._halfspace.grid)
         return trial
 
-    def _covering_model(self, violation: float) -> CirculantModel:
+    def _covering_model(self, gap: np.ndarray, violation: float) -> CirculantModel:
         """Return a model of all atoms that may touch, the last one if it suffices."""
-        if self._model is None or _overlaps_outside(self._model.box, self._gap):
-            near = (self._pressure > 0.0) | (self._gap < violation)
+        if self._model is None or _overlaps_outside(self._model.box, gap):
+            near = (self._pressure > 0.0) | (gap < violation)
             box = Box.bounding(near) or Box((0, 0), near.shape)
             box = box.union(self._model.box if self._model else None)
             self._model = covering_model(self._halfspace, box)
@@ -247,17 +257,25 @@ class _DefectCorrection:
             opening += self._yielding * total(pressure)
         return opening
 
-    def _combined(self, corrections: list[Correction], trial: np.ndarray) -> np.ndarray:
-        """Return the pressure of the least energy in the span of the corrections.
+    def _combined(
+        self,
+        products: tuple[float, ...],
+        products_of_last: tuple[float, ...],
+        correction: np.ndarray,
+        trial: np.ndarray,
+    ) -> np.ndarray:
+        """Return the pressure of the least energy in the span of two corrections.
 
+        Their products with the gap and with the opening by the new one are given.
         Atoms are at a bound of the pressure where those of the trial are.
         """
-        slopes = dots([(x.pressure, self._gap) for x in corrections])
-        pairs = [(x.pressure, y.opening) for x in corrections for y in corrections]
-        hessian = np.reshape(dots(pairs), (len(corrections), len(corrections)))
-        weights, *_ = np.linalg.lstsq(hessian, -np.array(slopes), rcond=1e-8)
-        terms = [(w, x.pressure) for w, x in zip(weights, corrections, strict=True)]
-        new = linear_combination([(1.0, self._pressure), *terms])
+        assert self._last is not None
+        (slope, curvature), (slope_of_last, mixed) = products, products_of_last
+        hessian = [[curvature, mixed], [mixed, self._last_curvature]]
+        gradient = np.array([slope, slope_of_last])
+        (a, b), *_ = np.linalg.lstsq(hessian, -gradient, rcond=1e-8)
+        terms = [(1.0, self._pressure), (a, correction), (b, self._last)]
+        new = linear_combination(terms)
         np.clip(new, 0.0, self._hardness, out=new)
         new *= trial > 0.0
         new[trial == self._hardness] = self._hardness
@@ -266,38 +284,41 @@ class _DefectCorrection:
         push = self._gap / -self._halfspace.self_compliance
         return with_sum(new, self._total, self._hardness, push)
 
-    def _step_length(self, correction: Correction, trial: np.ndarray) -> float:
+    def _step_length(self, slope: float, curvature: float, trial: np.ndarray) -> float:
         """Return the length of a step along a correction.
 
         That of the least energy; one, if this lowers the energy and the set in contact
         changes: otherwise atoms that leave would keep a part of their pressure forever.
         """
-        slope = dot(correction.pressure, self._gap)
-        curvature = dot(correction.pressure, correction.opening)
         if slope >= 0.0:
             return 0.0
         if curvature <= 0.0:  # a shift of the mean of a periodic surface
             return 1.0
         length = -slope / curvature
-        same = length < 0.5 or self._same_contact(correction, length, trial)
-        return length if same else 1.0
+        if length < 0.5 or _same_contact(trial, self._pressure, length, self._hardness):
+            return length
+        return 1.0
 
-    def _moved(self, correction: Correction, length: float) -> np.ndarray:
-        """Return the pressure after a step along a correction."""
-        terms = [(1.0, self._pressure), (length, correction.pressure)]
-        return linear_combination(terms)
 
-    def _same_contact(
-        self, correction: Correction, length: float, trial: np.ndarray
-    ) -> bool:
-        """Return whether the same atoms are at the bounds before and after a step."""
-        old, hardness = self._pressure, self._hardness
-        if ((trial > 0.0) != (old > 0.0)).any():
-            return False
-        if hardness < math.inf and ((trial < hardness) != (old < hardness)).any():
-            return False
-        new = self._moved(correction, length)
-        return bool(new.min() >= 0.0 and new.max() <= hardness)
+@rowwise(np.logical_and)
+def _same_contact(
+    trial: np.ndarray, old: np.ndarray, length: float, hardness: float
+) -> bool:
+    """Return whether the same atoms are at the bounds before and after a step."""
+    if ((trial > 0.0) != (old > 0.0)).any():
+        return False
+    if hardness < math.inf and ((trial < hardness) != (old < hardness)).any():
+        return False
+    new = old + length * (trial - old)
+    return bool(new.min() >= 0.0 and new.max() <= hardness)
+
+
+@rowwise()
+def _shorten(new: np.ndarray, old: np.ndarray, length: float) -> None:
+    """Set ``new = old + a (new - old)``."""
+    new -= old
+    new *= length
+    new += old
 
 
 def _overlaps_outside(box: Box, gap: np.ndarray) -> bool:

@@ -95,6 +95,7 @@ class NewtonEquations:
         change = self._solution(reduction)
         if change is None:
             return None
+        del self._system, self._right  # their memory is needed
         return self._changed(change)
 
     def _solution(self, reduction: float) -> np.ndarray | None:

@@ -42,8 +42,8 @@ _STEPS = 40
 _LARGEST_RESIDUAL = 0.05
 # Relative error of a sum of stiffnesses.
 _ROUNDING = 1e-3
-# From this tolerance and number of atoms on, steps are made in single precision.
-_SINGLE_PRECISION, _LARGE = 1e-3, 256 * 256
+# From this tolerance on, steps are made in single precision.
+_SINGLE_PRECISION = 1e-3
 # Longest side of the window, and largest number of atoms, for dense matrices.
 _DENSE_WINDOW, _DENSE_ATOMS = 64, 600
 
@@ -102,19 +102,11 @@ def height_response(
     stiffness. Small contacts are tested by the signs of the eigenvalues, too: all those
     of up to 200 atoms in windows of at most 64 x 64, or 600 with a steep attraction.
     """
-    halfspace, (gap, shape) = contact.halfspace, (state.gap, state.gap.shape)
-    wall, compliance = contact.interaction, halfspace.self_compliance
-    hard = np.zeros(shape, bool)
-    if wall.hard:
+    halfspace, shape = contact.halfspace, state.gap.shape
+    compliance, hard = halfspace.self_compliance, np.zeros(shape, bool)
+    if contact.interaction.hard:
         hard = state.contact & ~state.plastic  # the others stay at the hardness
-    d = np.zeros(shape)  # c V'', with the self-compliance c
-    if wall.hard:
-        gap = np.maximum(gap, 0.0)
-    near = (gap < wall.cutoff) & ~hard
-    if near.any():
-        adhesion = None if contact.adhesion is None else contact.adhesion[near]
-        stiffness = scaled_attraction(wall, gap[near], adhesion)[2]
-        d[near] = compliance * stiffness
+    d = _relative_stiffness(contact, state, hard)
     active = hard | (d != 0.0)
     if not active.any():
         return HeightResponse(np.zeros(shape), 0.0, halfspace)
@@ -140,6 +132,21 @@ def height_response(
     if force >= least and (equations is None or equations.solved(x, gap)):
         result.force = force
     return result
+
+
+def _relative_stiffness(
+    contact: Contact, state: ContactState, hard: np.ndarray
+) -> np.ndarray:
+    """Return ``c V''``, with the self-compliance c, zero on a hard wall."""
+    wall, gap, d = contact.interaction, state.gap, np.zeros(hard.shape)
+    near = gap < wall.cutoff
+    near &= ~hard
+    if near.any():
+        adhesion = None if contact.adhesion is None else contact.adhesion[near]
+        closest = np.maximum(gap[near], 0.0) if wall.hard else gap[near]
+        d[near] = scaled_attraction(wall, closest, adhesion)[2]
+        d *= contact.halfspace.self_compliance
+    return d
 
 
 def _dense_solution(
@@ -243,7 +250,7 @@ class _Equations:
         active: np.ndarray,
         tolerance: float,
     ) -> None:
-        single = tolerance >= _SINGLE_PRECISION and d.size >= _LARGE
+        single = tolerance >= _SINGLE_PRECISION
         self._halfspace = halfspace.in_single_precision() if single else halfspace
         self._tolerance = tolerance
         dtype = self._halfspace.dtype
