@@ -24,6 +24,7 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import max_abs
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.solvers.relaxation import Support
 from ase_roughcontact.topography import RoughSphere
@@ -303,9 +304,16 @@ class AutoWindow:
         if contact.creep_pressure is not None:
             softer = contact.halfspace.contact_modulus / self._modulus
             pressure = pressure + softer * contact.creep_pressure
+        loaded = Box.bounding(pressure != 0.0, state.window.start) or wide
         pressure = carried(pressure, state.window, wide)
-        wider = contact.halfspace.resized(wide.shape, self.footprint.spacing)
-        displacement = wider.in_single_precision().displacement(pressure)
+        # the largest distances between atoms under pressure and others
+        ends = zip(wide.start, wide.stop, loaded.start, loaded.stop, strict=True)
+        n, m = (max(last - k, j - first) for first, last, k, j in ends)
+        halfspace = contact.halfspace.resized((n, m), self.footprint.spacing)
+        options = {**halfspace.fft, "dtype": np.float32}
+        transform = RealFFT2(wide.shape, halfspace.grid, **options)
+        spectrum = transform.multiplier(halfspace.grid_spectrum, -1.0)
+        displacement = transform.filter(pressure, spectrum)
         displacement += _ROUNDING * max_abs(displacement)
         if contact.past_depth is not None:  # tractions lift most at the edge
             d = contact.past_depth
