@@ -24,8 +24,9 @@ from ase_roughcontact.solvers.friction import FrictionSolution
 
 #: Whether a sliding path neglects the coupling (Goodman), or solves for it.
 COUPLINGS = ("neglected", "solved")
-# Largest number of alternations of a step.
-_MOST = 50
+# Largest number of alternations of a step, and number of those in which the change must
+# become smaller than this part of the earlier ones.
+_MOST, _CYCLE, _STAYS = 50, 5, 0.8
 # Change of the depth by the tractions, relative to the largest displacement, at which
 # normal and lateral problem agree: this part of the accuracy, or less.
 _AGREED, _LARGEST = 0.1, 1e-5
@@ -128,23 +129,32 @@ class Coupling:
         RelaxedStep, Slide
             Not converged if they do not agree in the end.
         """
+        changes: list[float] = []
         for number in range(1, _MOST + 1):
             state, statistics = relaxed.run.state, relaxed.statistics
             depth = self.depth(slide.solution.tractions, slide.box, state.window)
-            left = _change(depth, state)
-            if left <= self._agreed or not statistics.converged or number == _MOST:
+            changes.append(_change(depth, state))
+            if changes[-1] <= self._agreed or not statistics.converged:
+                break
+            stays = min(changes[-_CYCLE:]) > _STAYS * min(
+                changes[:-_CYCLE], default=np.inf
+            )
+            if stays or number == _MOST:
+                statistics.converged = False
+                statistics.message = (
+                    f"normal and lateral motion do not agree after {number} "
+                    f"alternations: the depth by the tractions changes by "
+                    f"{changes[-1]:.2g} of the largest one"
+                    + stays
+                    * " (a bound that jumps at the edge of the contact may "
+                    "have no solution)"
+                )
                 break
             relaxed = again(relaxed, **{TRACTION_DEPTH: depth})
             pairs = slide.solution.pairs
             slide = slid(relaxed, last=slide)
             solution = replace(slide.solution, pairs=pairs + slide.solution.pairs)
             slide = replace(slide, solution=solution)
-        if left > self._agreed and statistics.converged:
-            statistics.converged = False
-            statistics.message = (
-                f"normal and lateral motion do not agree after {number} alternations: "
-                f"the depth by the tractions changes by {left:.2g} of the largest one"
-            )
         return relaxed, replace(slide, alternations=number)
 
 

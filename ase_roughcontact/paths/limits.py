@@ -165,7 +165,8 @@ def _edge_zone(step: RelaxedStep) -> float:
 
 
 def _coupling(step: RelaxedStep) -> float:
-    if step.lateral is None or not step.fields.normal_force > 0.0:
+    neglected = step.lateral is not None and not step.lateral.alternations
+    if not neglected or not step.fields.normal_force > 0.0:
         return math.nan
     tractions = float(np.hypot(*step.lateral.solution.tractions).sum())
     friction = tractions * step.fields.cell_area / step.fields.normal_force
