@@ -6,12 +6,11 @@ Tests of interrupted ensembles are in `tests/ensemble`.
 import errno
 import fcntl
 import os
-import resource
 import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
 from itertools import count
@@ -307,31 +306,6 @@ def test_trajectory_of_another_program_is_not_changed(folder):
     assert (folder / "sweep.traj").read_bytes() == written
 
 
-# Two runs at once
-
-
-def test_second_run_in_a_folder_gets_an_error(file, folder, undisturbed, capsys):
-    path = SCENE.run(folder)
-    before = [asdict(next(path)) for _ in range(3)]
-    assert main(["run", str(file), "--out", str(folder)]) == 2
-    message = f"ase-roughcontact: another run is writing {folder / 'sweep.traj'}\n"
-    assert capsys.readouterr().err == message
-    assert len(rows(folder)) == 3
-    path.close()
-    assert_resumes(folder, undisturbed, before)
-
-
-def test_run_resumes_from_frames_written_meanwhile(folder, undisturbed):
-    next(SCENE.run(folder))
-    late = SCENE.run(folder)
-    path = SCENE.run(folder)
-    before = [asdict(next(path)) for _ in range(3)]
-    path.close()
-    assert [asdict(next(late)) for _ in range(3)] == before
-    late.close()
-    assert_resumes(folder, undisturbed, before)
-
-
 # File systems without locks
 
 
@@ -367,20 +341,9 @@ def test_other_errors_of_locking_are_raised_and_leave_no_trajectory(
 # Full disks and missing permissions
 
 
-@contextmanager
-def largest_file(size):
-    """Let the writing of larger files fail, as on a full disk."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-
-
 @pytest.mark.parametrize("size", [100, slow(30_000), 300_000])
 def test_full_disk_is_one_line_with_file_and_cause_and_loses_nothing(
-    file, folder, undisturbed, size, capsys
+    file, folder, undisturbed, size, capsys, largest_file
 ):
     with largest_file(size):
         assert main(["run", str(file), "--out", str(folder)]) == 2
@@ -395,7 +358,7 @@ def test_full_disk_is_one_line_with_file_and_cause_and_loses_nothing(
     assert_resumes(folder, undisturbed, before)
 
 
-def test_first_frame_that_does_not_fit_leaves_no_trajectory(folder):
+def test_first_frame_that_does_not_fit_leaves_no_trajectory(folder, largest_file):
     with largest_file(5000), pytest.raises(OSError, match=r"can't write .*sweep\.traj"):
         next(SCENE.run(folder))
     assert not (folder / "sweep.traj").exists()
@@ -403,7 +366,7 @@ def test_first_frame_that_does_not_fit_leaves_no_trajectory(folder):
 
 @pytest.mark.parametrize("name", ["curve.png", "view.traj", "scene.toml"])
 def test_what_does_not_fit_is_named_and_the_old_file_is_kept(
-    file, folder, name, capsys
+    file, folder, name, capsys, largest_file
 ):
     steps = SCENE.run(folder)
     for _ in range(3):

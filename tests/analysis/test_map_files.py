@@ -1,7 +1,6 @@
 """Maps written to files have the values, names and units of the contact."""
 
 import base64
-import resource
 from xml.etree import ElementTree
 
 import numpy as np
@@ -113,16 +112,13 @@ def test_the_command_writes_a_map_for_each_step(tmp_path, capsys, suffix):
 # Python 3.10 closes the archive a second time
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("suffix", ["npz", "vti"])
-def test_a_map_that_does_not_fit_leaves_the_old_one(atoms, tmp_path, suffix):
+def test_a_map_that_does_not_fit_leaves_the_old_one(
+    atoms, tmp_path, suffix, largest_file
+):
     file = tmp_path / f"map.{suffix}"
     file.write_text("old")
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (500, before[1]))
-    try:
-        with pytest.raises(OSError, match=rf"can't write {file}: "):
-            write_map(ContactMap.from_atoms(atoms), file)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    with largest_file(500), pytest.raises(OSError, match=rf"can't write {file}: "):
+        write_map(ContactMap.from_atoms(atoms), file)
     assert file.read_text() == "old" and list(tmp_path.iterdir()) == [file]
 
 

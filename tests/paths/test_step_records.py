@@ -207,11 +207,3 @@ def test_the_default_accuracy_is_normal():
         for options in ({}, {"accuracy": "normal"})
     )
     assert usual.tolerance == normal.tolerance
-
-
-@pytest.mark.parametrize("wall", WALLS)
-def test_steps_are_numbered_from_zero(wall):
-    atoms, depths = make_atoms(wall), [0.2, 0.6, 0.4]
-    records = list(rc.load_path(atoms, depths, window="unchecked"))
-    assert [record.step for record in records] == [0, 1, 2]
-    assert [record.penetration for record in records] == pytest.approx(depths)
