@@ -109,19 +109,6 @@ def test_contact_quantities_are_results_like_any_other():
         np.testing.assert_array_equal(calc.results[name], getattr(state, name))
 
 
-def test_atoms_return_properties_of_ase_as_a_mapping():
-    atoms = make_atoms()
-    properties = atoms.get_properties(["energy", "forces"])
-    assert properties["energy"] == atoms.get_potential_energy()
-    assert "pressure" not in properties
-
-
-def test_indenter_out_of_range_exerts_no_force():
-    atoms = make_atoms(height=30.0)
-    assert atoms.calc.get_property("contact_area", atoms) == 0.0
-    assert not atoms.get_forces(apply_constraint=False).any()
-
-
 # Optimizers and control
 
 
@@ -231,12 +218,6 @@ BAD_PARAMETERS = [
     ("fft", {"thread": 1}),
     ("fft", None),
 ]
-
-
-@pytest.mark.parametrize("dtype", ["foo", "int64"])
-def test_unknown_precision_is_refused_at_construction(dtype):
-    with pytest.raises(ValueError, match=f"must be float32 or float64, got '{dtype}'"):
-        rc.RoughContact(SPHERE, 1.0, fft={"dtype": dtype})
 
 
 def test_heterogeneity_without_attraction_is_refused():

@@ -144,19 +144,6 @@ def test_results_are_those_of_the_changed_atoms(change, options):
     assert not differ(results(unchanged, calc), before)
 
 
-@pytest.mark.parametrize(
-    "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
-)
-def test_single_properties_are_those_of_the_changed_atoms(change, options):
-    for name in ("forces", "pressure", "normal_force"):
-        atoms, calc = make_atoms(**options), rc.RoughContact(SPHERE, 1.0, WALL)
-        calc.get_property(name, atoms)
-        change(atoms)
-        found = calc.get_property(name, atoms)
-        fresh = rc.RoughContact(SPHERE, 1.0, WALL).get_property(name, atoms)
-        np.testing.assert_array_equal(found, fresh)
-
-
 def test_arrays_of_results_may_be_changed():
     atoms, calc = make_atoms(), rc.RoughContact(SPHERE, 1.0, WALL)
     first = results(atoms, calc)
@@ -215,15 +202,6 @@ def test_misplaced_indenters_are_refused_after_a_calculation_too():
         with pytest.raises(ValueError, match="indenter"):
             calc.get_property("energy", wrong)
     assert not differ(results(atoms, calc), before)
-
-
-def test_a_calculator_may_be_used_for_two_atoms_objects_in_turn():
-    calc = rc.RoughContact(SPHERE, 1.0, WALL)
-    pair = make_atoms(), make_atoms(periodic=True)
-    before = [results(atoms, calc) for atoms in pair]
-    for atoms, expected in zip(pair, before, strict=True):
-        assert not differ(results(atoms, calc), expected)
-    assert differ(*before)
 
 
 @pytest.mark.parametrize("name", ["energy", "forces", "pressure"])

@@ -49,14 +49,6 @@ def test_another_indenter_than_that_of_the_atoms_is_refused(other):
     assert atoms.get_potential_energy() == 0.0
 
 
-def test_changed_height_of_one_pixel_is_another_indenter():
-    changed = MAP.copy()
-    changed[3, 5] += 1e-9
-    atoms = make_atoms(rc.HeightMap(MAP, 1.0), rc.HeightMap(changed, 1.0))
-    with pytest.raises(ValueError, match="built for the indenter HeightMap-"):
-        atoms.get_potential_energy()
-
-
 @pytest.mark.parametrize(
     "same", [rc.RoughSphere(40, rc.SelfAffine(0.1, 0.8, 4, 16, seed=3)), Plain()]
 )

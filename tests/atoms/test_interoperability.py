@@ -7,7 +7,7 @@ import pytest
 from ase import optimize
 from ase.calculators.harmonic import SpringCalculator
 from ase.calculators.mixing import SumCalculator
-from ase.constraints import FixAtoms, FixCartesian, FixedLine, Hookean
+from ase.constraints import FixAtoms, FixCartesian
 from ase.db import connect
 from ase.io import read, write
 from ase.optimize import precon, sciopt
@@ -121,14 +121,6 @@ def test_surface_atoms_can_be_fixed(constraint):
     assert np.abs(free).max() < 1e-5 < np.abs(left[[13, 20]]).min()
 
 
-def test_constraints_to_lines_along_z_change_nothing(energy):
-    atoms = make_atoms()
-    lines = FixedLine(range(len(atoms) - 1), [0, 0, 1])
-    atoms.set_constraint([*atoms.constraints, lines])
-    assert optimize.LBFGS(atoms, logfile=None).run(fmax=1e-5, steps=500)
-    assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-6)
-
-
 # Other calculators
 
 
@@ -145,33 +137,6 @@ def test_sum_with_another_calculator_adds_energy_and_forces():
     assert both == pytest.approx(one + other)
     np.testing.assert_allclose(sum_of_forces, force + push, atol=1e-12)
     assert abs(push).max() > 0.1 and abs(force).max() > 0.1
-
-
-def test_springs_of_calculator_and_constraint_are_equivalent():
-    heights = []
-    for constrained in (False, True):
-        atoms = make_atoms(fixed=False)
-        rest = atoms.positions - np.array([0, 0, 0.2])
-        contact, last = rc.RoughContact(SPHERE, 1.0), len(atoms) - 1
-        if constrained:
-            springs = [Hookean(i, rest[i], k=0.5, rt=0.0) for i in range(last + 1)]
-            atoms.set_constraint(springs)
-            atoms.calc = contact
-        else:
-            atoms.calc = SumCalculator([contact, SpringCalculator(rest, 0.5)])
-        assert optimize.BFGS(atoms, logfile=None).run(fmax=1e-6, steps=500)
-        heights.append(atoms.positions[:, 2])
-    np.testing.assert_allclose(heights[0], heights[1], atol=1e-5)
-    assert np.ptp(heights[0][:-1]) > 0.01
-
-
-# Height maps
-
-
-@pytest.fixture(scope="module")
-def heights():
-    rough = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3)
-    return rough.heights((16, 16), 1.0, (-8.0, -8.0))
 
 
 # In parallel

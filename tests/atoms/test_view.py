@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from ase.data import covalent_radii
-from ase.io import read, write
+from ase.io import read
 from ase.units import GPa
 from built import atoms_under
 
@@ -181,16 +181,6 @@ def test_columns_are_pressure_contact_and_gap():
     np.testing.assert_allclose(columns.arrays["gap"], np.append(state.gap.ravel(), 0.0))
 
 
-def test_columns_are_named_in_an_extxyz_file(tmp_path):
-    columns = with_columns(relaxed())
-    write(tmp_path / "frame.extxyz", columns)
-    header = (tmp_path / "frame.extxyz").read_text().splitlines()[1]
-    assert "pressure:R:1:contact:I:1:gap:R:1" in header
-    again = read(tmp_path / "frame.extxyz")
-    for name in ("pressure", "contact", "gap"):
-        np.testing.assert_allclose(again.arrays[name], columns.arrays[name], atol=1e-8)
-
-
 def test_columns_of_a_frame_have_no_gap_without_its_indenter():
     assert "gap" not in with_columns(rc.snapshot(relaxed())).arrays
 
@@ -204,12 +194,6 @@ def test_views_do_not_change_the_atoms():
     assert not atoms.get_tags().any() and set(atoms.arrays) <= {
         "numbers", "positions", "tags",
     }  # fmt: skip
-
-
-def test_columns_do_not_change_the_frame():
-    frame = rc.snapshot(relaxed())
-    with_columns(frame, SPHERE)
-    assert "pressure" not in frame.arrays
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from ase.io import read, write
 from ase.optimize import FIRE2
 from built import atoms_under
 
@@ -125,19 +124,6 @@ def test_preconditioner_of_a_condensed_window_is_positive_definite():
         rc.HalfSpacePrecon(make_atoms(Box((-3, -3), (5, 4)))).asarray()
     )
     assert values.min() > 0.0
-
-
-@pytest.mark.parametrize("name", ["atoms.traj", "atoms.extxyz", "atoms.json"])
-def test_frames_are_good_for_a_calculation_as_they_are(name, tmp_path):
-    window = Box((-6, -6), (13, 12))
-    atoms = make_atoms(window)
-    assert rc.NewtonKrylov(atoms).run(fmax=1e-10)
-    write(tmp_path / name, rc.snapshot(atoms))
-    back = read(tmp_path / name)
-    back.calc = rc.RoughContact(SPHERE, 1.0, SOFT)
-    force = atoms.calc.state(atoms).normal_force
-    assert back.calc.state(back).normal_force == pytest.approx(force, rel=1e-6)
-    assert np.abs(back.get_forces()[:-1]).max() < 1e-6
 
 
 def test_adhesive_window_grows_when_the_surface_bulges():

@@ -1,8 +1,7 @@
-"""Default options of optimizers, springs on the indenter, residuals."""
+"""Default options of optimizers, residuals."""
 
 import numpy as np
 import pytest
-from ase.constraints import Hookean
 from ase.optimize import LBFGS
 from built import atoms_under
 
@@ -122,38 +121,6 @@ def test_the_default_optimizer_depends_on_the_wall(wall, solver, other):
     assert iterations(None) == iterations(solver)
     with pytest.raises(ValueError, match="wall"):
         iterations(other)
-
-
-# Springs
-
-
-def on_spring(stiffness, end, load=0.0):
-    """Return atoms with the indenter on a spring, also under a load."""
-    atoms = atoms_under(SPHERE, shape=(32, 32), load=load, fixed=False)
-    point = (*atoms.positions[-1, :2], end)
-    atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=0.0))
-    return atoms
-
-
-@pytest.mark.parametrize(
-    "stiffness, end, load", [(0.2, -40.0, 2.0), (10.0, -0.5, 0.0), (500.0, -0.1, 2.0)]
-)
-def test_spring_load_and_wall_are_in_equilibrium(stiffness, end, load):
-    heights = []
-    for optimizer in (
-        lambda atoms: NewtonKrylov(atoms, logfile=None),
-        lambda atoms: LBFGS(FourierModes(atoms), alpha=1.0, logfile=None),
-    ):
-        atoms = on_spring(stiffness, end, load)
-        assert optimizer(atoms).run(fmax=1e-6, steps=1000)
-        height, state = atoms.positions[-1, 2], atoms.calc.state(atoms)
-        pull = stiffness * (height - end)
-        assert state.normal_force == pytest.approx(pull + load, abs=2e-6)
-        own = atoms.get_potential_energy(apply_constraint=False)
-        stored = 0.5 * stiffness * (height - end) ** 2
-        assert atoms.get_potential_energy() - own == pytest.approx(stored)
-        heights.append(height)
-    assert heights[0] == pytest.approx(heights[1], abs=1e-5)
 
 
 # Residuals of the optimality conditions of a hard wall

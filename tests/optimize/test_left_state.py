@@ -91,15 +91,6 @@ def test_changed_atoms_have_the_results_of_a_new_calculator(wall, periodic, chan
             np.testing.assert_allclose(found[name], value, atol=1e-9, err_msg=name)
 
 
-def test_lifted_hard_wall_exerts_no_force():
-    atoms = relaxed_atoms(WALLS["hard"])
-    assert atoms.calc.get_property("normal_force", atoms) > 1.0
-    lift(atoms)
-    assert atoms.calc.get_property("normal_force", atoms) == 0.0
-    assert not atoms.calc.get_property("contact", atoms).any()
-    assert abs(atoms.get_forces()).max() > 0.01  # the surface is still indented
-
-
 @pytest.mark.parametrize("optimizer", [FIRE, LBFGS])
 def test_other_optimizers_do_not_push_through_a_relaxed_hard_wall(optimizer):
     atoms = relaxed_atoms(WALLS["hard"], fixed=False, load=2.0)
@@ -108,14 +99,6 @@ def test_other_optimizers_do_not_push_through_a_relaxed_hard_wall(optimizer):
     assert atoms.get_forces()[-1, 2] == pytest.approx(-1.0)
     with pytest.raises(ValueError, match="overlap with the hard wall"):
         optimizer(atoms, logfile=None).run(fmax=1e-3, steps=50)
-
-
-@pytest.mark.parametrize("steps", [1000, 2], ids=["converged", "unconverged"])
-def test_results_are_in_the_calculator_after_a_run(wall, steps):
-    atoms = make_atoms(wall, fixed=False, load=1.0)
-    (rc.ActiveSet if wall.hard else rc.NewtonKrylov)(atoms).run(fmax=1e-9, steps=steps)
-    assert not atoms.calc.check_state(atoms)
-    assert {"energy", "forces", "normal_force"} <= atoms.calc.results.keys()
 
 
 def test_gradient_of_the_optimizable_is_that_of_its_degrees_of_freedom(wall):

@@ -139,14 +139,6 @@ def test_optimizers_find_the_same_energy_as_on_atoms(optimizer, options, control
     assert atoms.positions[-1, 2] == pytest.approx(reference.positions[-1, 2], abs=1e-4)
 
 
-@pytest.mark.filterwarnings("ignore:the load of")
-@pytest.mark.parametrize("optimizer", [FIRE2, LBFGS])
-def test_fixed_indenter_does_not_move(optimizer):
-    atoms = make_atoms(load=0.5)
-    assert optimizer(rc.FourierModes(atoms), logfile=None).run(fmax=1e-5)
-    assert atoms.positions[-1, 2] == 0.6
-
-
 # The atoms while an optimizer works on their modes
 
 
@@ -262,27 +254,3 @@ def test_other_calculators_are_refused(calculator):
     atoms.calc = calculator
     with pytest.raises(ValueError, match="RoughContact"):
         rc.FourierModes(atoms)
-
-
-# Steps. The window is 64 wide, the wall and the roughness those of a spacing of 1.
-
-
-OPTIMIZERS = {"FIRE2": FIRE2, "LBFGS": LBFGS}
-
-
-def optimizer(problem, name, n, helped=True):
-    """Return an optimizer and a force of 1e-4 E* times the area per atom."""
-    atoms, fmax = problem(n)
-    options = {"memory": 20} if name == "LBFGS" else {"maxstep": 0.2 * n}
-    if helped:
-        atoms = rc.FourierModes(atoms)
-        options |= {"alpha": 1.0} if name == "LBFGS" else {"maxstep": atoms.maxstep}
-    return OPTIMIZERS[name](atoms, logfile=None, **options), fmax
-
-
-@cache
-def steps(*arguments):
-    """Return the steps that an optimizer needs."""
-    dynamics, fmax = optimizer(*arguments)
-    assert dynamics.run(fmax=fmax, steps=3000)
-    return dynamics.nsteps

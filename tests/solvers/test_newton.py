@@ -72,26 +72,6 @@ def test_energy_is_that_of_a_generic_minimiser(periodic, wall, solid):
     assert state.energy == pytest.approx(minimum(contact, height), rel=1e-9)
 
 
-def test_energy_agrees_with_that_of_the_contact(wall, solid):
-    contact = scene(16, wall, solid=solid)
-    state = relax(contact, 0.0)[-1]
-    whole = contact.halfspace.padded_displacement(state.pressure)
-    reference = contact.evaluate(whole, state.height)
-    assert state.energy == pytest.approx(reference.energy, rel=1e-12)
-    assert abs(reference.forces).max() < 1e-8
-
-
-@pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
-@pytest.mark.parametrize("height", [0.0, 40.0])
-def test_a_spring_carries_the_normal_force(wall, height, solid):
-    contact = scene(32, wall, solid=solid)
-    start = np.zeros(contact.heights.shape)
-    state = relax(contact, height, spring(0.7, -9.0), start)[-1]
-    force = normal_force(contact, state)
-    assert force == pytest.approx(0.7 * (state.height + 9.0), rel=1e-9)
-    assert force > 1.0
-
-
 def test_a_slack_spring_does_not_pull(solid):
     def hook(height):  # pulls down only above a height of 5
         stretch = max(height - 5.0, 0.0)
