@@ -50,21 +50,6 @@ def test_adhesion_increases_the_predicted_area_unless_flats_adhere():
     assert np.isnan(predicted(9.5))
 
 
-def test_the_predicted_area_of_a_smooth_sphere_is_hertz():
-    text = SMALL.replace("[roughness]\nlong_wavelength = 16.0\n", "")
-    scene = Scene.parse(text)
-    np.testing.assert_array_equal(scene.predicted_area(2.0), scene.hertz_area(2.0))
-
-
-def test_run_writes_csv_and_trajectory_and_resumes(tmp_path):
-    scene = Scene.parse(SMALL)
-    first = next(scene.run(tmp_path))
-    records = list(scene.run(tmp_path))
-    assert records[0] == first
-    assert [record.converged for record in records] == [True, True]
-    assert len((tmp_path / "curve.csv").read_text().splitlines()) == 3
-
-
 def test_run_writes_the_scene_with_or_without_the_text_of_its_file(tmp_path):
     scene, file = Scene.parse(SMALL), tmp_path / "scene.toml"
     next(scene.run(tmp_path))

@@ -1,7 +1,6 @@
 """Solids of scene files."""
 
 import json
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from spring_crystal import fcc_springs
 
 from ase_roughcontact.cli import main
 from ase_roughcontact.elasticity import Crystal, Cubic, Isotropic, Layer
-from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.scene import Scene
 
 A = 3.6
@@ -85,18 +83,6 @@ def test_a_crystal_sets_spacing_and_modulus(crystal_file, tmp_path):
     other = scene("").with_values({"substrate.spacing": crystal.spacing})
     with pytest.raises(ValueError, match=r"another scene.*crystal was"):
         list(other.run(tmp_path / "run"))
-
-
-def test_ensembles_on_a_crystal(crystal_file, tmp_path):
-    seeds = product(
-        scene(f'crystal = "{crystal_file}"', ""), {"roughness.seed": [1, 2]}
-    )
-    with ThreadPoolExecutor(1) as pool:
-        *_, last = run_ensemble(seeds, tmp_path / "e.db", executor=pool)
-    assert (last.steps, last.failures) == (4, {})
-    forces = read_ensemble(tmp_path / "e.db")["normal_force"]
-    alone = [step.normal_force for seed in seeds for step in seed.relax()]
-    np.testing.assert_allclose(sorted(forces), sorted(alone), rtol=1e-12)
 
 
 def test_a_crystal_is_found_beside_the_scene_and_copied_to_the_results(

@@ -233,52 +233,6 @@ def test_elastic_constants_are_in_gigapascal_by_default_those_of_the_crystal():
     assert scene.contact_modulus == pytest.approx(young / (1.0 - nu**2) * GPA)
 
 
-@pytest.mark.parametrize("domain", [None, 120.0])
-@pytest.mark.parametrize("longest", [None, 24.0])
-def test_surface_and_first_contact_scale_with_the_spacing(longest, domain):
-    found = []
-    for spacing in (1.0, 4.0):
-        scene = scene_with(
-            {
-                "roughness.longest_wavelength": longest,
-                "roughness.domain": domain,
-                "substrate.spacing": spacing,
-            }
-        )
-        heights = scene.surface.heights((16, 12), spacing, (-spacing, 2.0 * spacing))
-        bottom = scene.atoms().positions[-1, 2]
-        found.append(np.append(heights.ravel(), bottom) / spacing)
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-9, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    "kind, work",
-    [("hard", None), ("repulsive", None), ("adhesive", 0.3), ("full", 0.3)],
-)
-def test_walls_scale_with_modulus_and_spacing(kind, work):
-    def wall(spacing, modulus):
-        changes = {
-            "substrate.spacing": spacing,
-            "substrate.contact_modulus": modulus,
-        }
-        table = {
-            "kind": kind,
-            "work_of_adhesion": work and 0.1 * work * modulus * spacing,
-        }
-        return scene_with(changes, interaction=table).wall
-
-    small, large = wall(1.0, 10.0), wall(2.0, 40.0)
-    assert large.cutoff == pytest.approx(2.0 * small.cutoff)
-    assert large.contact_distance == pytest.approx(2.0 * small.contact_distance)
-    assert large.attractive == small.attractive == (work is not None)
-    if kind != "hard":
-        gaps = np.linspace(0.8, 4.0, 9)
-        scales = np.array([[8.0], [4.0], [2.0]])  # energy, pressure, stiffness
-        found = np.array(large.evaluate(2.0 * gaps))
-        expected = scales * np.array(small.evaluate(gaps))
-        np.testing.assert_allclose(found, expected, rtol=1e-12)
-
-
 @pytest.mark.parametrize("shape", ["auto", [40, 40]], ids=str)
 @pytest.mark.parametrize("control", ["load", "penetration"])
 def test_a_given_window_is_kept_and_an_automatic_one_follows_the_contact(
