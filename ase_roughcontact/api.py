@@ -3,7 +3,7 @@
 from ase_roughcontact.atoms.adhesion import adhesion_loop
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.loading import load_path
-from ase_roughcontact.atoms.sliding import sliding_path
+from ase_roughcontact.atoms.sliding import release, sliding_path, stick
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
 from ase_roughcontact.atoms.time_path import time_path
@@ -93,9 +93,11 @@ __all__ = [
     "fcc_spacing",
     "load_path",
     "pressure_of",
+    "release",
     "restore",
     "sliding_path",
     "snapshot",
+    "stick",
     "substrate",
     "time_path",
 ]

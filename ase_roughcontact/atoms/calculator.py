@@ -17,6 +17,7 @@ from ase_roughcontact.atoms.history import same_history
 from ase_roughcontact.atoms.indenter import check_surface, indenter_fixed
 from ase_roughcontact.atoms.model import ContactModel
 from ase_roughcontact.atoms.parameters import checked
+from ase_roughcontact.atoms.sticking import Sticking, sticking_of
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
@@ -44,7 +45,7 @@ class RoughContact(Calculator):
     :math:`K` is the inverse of the half space's Green's function. The boundary is that
     of the atoms: ``pbc = (True, True, False)`` makes a periodic half space, in which
     the mean plane is the reference (the averages above), ``pbc = False`` a free one,
-    in which they are zero. Forces have no lateral components.
+    in which they are zero. Forces have lateral components where atoms `stick` only.
 
     The constraints of the indenter atom choose the control. An indenter that is fixed
     (`FixAtoms`) stays at its height. The load does not act on it then: the terms with
@@ -90,8 +91,8 @@ class RoughContact(Calculator):
     Notes
     -----
     Besides ASE's properties, `results` has `normal_force` (eV/Å), `contact_area`
-    (Å^2), after `sliding_path` the `lateral_force` along x and y that holds the
-    indenter (eV/Å), which is not part of the forces, and, as arrays of the window's
+    (Å^2), after `sliding_path` and where atoms `stick` the `lateral_force` along x and
+    y that holds the indenter (eV/Å), and, as arrays of the window's
     shape (n, m), `pressure` (eV/Å^3), `gap` (Å) and `contact` (bool). `get_property`
     returns them, too, and `state` all at once. ASE's file formats do not store
     properties that ASE does not define; `snapshot` makes frames that carry them.
@@ -148,6 +149,7 @@ class RoughContact(Calculator):
     ) -> None:
         self._cached_model: ContactModel | None = None
         self._fixed: bool | None = None  # whether the indenter was, when calculated
+        self._sticking: Sticking | None = None
         self._warned_of_load = 0.0
         super().__init__(
             indenter=indenter,
@@ -210,7 +212,7 @@ class RoughContact(Calculator):
         """Set the results of the present atoms."""
         self._state = state
         values = displacement(self.atoms, model.grid)
-        self._fixed = indenter_fixed(self.atoms)
+        self._fixed, self._sticking = _constraints_of(self.atoms)
         load = self.parameters["load"]
         if self._fixed:
             self._warn_of_load(load)
@@ -220,13 +222,19 @@ class RoughContact(Calculator):
         if state.forces.any():
             forces[:-1, 2] = state.forces.ravel()
         forces[-1, 2] = state.normal_force - load
+        energy, lateral_force = state.energy + work, model.lateral_force
+        energies = np.append(model.contact.energies(values, state), work)
+        if self._sticking is not None:
+            lateral, forces[:-1, :2] = model.lateral_energies(self.atoms)
+            energy, energies[:-1] = energy + lateral.sum(), energies[:-1] + lateral
+            lateral_force = self._sticking.lateral_force(forces)
         self.results = {
-            "energy": state.energy + work,
-            "free_energy": state.energy + work,
-            "energies": np.append(model.contact.energies(values, state), work),
+            "energy": energy,
+            "free_energy": energy,
+            "energies": energies,
             "forces": forces,
             **{name: getattr(state, name) for name in CONTACT_PROPERTIES},
-            "lateral_force": model.lateral_force,
+            "lateral_force": lateral_force,
         }
 
     def _warn_of_load(self, load: float) -> None:
@@ -277,7 +285,8 @@ class RoughContact(Calculator):
     def check_state(self, atoms: Atoms, tol: float = 1e-15) -> list[str]:
         """Return what has changed since the last calculation; fast if nothing has."""
         if self.atoms is not None:
-            if self._fixed != indenter_fixed(atoms):
+            fixed, sticking = _constraints_of(atoms)
+            if (self._fixed, self._sticking is None) != (fixed, sticking is None):
                 return ["constraints"]
             if not same_history(self.atoms, atoms):
                 return ["history"]
@@ -296,6 +305,10 @@ class RoughContact(Calculator):
         self._cached_model.adopt_history(atoms)
         check_surface(atoms, self._cached_model.surface_id)
         return self._cached_model
+
+
+def _constraints_of(atoms: Atoms) -> tuple[bool, Sticking | None]:
+    return indenter_fixed(atoms), sticking_of(atoms)
 
 
 def contact_of(atoms: Atoms) -> Contact:

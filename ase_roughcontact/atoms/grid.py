@@ -141,36 +141,51 @@ def displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray:
     return values
 
 
+def on_grid(values: np.ndarray, grid: SurfaceGrid) -> np.ndarray:
+    """Return values on a window, shape (..., n, m), with zeros on the padding."""
+    found = np.zeros((*values.shape[:-2], *grid.shape), dtype=values.dtype)
+    found[..., : grid.window[0], : grid.window[1]] = values
+    return found
+
+
 def lateral_displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray | None:
-    """Return the displacement along x and y of a window, shape (2, n, m) (Å).
+    """Return the displacement along x and y, shape (2, *grid.shape) (Å).
 
     None for atoms on their lattice.
     """
     if LATTICE not in info_of(atoms):
         return None
-    n, m = grid.window
-    moved = atoms.positions[:-1, :2] - grid.sites(atoms.positions[-1, :2])
-    return moved.T.reshape(2, *grid.shape)[:, :n, :m].copy()
+    moved = atoms.positions[:-1, :2] - grid.sites(_axis_of(atoms))
+    return moved.T.reshape(2, *grid.shape)
 
 
 def set_lateral_displacement(
     atoms: Atoms, grid: SurfaceGrid, values: np.ndarray | None
 ) -> None:
-    """Move the atoms of a window along x and y; None puts them on their lattice."""
+    """Move all surface atoms along x and y; None puts them on their lattice.
+
+    The indenter is above the middle of the lattice then.
+    """
     if values is None and LATTICE not in info_of(atoms):
         return
-    atoms.positions[:-1, :2] = grid.sites(atoms.positions[-1, :2])
+    axis = _axis_of(atoms)
+    atoms.positions[:-1, :2], atoms.positions[-1, :2] = grid.sites(axis), axis
     for info in (atoms.info, atoms.info.get("data", {})):
         info.pop(LATTICE, None)
     if values is not None:
-        inside = np.flatnonzero(grid.in_window)
-        atoms.positions[inside, :2] += values.reshape(2, -1).T
+        atoms.positions[:-1, :2] += values.reshape(2, -1).T
         atoms.info[LATTICE] = {
             "window": list(grid.window),
             "shape": list(grid.shape),
             "spacing": grid.spacing,
             "origin": list(grid.origin),
         }
+
+
+def _axis_of(atoms: Atoms) -> np.ndarray:
+    """Return the position of the indenter's axis before it has moved sideways (Å)."""
+    lattice = info_of(atoms).get(LATTICE, {})
+    return np.array(lattice.get("axis", atoms.positions[-1, :2]))
 
 
 def set_displacement(atoms: Atoms, values: np.ndarray) -> None:

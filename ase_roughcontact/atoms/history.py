@@ -15,8 +15,10 @@ from ase_roughcontact.atoms.fields import field_of, info_of
 from ase_roughcontact.atoms.grid import (
     SurfaceGrid,
     lateral_displacement,
+    on_grid,
     set_lateral_displacement,
 )
+from ase_roughcontact.atoms.sticking import sticking_of
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
 from ase_roughcontact.contact.state import (
     PLASTIC_DEPTH,
@@ -60,7 +62,14 @@ def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
             history[key] = field_of(atoms, key, grid.window)
     moved = lateral_displacement(atoms, grid)
     if moved is not None:
-        history |= zip(SHIFTS, moved, strict=True)
+        history |= zip(SHIFTS, moved[:, :n, :m].copy(), strict=True)
+    sticking = sticking_of(atoms)
+    if sticking is not None:
+        friction = np.zeros((2, len(atoms) - 1))
+        friction[:, sticking.index] = sticking.friction(atoms.positions[-1, :2]).T
+        tractions = friction.reshape(2, *grid.shape)[:, :n, :m] / grid.spacing**2
+        history |= zip(TRACTIONS, tractions, strict=True)
+        history[SLIPPING] = np.zeros(grid.window)
     return history
 
 
@@ -83,15 +92,14 @@ def set_history(
         atoms.info[CREEP] = creep.todict()
     for key in list(filter(_is_kept, atoms.arrays)):
         del atoms.arrays[key]
-    n, m = grid.window
-    moved = [history[key] for key in SHIFTS if key in history]
-    set_lateral_displacement(atoms, grid, np.array(moved) if moved else None)
+    moved = None
+    if SHIFTS[0] in history:
+        moved = on_grid(np.stack([history[key] for key in SHIFTS]), grid)
+    set_lateral_displacement(atoms, grid, moved)
     for key, values in history.items():
         if key in SHIFTS:
             continue
-        on_grid = np.zeros(grid.shape)
-        on_grid[:n, :m] = values
-        atoms.arrays[key] = np.append(on_grid, 0.0)
+        atoms.arrays[key] = np.append(on_grid(values, grid), 0.0)
 
 
 def same_history(a: Atoms, b: Atoms) -> bool:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact.atoms.sticking import Sticking
+
 #: Key of `Atoms.info` under which `substrate` stores the `surface_id` of the indenter.
 INDENTER_KEY = "indenter"
 
@@ -26,7 +28,10 @@ def indenter_fixed(atoms: Atoms) -> bool:
     force = np.zeros((len(atoms), 3))
     force[-1, 2] = 1.0
     for constraint in atoms.constraints:
-        if not hasattr(constraint, "adjust_potential_energy"):  # adds a force
+        # others add a force
+        if not hasattr(constraint, "adjust_potential_energy") and not isinstance(
+            constraint, Sticking
+        ):
             constraint.adjust_forces(atoms, force)
     return bool(force[-1, 2] == 0.0)
 

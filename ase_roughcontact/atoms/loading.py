@@ -19,6 +19,7 @@ from ase_roughcontact.atoms.history import history_of
 from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.atoms.model import problem_for
 from ase_roughcontact.atoms.path_atoms import PathAtoms, relaxer_of
+from ase_roughcontact.atoms.sticking import check_released
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.paths.accuracy import accuracy_of
@@ -297,6 +298,7 @@ def _check(atoms: Atoms, control: str) -> None:
     one_of(CONTROLS, control=control)
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"a path needs a RoughContact calculator, got {atoms.calc}")
+    check_released(atoms)
     fixed = indenter_fixed(atoms)
     free = control in ("loads", "bases")
     if fixed and free:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,12 @@ from ase import Atoms
 from ase.data import atomic_numbers
 
 from ase_roughcontact._util.kernels import array_equal
-from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact.atoms.grid import (
+    SurfaceGrid,
+    displacement,
+    lateral_displacement,
+    set_displacement,
+)
 from ase_roughcontact.atoms.history import creep_of, history_of
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.contact.creep import check_past, past_of, with_depths
@@ -20,6 +26,7 @@ from ase_roughcontact.contact.problem import lattice_offsets
 from ase_roughcontact.contact.state import TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.viscoelastic import Scaled
 from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.topography.facts import surface_id
@@ -119,6 +126,20 @@ class ContactModel:
             raise ValueError("positions must be finite, got NaN or infinity")
         reaction = pressure if height == known_height else None
         return self.contact.evaluate(values, height, pressure, reaction)
+
+    @cached_property
+    def lateral(self) -> LateralHalfSpace:
+        """Lateral response of the surface."""
+        grid = self.grid
+        return LateralHalfSpace(
+            grid.window, grid.spacing, self.problem.solid, grid.periodic
+        )
+
+    def lateral_energies(self, atoms: Atoms) -> tuple[np.ndarray, np.ndarray]:
+        """Return energies of lateral displacements, shape (N,), and forces (N, 2)."""
+        moved: Any = lateral_displacement(atoms, self.grid)
+        forces = -(self.grid.spacing**2) * self.lateral.tractions(moved)
+        return -0.5 * (moved * forces).sum(axis=0).ravel(), forces.reshape(2, -1).T
 
     @property
     def lateral_force(self) -> np.ndarray:

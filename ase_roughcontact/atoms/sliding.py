@@ -8,12 +8,156 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact.atoms.calculator import grid_of, model_of
+from ase_roughcontact.atoms.fields import LATTICE
+from ase_roughcontact.atoms.grid import SurfaceGrid, on_grid, set_lateral_displacement
+from ase_roughcontact.atoms.history import creep_of, history_of, set_history
 from ase_roughcontact.atoms.loading import AtomsPath, single_path
+from ase_roughcontact.atoms.sticking import (
+    SlipError,
+    Sticking,
+    check_released,
+    exceeds,
+)
+from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTION_DEPTH
+from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.interactions.friction import FrictionLaw
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.sliding import follow_sliding
 from ase_roughcontact.paths.validity import Validity
+from ase_roughcontact.solvers.friction import solve_friction
+
+
+def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
+    r"""Let the atoms in contact move sideways with the indenter, for ASE's optimizers.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        From `substrate`, with a `RoughContact` calculator, relaxed or after a sliding
+        path in which no atom slips. They get the constraint that is returned.
+    friction : FrictionLaw
+        The atoms on which it acts at the present pressure stick.
+
+    Returns
+    -------
+    Sticking
+        Constraint of ASE; its method `move` moves the indenter.
+
+    Raises
+    ------
+    ValueError
+        If there are no such atoms, they stick already, their path has coupled normal
+        and lateral motion, or a free half space has no padding.
+    SlipError
+        If atoms slip.
+    NotImplementedError
+        If the solid has no lateral components.
+
+    Notes
+    -----
+    All surface atoms have lateral forces then. With the inverse K of the lateral
+    Green's function, the elastic energy of lateral displacements u and minus its
+    gradient,
+
+    .. math:: U_\text{lateral} = \frac{a_0^2}{2} \sum u \cdot K u, \qquad
+              f = -a_0^2 K u,
+
+    are part of the results. Minus the sum of the forces on the atoms that stick is the
+    ``lateral_force`` of the indenter, which `FixAtoms` or ``FixCartesian`` hold or a
+    `Hookean` pulls: under the constraint it has the forces on these atoms. Bounds of
+    friction are those of the present pressure. `release` ends it.
+
+    Examples
+    --------
+    >>> from ase.optimize import LBFGS
+    >>> from ase_roughcontact import HardWall, RoughContact, RoughSphere, Tresca
+    >>> from ase_roughcontact import load_path, stick, substrate
+    >>> from ase_roughcontact.elasticity import Isotropic
+    >>> sphere = RoughSphere(radius=500.0)
+    >>> atoms = substrate("Cu", (16, 16), sphere, spacing=2.5)
+    >>> solid = Isotropic(0.8, poisson=0.3)
+    >>> atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall())
+    >>> (step,) = load_path(atoms, penetrations=[0.5])
+    >>> stick(atoms, Tresca(0.01)).move(atoms, (0.05, 0.0))
+    >>> bool(LBFGS(atoms, logfile=None).run(fmax=1e-5))
+    True
+    """
+    check_released(atoms)
+    model = model_of(atoms)
+    grid, halfspace = model.grid, model.lateral
+    if grid.shape != halfspace.grid:
+        raise ValueError(
+            "lateral forces need the padding of the half space, which the atoms do not "
+            "have: restore(snapshot(atoms), solid) has it"
+        )
+    bounds, history = _bounds(atoms, friction, grid), history_of(atoms, grid)
+    if TRACTION_DEPTH in history:
+        raise ValueError(
+            "the atoms are from a path with the coupling of normal and lateral motion, "
+            'which has no part in the energy of atoms that stick: use coupling="'
+            'neglected"'
+        )
+    sticks, none = bounds > 0.0, np.zeros(grid.window)
+    if not sticks.any():
+        raise ValueError("no atom is in contact so that friction acts on it")
+    shifts = np.stack([history.get(key, none) for key in SHIFTS])
+    along = np.eye(2)[:, :, None, None] * np.ones(grid.window)
+    tractions, *changes = (
+        _tractions(halfspace, sticks, imposed) for imposed in (shifts, *along)
+    )
+    index = on_grid(sticks, grid).ravel().nonzero()[0]
+    slips = (history.get(SLIPPING, none) > 0.0) | exceeds(tractions, bounds)
+    if slips[sticks].any():
+        raise SlipError(index[slips[sticks]], len(index), "already")
+    moved = halfspace.displacement(on_grid(tractions, grid))
+    set_lateral_displacement(atoms, grid, moved)
+    atoms.info[LATTICE]["axis"] = atoms.positions[-1, :2].tolist()
+    sticking = Sticking(
+        atoms,
+        index,
+        grid.spacing**2 * bounds[sticks],
+        grid.spacing**2 * tractions[:, sticks].T,
+        grid.spacing**2 * np.stack([each[:, sticks].T for each in changes], axis=-1),
+    )
+    atoms.set_constraint([*atoms.constraints, sticking])
+    return sticking
+
+
+def release(atoms: Atoms) -> None:
+    """End that atoms `stick`; they keep their friction, from which a path continues.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Changed in place: the indenter goes back above the middle of the lattice, which
+        stands for its displacement.
+    """
+    grid, history = grid_of(atoms), history_of(atoms, grid_of(atoms))
+    others = [c for c in atoms.constraints if not isinstance(c, Sticking)]
+    atoms.set_constraint(others)
+    set_history(atoms, grid, history, creep_of(atoms))
+
+
+def _bounds(atoms: Atoms, friction: FrictionLaw, grid: SurfaceGrid) -> np.ndarray:
+    """Return the bounds of friction on the window."""
+    state = atoms.calc.state(atoms)
+    x, y = (
+        start + grid.spacing * np.arange(count)
+        for start, count in zip(grid.origin, grid.window, strict=True)
+    )
+    return friction.bounds(state.pressure, state.contact, x, y)
+
+
+def _tractions(
+    halfspace: LateralHalfSpace, sticks: np.ndarray, imposed: np.ndarray
+) -> np.ndarray:
+    """Return the tractions by which atoms that stick have a displacement."""
+    found = solve_friction(halfspace, np.where(sticks, np.inf, 0.0), imposed)
+    if not found.converged:
+        raise RuntimeError(found.message)
+    return found.tractions
 
 
 def sliding_path(
@@ -76,10 +220,9 @@ def sliding_path(
     Lateral displacements leave the heights above the atoms as they are: the indenter
     stays at its x and y. Unless the coupling is solved, they leave the pressure as it
     is, too, which is exact for a Poisson's ratio of 1/2 (Goodman's approximation). The
-    atoms move along x and y, but energy and forces depend on z only. Their arrays
-    ``traction_x``, ``traction_y`` (eV/Å^3) and ``slipping`` (1 or 0), and the
-    displacements, are in frames, too; see `lateral_of`.
-    The calculator's `results` have the ``lateral_force``.
+    atoms move along x and y, but energy and forces depend on z only, unless atoms
+    `stick`. Their arrays ``traction_x``, ``traction_y`` (eV/Å^3) and ``slipping`` (1 or
+    0), and the displacements, are in frames, too; see `lateral_of`. The calculator's `results` have the ``lateral_force``.
 
     Examples
     --------

@@ -38,6 +38,7 @@ from ase_roughcontact.atoms.history import (
     set_history,
 )
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
+from ase_roughcontact.atoms.sticking import sticking_of
 from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH, SHIFTS, SLIPPING
 from ase_roughcontact.elasticity.greens import ElasticSolid
@@ -64,7 +65,8 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     Returns
     -------
     Atoms
-        Energy, energies and forces are in a `SinglePointCalculator`. Its `info` has the
+        Energy, energies and forces, under friction also minus the lateral force on the
+        indenter, are in a `SinglePointCalculator`. Its `info` has the
         normal force (eV/Å), the contact area (Å^2), the compressed pressures, which
         `pressure_of` reads, with a hardness the plastic depths, which
         `plastic_depth_of` reads, under friction the lateral force (eV/Å) and what
@@ -92,10 +94,15 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     tags[state.contact] = TAG_CONTACT
     tags[state.plastic] = TAG_PLASTIC
     history = history_of(atoms, grid)
+    results, sticking = atoms.calc.results, sticking_of(atoms)
+    forces, lateral_force = results["forces"].copy(), results["lateral_force"]
+    if sticking is not None:
+        forces[sticking.index, :2] = 0.0  # the indenter has them
     if SLIPPING in history:
         tags[state.contact & (history[SLIPPING] > 0.0)] = TAG_SLIPPING
-        info["lateral_force"] = atoms.calc.results["lateral_force"].tolist()
+        info["lateral_force"] = lateral_force.tolist()
         frame.info[LATTICE] = frame.info[LATTICE] | {"shape": list(grid.window)}
+        forces[-1, :2] = -lateral_force
     frame.set_tags(np.append(tags, TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
     if state.hardness < math.inf:
@@ -103,7 +110,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         info[INDENTED] = state.kept_depth is not None
     for key, values in history.items():
         if key not in (PLASTIC_DEPTH, *SHIFTS):
-            del frame.arrays[key]
+            frame.arrays.pop(key, None)
             info[key] = as_text(values)
     depth = contact_of(atoms).past_depth
     if depth is not None:
@@ -117,12 +124,11 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     )
     if state.touching is not None:  # not those under a positive pressure
         frame.info[_TOUCHING] = as_text(state.touching)
-    results = atoms.calc.results
     frame.calc = SinglePointCalculator(
         frame,
         energy=results["energy"],
         energies=results["energies"][in_frame],
-        forces=results["forces"][in_frame],
+        forces=forces[in_frame],
     )
     return frame
 

@@ -9,6 +9,7 @@ and a free one on a grid padded to at least ``2n - 1`` cells.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, rfft, rfft2
@@ -117,6 +118,30 @@ class LateralHalfSpace:
         """
         self.pairs += 1.0
         return _filtered(tractions, self._compliance, self.grid)
+
+    def tractions(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the tractions that cause a displacement of the grid: one FFT pair.
+
+        Parameters
+        ----------
+        displacement : ndarray, shape (2, N, M)
+            Along x and y, of all cells of the grid (length).
+
+        Returns
+        -------
+        ndarray, shape (2, N, M)
+            Pressure; if periodic their mean is zero, and that of the displacement has
+            no effect.
+        """
+        self.pairs += 1.0
+        return _filtered(displacement, self._exact_stiffness, self.grid)
+
+    @cached_property
+    def _exact_stiffness(self) -> np.ndarray:
+        matrix = _inverse(self._compliance)
+        if self.periodic:
+            matrix[:, 0, 0] = 0.0
+        return matrix
 
     def stiffness(self, displacement: np.ndarray) -> np.ndarray:
         """Return approximate tractions that cause a displacement.

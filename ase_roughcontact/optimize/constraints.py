@@ -10,6 +10,7 @@ from ase.constraints import Hookean
 
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.indenter import indenter_fixed
+from ase_roughcontact.atoms.sticking import check_released
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.solvers.relaxation import Support
 
@@ -57,11 +58,12 @@ class Indenter:
     Raises
     ------
     ValueError
-        If a constraint acts on surface atoms along z, or does anything to the indenter
-        but fix it or tie it by a `Hookean` to a point or a plane.
+        If atoms stick, or a constraint acts on surface atoms along z, or does anything
+        to the indenter but fix it or tie it by a `Hookean` to a point or a plane.
     """
 
     def __init__(self, atoms: Atoms) -> None:
+        check_released(atoms)
         self._last = len(atoms) - 1
         self._xy = atoms.positions[-1, :2].copy()
         self._cell = {"cell": atoms.cell.copy(), "pbc": atoms.pbc.copy()}

@@ -51,6 +51,19 @@ def test_free_half_space_is_the_dense_matrix(shape):
     assert_allclose(found.ravel(), dense @ tractions.ravel(), atol=1e-12)
 
 
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("shape", [(7, 5), (6, 8)])
+def test_tractions_of_the_whole_grid_cause_its_displacement(shape, periodic):
+    half = LateralHalfSpace(shape, 1.3, Isotropic(2.0, 0.3), periodic)
+    tractions = np.random.default_rng(1).normal(size=(2, *half.grid))
+    if periodic:
+        tractions -= tractions.mean(axis=(1, 2), keepdims=True)
+    displacement = half.displacement(tractions)
+    assert_allclose(half.tractions(displacement), tractions, atol=1e-12)
+    if periodic:  # a uniform displacement costs nothing
+        assert_allclose(half.tractions(displacement + 1.0), tractions, atol=1e-12)
+
+
 @pytest.mark.parametrize("number", [(3, 0), (2, 5), (4, -1)])
 def test_periodic_waves_have_the_compliances_along_and_across(number):
     n, modulus, nu = 16, 2.0, 0.3

@@ -1,0 +1,196 @@
+"""Atoms that stick to the indenter, as a constraint of ASE."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from ase import Atoms
+
+# Relative excess of a bound, and distance of an atom from its place (Å), that count as
+# rounding.
+_ROUNDING, _DISTANCE = 1e-6, 1e-6
+
+
+def exceeds(friction: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Return where the magnitude of friction, shape (2, ...), exceeds its bound."""
+    return np.hypot(*friction) > (1.0 + _ROUNDING) * bounds
+
+
+class SlipError(RuntimeError):
+    """Atoms slip, so that lateral forces are not the gradient of an energy."""
+
+    def __init__(self, slipping: np.ndarray, count: int, when: str) -> None:
+        shown = ", ".join(map(str, slipping[:5])) + ", ..." * (len(slipping) > 5)
+        super().__init__(
+            f"{len(slipping)} of {count} atoms with friction slip {when} (atoms "
+            f"{shown}): friction at its bound depends on the way, and is not the "
+            "gradient of an energy that an optimizer of ASE could minimise; use "
+            "sliding_path"
+        )
+
+
+class Sticking:
+    """Constraint of ASE under which atoms move sideways with the indenter: see `stick`.
+
+    It adds the lateral forces on these atoms to that on the indenter. In a periodic
+    half space it keeps the mean lateral displacement of the surface.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Where friction is as given.
+    index : ndarray of int, shape (k,)
+        Numbers of the atoms that stick.
+    bounds : ndarray, shape (k,)
+        Largest magnitude of the friction on each (eV/Å).
+    friction : ndarray, shape (k, 2)
+        Friction on each along x and y (eV/Å).
+    stiffness : ndarray, shape (k, 2, 2)
+        Derivative of the friction to the position of the indenter (eV/Å^2).
+
+    Raises
+    ------
+    SlipError
+        By `Atoms.get_forces`, if an atom slips where the indenter is held, or on its
+        way to where its lateral force vanishes.
+    """
+
+    def __init__(
+        self,
+        atoms: Atoms,
+        index: np.ndarray,
+        bounds: np.ndarray,
+        friction: np.ndarray,
+        stiffness: np.ndarray,
+    ) -> None:
+        self.index, self._bounds = index, bounds
+        self._friction, self._stiffness = friction, stiffness
+        self._start = atoms.positions[-1, :2].copy()
+        self._offsets = atoms.positions[index, :2] - self._start
+        self._others = np.zeros(0, dtype=int)  # whose mean must be adjusted
+        if atoms.pbc.any():
+            self._others = np.setdiff1d(np.arange(len(atoms) - 1), index)
+            self._middle = atoms.positions[:-1, :2].mean(axis=0)
+
+    def move(self, atoms: Atoms, displacement: Sequence[float]) -> None:
+        """Move the indenter, and the atoms that stick to it, sideways.
+
+        Parameters
+        ----------
+        atoms : Atoms
+            The other atoms stay where they are: relax them.
+        displacement : (float, float)
+            Along x and y (Å).
+
+        Raises
+        ------
+        SlipError
+            If atoms slip there; nothing is moved then.
+        """
+        place = atoms.positions[-1, :2] + displacement
+        self._check(place)
+        self._set(atoms.positions, place)
+
+    def friction(self, place: np.ndarray) -> np.ndarray:
+        """Return the friction on the atoms that stick, with all others relaxed.
+
+        Parameters
+        ----------
+        place : ndarray, shape (2,)
+            Position of the indenter along x and y (Å).
+
+        Returns
+        -------
+        ndarray, shape (k, 2)
+            eV/Å.
+        """
+        return self._friction + self._stiffness @ (place - self._start)
+
+    def lateral_force(self, forces: np.ndarray) -> np.ndarray:
+        """Return what holds the indenter under the elastic forces on all atoms."""
+        return -self._on_indenter(forces)
+
+    def adjust_positions(self, atoms: Atoms, new: np.ndarray) -> None:
+        """Move the atoms that stick with the indenter."""
+        held, _ = self._support(atoms)
+        self._set(new, np.where(held, atoms.positions[-1, :2], new[-1, :2]))
+
+    def adjust_forces(self, atoms: Atoms, forces: np.ndarray) -> None:
+        """Add the forces on the atoms that stick to that on the indenter."""
+        place = atoms.positions[-1, :2]
+        distance = abs(atoms.positions[self.index, :2] - place - self._offsets).max()
+        if distance > _DISTANCE:
+            raise ValueError(
+                f"atoms that stick to the indenter are {distance:.3g} Å from where it "
+                "has them: move it by the method move of the constraint"
+            )
+        held, pull = self._support(atoms)
+        self._check(place, held, pull)
+        forces[-1, :2] += np.where(held, 0.0, self._on_indenter(forces))
+        if self._others.size:
+            forces[self._others, :2] -= forces[self._others, :2].mean(axis=0)
+        forces[self.index, :2] = 0.0
+
+    def index_shuffle(self, atoms: Atoms, index: object) -> None:
+        """Raise an error, by which ASE leaves the constraint out of parts of atoms."""
+        raise NotImplementedError
+
+    def _set(self, positions: np.ndarray, place: np.ndarray) -> None:
+        positions[-1, :2] = place
+        positions[self.index, :2] = place + self._offsets
+        if self._others.size:
+            count = len(positions) - 1
+            shift = positions[:-1, :2].mean(axis=0) - self._middle
+            positions[self._others, :2] -= shift * count / self._others.size
+
+    def _on_indenter(self, forces: np.ndarray) -> np.ndarray:
+        """Return the elastic force on the indenter by the atoms that stick to it."""
+        found = forces[self.index, :2].sum(axis=0)
+        if self._others.size:  # they move backwards, by the mean
+            found -= len(self.index) * forces[self._others, :2].mean(axis=0)
+        return found
+
+    def _support(self, atoms: Atoms) -> tuple[np.ndarray, np.ndarray]:
+        """Return whether other constraints hold the indenter, and their force on it."""
+        forces = np.zeros((len(atoms), 3))
+        forces[-1] = 1.0
+        for constraint in atoms.constraints:
+            if constraint is not self:
+                constraint.adjust_forces(atoms, forces)
+        return forces[-1, :2] == 0.0, forces[-1, :2] - 1.0
+
+    def _check(
+        self,
+        place: np.ndarray,
+        held: np.ndarray | bool = True,
+        pull: np.ndarray | float = 0.0,
+    ) -> None:
+        """Raise `SlipError` if atoms slip at a place, and where forces balance, too."""
+        free = np.flatnonzero(~(np.zeros(2, dtype=bool) | held))
+        lateral = self.friction(place).sum(axis=0)
+        missing, moved = (pull - lateral)[free], (place - self._start)[free]
+        if missing @ moved < 0.0:  # an optimizer has moved it too far
+            stiffness = self._stiffness.sum(axis=0)[np.ix_(free, free)]
+            place = place.copy()
+            place[free] += np.linalg.solve(stiffness, missing)
+        slipping = self.index[exceeds(self.friction(place).T, self._bounds)]
+        if slipping.size:
+            x, y = place - self._start
+            when = f"if the indenter moves by ({x:.4g}, {y:.4g}) Å"
+            raise SlipError(slipping, len(self.index), when)
+
+
+def sticking_of(atoms: Atoms) -> Sticking | None:
+    """Return the constraint by which atoms stick to the indenter; None without."""
+    found = (c for c in atoms.constraints if isinstance(c, Sticking))
+    return next(found, None)
+
+
+def check_released(atoms: Atoms) -> None:
+    """Raise `ValueError` if atoms stick, which our solvers and paths do not support."""
+    if sticking_of(atoms) is not None:
+        raise ValueError(
+            "the atoms stick to the indenter: relax them by an optimizer of ASE on the "
+            "atoms, or end it by release(atoms)"
+        )
