@@ -149,7 +149,7 @@ def on_grid(values: np.ndarray, grid: SurfaceGrid) -> np.ndarray:
 
 
 def lateral_displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray | None:
-    """Return the displacement along x and y, shape (2, *grid.shape) (Å).
+    """Return the displacement along x and y of all atoms, shape (2, N, M) (Å).
 
     None for atoms on their lattice.
     """
