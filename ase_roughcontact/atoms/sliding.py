@@ -222,7 +222,8 @@ def sliding_path(
     is, too, which is exact for a Poisson's ratio of 1/2 (Goodman's approximation). The
     atoms move along x and y, but energy and forces depend on z only, unless atoms
     `stick`. Their arrays ``traction_x``, ``traction_y`` (eV/Å^3) and ``slipping`` (1 or
-    0), and the displacements, are in frames, too; see `lateral_of`. The calculator's `results` have the ``lateral_force``.
+    0), and the displacements, are in frames, too; see `lateral_of`. The calculator's
+    `results` have the ``lateral_force``.
 
     Examples
     --------

@@ -51,8 +51,10 @@ def pressed(depth=0.5, **options):
 
 def slid(path, law=LAW, depth=0.5, **options):
     """Return atoms after a sliding path, and its last step."""
-    moves = {key: options.pop(key) for key in ("bases", "spring") if key in options}
-    moves = moves or {"displacements": path}
+    keys = ("bases", "spring", "coupling") if path is None else ("coupling",)
+    moves = {key: options.pop(key) for key in keys if key in options}
+    if path is not None:
+        moves["displacements"] = path
     atoms = atoms_on(**options)
     steps = sliding_path(atoms, law, depth, fmax=1e-7, validity="ignore", **moves)
     return atoms, list(steps)[-1]
