@@ -30,7 +30,6 @@ import math
 
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
-from ase_roughcontact.solvers.dense import DenseContact
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
 from ase_roughcontact.solvers.increments import (
     Increment,
@@ -64,7 +63,6 @@ class NewtonStepper:
         self._halfspace, self._options = contact.halfspace, options
         self._model: CirculantModel | None = None
         self._model_work = 0  # of earlier models, less that of the present one before
-        self._dense = DenseContact(contact, options.dense_atoms)
         self._history: list[Increment] = []
         # whether negative stiffness counts as zero, and forces below which it does not
         self._convex = True
@@ -98,7 +96,7 @@ class NewtonStepper:
             return _lowered(energy, state)
         reduction = max(self._options.forcing, 0.3 * tolerance / state.error)
         if self._inverse:
-            new, state = self._inverse_step(energy, state, reduction, tolerance)
+            new, state = self._inverse_step(energy, state, reduction)
             if new is not None:
                 return new
         new = self._descent(energy, state, reduction)
@@ -112,11 +110,7 @@ class NewtonStepper:
         self._history, self._convex, self._inverse = [], False, False
 
     def _inverse_step(
-        self,
-        energy: ContactEnergy,
-        state: EnergyState,
-        reduction: float,
-        tolerance: float,
+        self, energy: ContactEnergy, state: EnergyState, reduction: float
     ) -> tuple[EnergyState | None, EnergyState]:
         """Return the state after a step with the inverse of the wall.
 
@@ -131,42 +125,11 @@ class NewtonStepper:
             self._futile += 1
         new = None
         if self._futile <= _WATCHDOG:
-            new = self._dense_step(energy, state, tolerance)
-            if new is None:
-                new = self._equations(energy, state).inverse_step(reduction)
+            new = self._equations(energy, state).inverse_step(reduction)
         if new is None:
             best, self._best = self._best, None
             state = energy.reevaluated(best)
         return new, state
-
-    def _dense_step(
-        self, energy: ContactEnergy, state: EnergyState, tolerance: float
-    ) -> EnergyState | None:
-        """Return the state found by dense matrices; None without a step."""
-        if not self._dense.suits(state.stiffness):
-            return None
-        area = energy.area
-
-        def support(height: float) -> tuple[float, float]:
-            force = energy.external(height)[1]
-            return energy.spring_stiffness(height) / area, -force / area
-
-        found = self._dense.solve(
-            state.pressure,
-            state.opening,
-            state.height,
-            support if energy.loaded else None,
-            0.5 * tolerance / area,
-        )
-        if found.pressure is state.pressure:
-            return None
-        return energy.state(
-            found.pressure,
-            found.height,
-            found.opening,
-            exact=True,
-            by_pressure=not found.converged,
-        )
 
     def _equations(
         self, energy: ContactEnergy, state: EnergyState, convex: bool = False

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ase_roughcontact._util.validation import check_options
-from ase_roughcontact.solvers.dense import SINGLE_THREAD
 
 
 @dataclass(frozen=True)
@@ -25,10 +24,6 @@ class NewtonKrylovOptions:
     forcing : float
         Residual of the linear system that its solution may leave, relative to the
         residual of the state.
-    dense_atoms : int
-        Largest number of atoms in contact with a repulsive wall, in windows of up to
-        64 x 64 atoms, for which the linear system is solved by dense matrices. Above 63
-        the result may depend on the number of threads of BLAS.
     history : int
         Number of earlier increments that are combined with the present one under walls
         with attraction.
@@ -41,7 +36,6 @@ class NewtonKrylovOptions:
     max_load_change: float = 0.25
     max_indenter_move: float = 3.0
     forcing: float = 0.1
-    dense_atoms: int = SINGLE_THREAD
     history: int = 6
     largest_gap: float = 1e-6
 

@@ -33,7 +33,6 @@ from ase_roughcontact.elasticity.circulant import covering_model
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import scaled_attraction
-from ase_roughcontact.solvers.dense import SINGLE_THREAD, compliance_matrix, pressures
 from ase_roughcontact.solvers.gcr import gcr
 
 # Largest number of steps.
@@ -44,7 +43,7 @@ _LARGEST_RESIDUAL = 0.05
 _ROUNDING = 1e-3
 # From this tolerance on, steps are made in single precision.
 _SINGLE_PRECISION = 1e-3
-# Longest side of the window, and largest number of atoms, for dense matrices.
+# Longest side of the window, and largest number of atoms, whose eigenvalues are tested.
 _DENSE_WINDOW, _DENSE_ATOMS = 64, 600
 
 
@@ -112,16 +111,12 @@ def height_response(
         return HeightResponse(np.zeros(shape), 0.0, halfspace)
     if halfspace.periodic and hard.all():
         return HeightResponse(np.full(shape, -np.inf), -np.inf, halfspace)
-    x, equations, left = None, None, np.zeros(shape)
     atoms = active.ravel().nonzero()[0]
-    if max(shape) <= _DENSE_WINDOW and atoms.size <= _DENSE_ATOMS:
-        if d.min() >= 0.0 and atoms.size <= SINGLE_THREAD:
-            x = _dense_solution(halfspace, d, atoms)
-        elif d.min() <= -1.0 and not _is_minimum(halfspace, d, atoms):
-            return HeightResponse(np.full(shape, np.nan), np.nan, halfspace)
-    if x is None:
-        equations = _Equations(halfspace, d, hard, active, tolerance)
-        x, left = equations.solve()
+    small = max(shape) <= _DENSE_WINDOW and atoms.size <= _DENSE_ATOMS
+    if small and d.min() <= -1.0 and not _is_minimum(halfspace, d, atoms):
+        return HeightResponse(np.full(shape, np.nan), np.nan, halfspace)
+    equations = _Equations(halfspace, d, hard, active, tolerance)
+    x, left = equations.solve()
     result = HeightResponse(x / compliance, np.nan, halfspace)
     # under a hard wall the equations are those of the gaps in contact: no transform
     gap = result.gap if d.any() else -left
@@ -129,7 +124,7 @@ def height_response(
     force = halfspace.cell_area / compliance * _stationary_sum(*fields)
     rigid = np.inf if hard.any() else halfspace.cell_area / compliance * d.sum()
     least = -rigid - _ROUNDING * halfspace.cell_area / compliance * abs(d).sum()
-    if force >= least and (equations is None or equations.solved(x, gap)):
+    if force >= least and equations.solved(x, gap):
         result.force = force
     return result
 
@@ -149,29 +144,17 @@ def _relative_stiffness(
     return d
 
 
-def _dense_solution(
-    halfspace: HalfSpace, d: np.ndarray, atoms: np.ndarray
-) -> np.ndarray | None:
-    """Solve the equations by dense matrices, in units of one over c, if possible."""
-    softness = _softness(halfspace, d.take(atoms))
-    solution = pressures(halfspace, atoms, softness, np.ones((atoms.size, 1)))
-    if solution is None:
-        return None
-    x = np.zeros(d.shape)
-    x.put(atoms, -halfspace.self_compliance * solution)
-    return x
-
-
 def _is_minimum(halfspace: HalfSpace, d: np.ndarray, atoms: np.ndarray) -> bool:
-    """Return whether the energy has a minimum, by the inertia of its matrix."""
-    softness = _softness(halfspace, d.take(atoms))
-    values = np.linalg.eigvalsh(compliance_matrix(halfspace, atoms, softness))
-    return bool(np.count_nonzero(values < 0.0) == np.count_nonzero(softness < 0.0))
-
-
-def _softness(halfspace: HalfSpace, d: np.ndarray) -> np.ndarray:
-    """Return one over the stiffness of the wall: none of a hard one, not in d."""
-    return halfspace.self_compliance * np.divide(1.0, d, where=d != 0.0, out=0.0 * d)
+    """Return whether the energy has a minimum, by the inertia of ``1/V'' + G``."""
+    pairs, columns = halfspace.pair_compliance, halfspace.shape[1]
+    # of a pair of atoms, at the difference of their places in this table
+    places = atoms + (atoms // columns) * (columns - 1)
+    matrix = pairs.take(np.subtract.outer(places + pairs.size // 2, places))
+    stiffness = d.take(atoms)  # zero for those at a hard wall, which have no softness
+    softness = np.divide(1.0, stiffness, where=stiffness != 0.0, out=0.0 * stiffness)
+    matrix[np.diag_indices(atoms.size)] += halfspace.self_compliance * softness
+    negative = np.count_nonzero(np.linalg.eigvalsh(matrix) < 0.0)
+    return bool(negative == np.count_nonzero(softness < 0.0))
 
 
 def _stationary_sum(

@@ -80,8 +80,7 @@ def solver_cases():
     yield "repulsive, 128, from 99 % of the load", counted(*soft, 0.99)
     yield "repulsive, 128, from a third of the load", counted(*soft, 1.0 / 3.0)
     small = sphere_contact(14, REPULSIVE)
-    yield "repulsive, 14, dense", counted(*small)
-    yield "repulsive, 14, Krylov", counted(*small, dense_atoms=0)
+    yield "repulsive, 14", counted(*small)
     yield "adhesive, 128", counted(*sphere_contact(128, ADHESIVE))
 
 

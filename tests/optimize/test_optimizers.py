@@ -182,7 +182,7 @@ def test_optimality_residuals_of_a_solution_are_small():
 @pytest.mark.parametrize(
     "solver, options",
     [
-        (rc.NewtonKrylov, NewtonKrylovOptions(forcing=0.5, dense_atoms=0)),
+        (rc.NewtonKrylov, NewtonKrylovOptions(forcing=0.5)),
         (rc.ActiveSet, ActiveSetOptions(coarsest=16)),
     ],
     ids=["NewtonKrylov", "ActiveSet"],

@@ -120,17 +120,6 @@ def test_steps_with_and_without_the_inverse_of_a_wall_agree(
     assert inverse.height == pytest.approx(gaps.height, rel=1e-9)
 
 
-@pytest.mark.parametrize("control", ["load", "height"])
-def test_dense_matrices_and_krylov_steps_agree(periodic, control, solid):
-    external = constant(0.3) if control == "load" else None
-    contact = scene(14, periodic=periodic, solid=solid)
-    height = contact.first_contact - 0.1  # less than 63 atoms touch
-    dense = relax(contact, height, external)
-    krylov = relax(contact, height, external, dense_atoms=0)
-    assert dense[-1].energy == pytest.approx(krylov[-1].energy, rel=1e-12)
-    assert pairs(dense) < 0.5 * pairs(krylov)
-
-
 def test_a_wall_with_a_wrong_inverse_relaxes_without_it(solid):
     class Wrong(RepulsiveLennardJones93):
         kind = ""

@@ -9,7 +9,6 @@ from contacts import constant, contact_of, green, solve, spring
 from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import LennardJones93
-from ase_roughcontact.solvers.dense import DenseContact
 from ase_roughcontact.solvers.energy import ContactEnergy
 from ase_roughcontact.solvers.gcr import gcr
 from ase_roughcontact.solvers.increments import (
@@ -25,7 +24,6 @@ from ase_roughcontact.solvers.newton_system import NewtonSystem
 
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.005)
-CAP = sum(x**2 for x in np.indices((12, 12)) - 5.4) / 40.0
 
 
 def scene(wall=REPULSIVE, *, heights=None, **options):
@@ -82,27 +80,6 @@ def test_newton_equations_are_those_of_dense_algebra(held, rng, solid):
         matrix[-1, -1] = 0.0
     expected = np.linalg.solve(matrix, np.append(residual.ravel(), load))
     np.testing.assert_allclose(change, expected, atol=2e-4 * abs(expected).max())
-
-
-@pytest.mark.parametrize("support", [None, (0.0, 3.0), (0.3, 3.0)])
-def test_dense_matrices_solve_a_contact(support):
-    contact = scene(REPULSIVE, heights=CAP)
-    halfspace, zero = contact.halfspace, np.zeros((12, 12))
-    first = contact.first_contact - 0.2
-    spring, load = support or (0.0, 0.0)
-    law = support and (lambda z: (spring, load + spring * (z - first)))
-    found = DenseContact(contact, 144).solve(zero, zero, first, law, 1e-10)
-    opening = -halfspace.displacement(found.pressure)
-    gap = contact.gap(-opening, found.height)
-    assert found.converged and 5 < np.count_nonzero(found.pressure) < 144
-    assert halfspace.pairs <= 16
-    np.testing.assert_allclose(found.opening, opening, atol=1e-13)
-    np.testing.assert_allclose(REPULSIVE.evaluate(gap)[1], found.pressure, atol=1e-9)
-    if support is None:
-        assert found.height == first
-    else:
-        expected = load + spring * (found.height - first)
-        assert found.pressure.sum() == pytest.approx(expected, abs=1e-9)
 
 
 # Combination and line search
