@@ -10,13 +10,9 @@ force at Z, and the indenter higher by :math:`a_0^2 \sum p / k`.
    the largest gap in contact or overlap, is below the tolerance, and the load carried.
 2. Solve the contact problem that has the model :math:`C` in place of :math:`G` for the
    correction :math:`x` of the pressure, to 7 % of the violation; see `complementarity`.
-   The gradient of the model is exact at :math:`p`, so that :math:`E` falls along
-   :math:`x`.
-3. Calculate :math:`G x` by a convolution, and shorten :math:`x` to the least energy
-   along it if it is too long by a factor of two or does not change the set in contact.
-4. If the violation had not decreased to 15 % in the step before, minimise the energy
-   over the span of this correction and the last one instead, which makes up for the
-   errors of the model in the longest waves.
+3. Calculate :math:`G x` by a convolution. If the violation had not decreased to 15 % in
+   the step before, minimise the energy over the span of this correction and the last
+   one instead, which makes up for the errors of the model in the longest waves.
 
 With a hardness :math:`H` the pressures are bounded by it, too, and atoms at this bound
 may overlap.
@@ -33,7 +29,6 @@ from ase_roughcontact._util.kernels import (
     dot,
     dots,
     linear_combination,
-    rowwise,
     scale,
     total,
 )
@@ -122,7 +117,6 @@ class _DefectCorrection:
         self._violations: list[float] = []
         self._last: np.ndarray | None = None  # correction, in single precision
         self._last_curvature = 0.0  # product of this correction and its opening
-        self._length = 1.0
 
     def evaluate(self) -> Relaxation:
         """Calculate the gap; return the present state."""
@@ -170,15 +164,10 @@ class _DefectCorrection:
         slope, curvature = dots([(x, self._gap), (x, opening)])
         if self._last is not None and self._is_slow:
             other = dots([(self._last, self._gap), (self._last, opening)])
-            self._length = 1.0
             self._pressure = self._combined((slope, curvature), other, x, trial)
             del trial, opening  # their memory is needed
             self._opening = self._opened(self._pressure)
         else:
-            self._length = self._step_length(slope, curvature, trial)
-            if self._length != 1.0:
-                _shorten(trial, self._pressure, self._length)
-                opening *= self._length
             opening += self._opening
             self._pressure, self._opening = trial, opening
         self._last, self._last_curvature = x, curvature
@@ -208,14 +197,11 @@ class _DefectCorrection:
         if not math.isfinite(violation):
             return "the gap is not finite"
         late, early = self._violations[-_PATIENCE:], self._violations[:-_PATIENCE]
-        if self._length == 0.0:
-            reason = "rounding errors hide any further decrease of the energy"
-        elif early and min(late) >= min(early):
-            reason = f"no progress in {_PATIENCE} steps"
-        else:
+        if not early or min(late) < min(early):
             return ""
         reached = f"the violation is {violation:.3g}, not {self._tolerance:.3g}"
-        return f"{reason}: {reached}{precision_advice(self._halfspace)}"
+        reason = f"no progress in {_PATIENCE} steps: {reached}"
+        return f"{reason}{precision_advice(self._halfspace)}"
 
     def _solve_model(self, violation: float) -> np.ndarray:
         """Return the pressure that the model finds."""
@@ -283,42 +269,6 @@ class _DefectCorrection:
             return new
         push = self._gap / -self._halfspace.self_compliance
         return with_sum(new, self._total, self._hardness, push)
-
-    def _step_length(self, slope: float, curvature: float, trial: np.ndarray) -> float:
-        """Return the length of a step along a correction.
-
-        That of the least energy; one, if this lowers the energy and the set in contact
-        changes: otherwise atoms that leave would keep a part of their pressure forever.
-        """
-        if slope >= 0.0:
-            return 0.0
-        if curvature <= 0.0:  # a shift of the mean of a periodic surface
-            return 1.0
-        length = -slope / curvature
-        if length < 0.5 or _same_contact(trial, self._pressure, length, self._hardness):
-            return length
-        return 1.0
-
-
-@rowwise(np.logical_and)
-def _same_contact(
-    trial: np.ndarray, old: np.ndarray, length: float, hardness: float
-) -> bool:
-    """Return whether the same atoms are at the bounds before and after a step."""
-    if ((trial > 0.0) != (old > 0.0)).any():
-        return False
-    if hardness < math.inf and ((trial < hardness) != (old < hardness)).any():
-        return False
-    new = old + length * (trial - old)
-    return bool(new.min() >= 0.0 and new.max() <= hardness)
-
-
-@rowwise()
-def _shorten(new: np.ndarray, old: np.ndarray, length: float) -> None:
-    """Set ``new = old + a (new - old)``."""
-    new -= old
-    new *= length
-    new += old
 
 
 def _overlaps_outside(box: Box, gap: np.ndarray) -> bool:
