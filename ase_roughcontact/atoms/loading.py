@@ -28,7 +28,8 @@ from ase_roughcontact.paths.hardness import hardness_for
 from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.step import CONTROLS, StepOptions, Stepper
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.step_options import CONTROLS, FREE, StepOptions
 from ase_roughcontact.paths.validity import Validity
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
 from ase_roughcontact.windows.regrid import GridChange
@@ -300,7 +301,7 @@ def _check(atoms: Atoms, control: str) -> None:
         raise ValueError(f"a path needs a RoughContact calculator, got {atoms.calc}")
     check_released(atoms)
     fixed = indenter_fixed(atoms)
-    free = control in ("loads", "bases")
+    free = control in FREE
     if fixed and free:
         raise ValueError(
             f"{control} need an indenter that is free to move, but it is fixed: build "

@@ -33,7 +33,8 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.base import ContactOptimizer
 from ase_roughcontact.optimize.optimizers import default_optimizer
-from ase_roughcontact.paths.step import Relaxer, Stepper
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.step_options import Relaxer
 from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start, Support
 from ase_roughcontact.topography.facts import surface_id
 

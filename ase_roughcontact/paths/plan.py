@@ -15,7 +15,7 @@ from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
 from ase_roughcontact.paths.record import text_of
-from ase_roughcontact.paths.step import CONTROLS
+from ase_roughcontact.paths.step_options import CONTROLS
 from ase_roughcontact.paths.step_timer import step_timer
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.topography import BoundedSurface, RoughSphere

@@ -42,6 +42,11 @@ class SolverStatistics:
         self.iterations += run.iterations
         self.pairs += run.pairs
 
+    def mark(self, message: str) -> None:
+        """Mark the step as not converged, for a reason that is not empty."""
+        if message:
+            self.converged, self.message = False, message
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LateralState:

@@ -47,7 +47,8 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.errors import Errors
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.relaxed import RelaxedStep
-from ase_roughcontact.paths.step import StepOptions, Stepper
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.step_options import StepOptions
 from ase_roughcontact.topography.measurement import HALVINGS, NOISY
 
 _LOGGER = logging.getLogger(__name__)

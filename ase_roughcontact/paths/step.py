@@ -5,122 +5,27 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import lru_cache, partial
-from typing import Any, Protocol
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import integer, one_of, positive
+from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.contact import Contact, Problem, State
-from ase_roughcontact.contact.creep import (
-    after_step,
-    before_step,
-    check_past,
-    past_of,
-    with_depths,
-)
-from ase_roughcontact.contact.state import PLASTIC_DEPTH, TRACTION_DEPTH
-from ase_roughcontact.elasticity.creep import CreepStep
+from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
-from ase_roughcontact.paths.errors import Errors
+from ase_roughcontact.paths.accuracy import accuracy_of
+from ase_roughcontact.paths.convergence import StepRelaxer
 from ase_roughcontact.paths.extrapolation import Extrapolation
 from ase_roughcontact.paths.record import LoadStep, Step
 from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
 from ase_roughcontact.paths.resume import describe_system
-from ase_roughcontact.solvers.default import default_relaxer
-from ase_roughcontact.solvers.relaxation import (
-    External,
-    Run,
-    Start,
-    Support,
-    fields_of,
-    largest_error,
-)
+from ase_roughcontact.paths.step_options import CONTROLS, FREE, StepOptions
+from ase_roughcontact.paths.surface_history import SurfaceHistory
+from ase_roughcontact.solvers.relaxation import External, Run, Support, fields_of
 from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.fixed import FixedWindow
-
-#: What a path prescribes: that of the indenter, or of the base of its cantilever.
-CONTROLS = ("penetrations", "heights", "loads", "bases")
-#: Those under which the indenter is free to move.
-FREE = ("loads", "bases")
-# A load counts as not carried if rounding leaves more than this part of it.
-_UNCARRIED_PART = 0.1
-# A step has not converged if a force, or the force that would close a gap, is above the
-# first times the tolerance plus the second, for rounding, times all forces of the wall.
-_EXCESS, _ROUNDING = 2.0, 1e-13
-# Number of time steps of other lengths whose half spaces are kept.
-_KEPT_HALFSPACES = 4
-
-
-class Relaxer(Protocol):
-    """Relaxes a contact from a state; see `SolverRelaxer`."""
-
-    def __call__(
-        self,
-        contact: Contact,
-        state: State,
-        support: Support,
-        tolerance: float,
-        max_steps: int,
-        start: Start | None = None,
-    ) -> Run:
-        """Return the outcome of a run."""
-        ...
-
-
-@dataclass(frozen=True, kw_only=True)
-class StepOptions:
-    """Options of the steps of a path; see `load_path`.
-
-    Attributes
-    ----------
-    relaxer : Relaxer, optional
-        By default that of the recommended solver for the wall.
-    fmax, accuracy, max_steps, window
-        See `load_path`.
-    hardness : float
-        Hardness with which pressures are compared; infinity or NaN for none (pressure).
-    continuum : bool
-        Whether the continuum is asked for, and not the model of atoms.
-    lost_slope : float
-        Part of the rms slope that the grid can't resolve, and that is lost.
-    cantilever : float
-        Stiffness of the spring between the indenter and a base whose height is given
-        (force/length).
-    scan_errors : ScanErrors, optional
-        Adds errors by the scan that is pressed.
-
-    Raises
-    ------
-    ValueError
-        If an option is not valid.
-    """
-
-    relaxer: Relaxer | None = None
-    fmax: float | None = None
-    accuracy: str | float = "normal"
-    max_steps: int = 10_000
-    window: str = "fixed"
-    hardness: float = math.nan
-    continuum: bool = False
-    lost_slope: float = 0.0
-    cantilever: float = 0.0
-    scan_errors: Callable[[RelaxedStep], Errors] | None = None
-
-    def __post_init__(self) -> None:
-        """Check the options."""
-        one_of(("fixed", "unchecked", "auto"), window=self.window)
-        if self.fmax is not None:
-            positive(fmax=self.fmax)
-        integer("max_steps", self.max_steps, 1)
-        accuracy_of(self.accuracy, self.continuum)
-
-    @property
-    def keeps_window(self) -> bool:
-        """Whether the window is that of the first state."""
-        return self.window != "auto"
 
 
 class Stepper:
@@ -143,8 +48,6 @@ class Stepper:
         Last relaxed state.
     run : Run or None
         Of this state; None before the first step.
-    contact : Contact
-        On its window.
     windows : AutoWindow or FixedWindow
 
     Raises
@@ -181,28 +84,20 @@ class Stepper:
         one_of(CONTROLS, control=control)
         self.problem, self.control = problem, control
         self.options = options = options or StepOptions()
-        self._accuracy = accuracy_of(options.accuracy, options.continuum)
-        self._relaxer = options.relaxer or default_relaxer(problem.wall)
+        self._relax = StepRelaxer(problem, options)
         self._springs = springs
         self._extrapolation = self._new_extrapolation()
-        self._tolerance = ForceTolerance(
-            self._accuracy.tolerance,
-            problem.solid.contact_modulus * problem.spacing**2,
-        )
-        window = start if isinstance(start, Box) else start.window
-        self.windows: AutoWindow | FixedWindow
-        self.contact: Contact
-        self._contact_window: Box | None = None
-        self._creep_step: CreepStep | None = None
-        self._at_rest()
+        self._surface = SurfaceHistory(problem)
         # quasi-static states under attraction depend on where they start
-        self._continuous = self._creep_step is not None or not problem.wall.attractive
+        creep = problem.solid.creep is not None
+        self._continuous = creep or not problem.wall.attractive
+        self.windows: AutoWindow | FixedWindow
         if options.keeps_window or problem.periodic:
-            self._set_contact(State.flat(window, 0.0))
+            window = start if isinstance(start, Box) else start.window
+            self._surface.on(State.flat(window, 0.0))
             checked = options.window != "unchecked"
-            self.windows = FixedWindow(
-                problem, window, checked, self.contact.first_contact
-            )
+            first_contact = self.contact.first_contact
+            self.windows = FixedWindow(problem, window, checked, first_contact)
         else:
             self.windows = AutoWindow(problem)
         if isinstance(start, Box):
@@ -213,7 +108,12 @@ class Stepper:
     @property
     def accuracy(self) -> float:
         """Relative error of forces that the tolerance is made for."""
-        return self._accuracy.error
+        return accuracy_of(self.options.accuracy, self.options.continuum).error
+
+    @property
+    def contact(self) -> Contact:
+        """Contact on the window of the last state."""
+        return self._surface.contact
 
     def remember(self, key: str, values: np.ndarray | None) -> None:
         """Set what the surface keeps under a key of `State.history`; None removes it.
@@ -274,11 +174,7 @@ class Stepper:
                 if creep
                 else f"only a viscoelastic solid needs a time, got {moment}"
             )
-        check_past(self.state, creep)
-        if creep:
-            self._creep_step = creep.over(elapsed)
-            aged = before_step(self.state, self._creep_step)
-            self.state = replace(aged, creep=creep)
+        self.state = self._surface.begun(self.state, elapsed)
         relaxed = self._relaxed(number, target, moment)
         if completed is not None:
             relaxed = completed(relaxed)
@@ -319,8 +215,7 @@ class Stepper:
             Of this step.
         """
         self._extrapolation = self._new_extrapolation()
-        self._at_rest()
-        self.state = state = self._set_contact(state)
+        self.state = state = self._surface.at_rest(state)
         fields = fields_of(self.contact, state, relaxed=True)
         support = Support(self.control not in FREE, 0.0, self._springs)
         if target is not None:
@@ -346,7 +241,7 @@ class Stepper:
         ValueError
             If something can't be described, such as an indenter without `todict`.
         """
-        tolerance = {"accuracy": self._accuracy.error}
+        tolerance = {"accuracy": self.accuracy}
         if self.options.fmax is not None:
             tolerance = {"fmax": self.options.fmax}
         question: dict[str, Any] = {}
@@ -360,36 +255,6 @@ class Stepper:
     def _new_extrapolation(self) -> Extrapolation:
         return Extrapolation(-math.inf if self.problem.wall.attractive else 0.0)
 
-    def _at_rest(self) -> None:
-        """Take the contact as between time steps, with the instantaneous solid."""
-        if self.problem.solid.creep is not None:
-            self._creep_step = self.problem.solid.creep.over(0.0)
-
-    def _set_contact(self, state: State) -> State:
-        """Make the contact on the window of a state, with its history.
-
-        Returns the state with the depths that its history causes.
-        """
-        depth = state.plastic_depth
-        if self._contact_window != state.window:
-            self.contact = self.problem.contact(state.window, depth)
-            self._contact_window = state.window
-            self._instantaneous = self.contact.halfspace
-            self._softened = lru_cache(_KEPT_HALFSPACES)(self._instantaneous.softened)
-        if self._creep_step is None:
-            lowered = state.history.get(TRACTION_DEPTH)
-            old = self.contact.plastic_depth, self.contact.past_depth
-            if old[0] is not depth or old[1] is not lowered:
-                past = None, lowered
-                self.contact = self.contact.changed(
-                    self.contact.halfspace, depth, *past
-                )
-            return state
-        state = with_depths(state, self._instantaneous)
-        halfspace = self._softened(self._creep_step.compliance)
-        self.contact = self.contact.changed(halfspace, depth, *past_of(state))
-        return state
-
     def _relaxed(
         self,
         number: int,
@@ -401,23 +266,19 @@ class Stepper:
         statistics = repeated or SolverStatistics()
         state, support = self._at(target)
         state = self.windows.choose(state, support)
-        state = self._set_contact(state)
+        state = self._surface.on(state)
         start, along = None, target if math.isnan(moment) else moment
         # without a load nothing holds a sphere
         if (target or support.fixed) and repeated is None:
             start = self._extrapolation.start(state.window, along)
-        run = self._relax(state, support, statistics, start)
+        run = self._relax(self.contact, state, support, statistics, start)
         while wider := self.windows.enlarged(
             run.state, run.fields, self.contact, support
         ):
-            wider = self._set_contact(wider)
-            run = self._relax(wider, support, statistics)
-        softness = 1.0
-        if self._creep_step is not None:
-            softness = self._creep_step.compliance
-            run = self._ended(run, self._creep_step)
+            wider = self._surface.on(wider)
+            run = self._relax(self.contact, wider, support, statistics)
+        softness, run = self._surface.softness, self._surface.ended(run)
         self.state, self.run = run.state, run
-        self._check_load(target, run, statistics)
         relaxed = RelaxedStep(
             problem=self.problem,
             contact=self.contact,
@@ -434,27 +295,10 @@ class Stepper:
             lost_slope=self.options.lost_slope,
             scan_errors=self.options.scan_errors,
         )
-        _check_residuals(relaxed, softness)
+        self._relax.check(relaxed, softness)
         if statistics.converged and self._continuous and repeated is None:
             self._extrapolation.add(along, run.state, run.fields.pressure)
         return relaxed
-
-    def _ended(self, run: Run, step: CreepStep) -> Run:
-        """Return the outcome of a time step with the history at its end."""
-        state = run.state
-        if state.displacement is None:
-            displacement = self.contact.halfspace.displacement(state.pressure)
-            state = replace(state, displacement=np.asarray(displacement, dtype=float))
-        state = after_step(state, step)
-        self._at_rest()
-        state = self._set_contact(state)
-        fields = fields_of(self.contact, state, relaxed=True)
-        return replace(
-            run,
-            state=state,
-            fields=fields,
-            energy=fields.energy + run.support.external(state.height)[0],
-        )
 
     def _at(self, target: float) -> tuple[State, Support]:
         """Return the last state at a target, and what holds the indenter there."""
@@ -469,63 +313,8 @@ class Stepper:
         height = target if self.control == "heights" else first_contact - target
         return self.state.at(float(height)), Support(True, 0.0, self._springs)
 
-    def _relax(
-        self,
-        state: State,
-        support: Support,
-        statistics: SolverStatistics,
-        start: Start | None = None,
-    ) -> Run:
-        """Relax the contact to the tolerance that the relaxed state requires."""
-        given = self.options.fmax
-        tolerance: float | None = given or self._tolerance.expected(support.load)
-        while tolerance is not None:
-            run = self._relaxer(
-                self.contact, state, support, tolerance, self.options.max_steps, start
-            )
-            statistics.add(run, tolerance)
-            state, start = run.state, None
-            reduced = self._tolerance.reduced(tolerance, run.fields)
-            tolerance = reduced if run.converged and given is None else None
-        return run
-
-    def _check_load(self, load: float, run: Run, statistics: SolverStatistics) -> None:
-        """Mark a step whose load is lost in the rounding of forces."""
-        given = self.options.fmax is not None
-        if self.control != "loads" or given or not statistics.converged:
-            return
-        if statistics.tolerance <= _UNCARRIED_PART * abs(load):
-            return
-        if 0.0 < _UNCARRIED_PART * abs(load) < run.unbalanced:
-            statistics.converged = False
-            statistics.message = (
-                f"a load of {load:.3g} is below the rounding of forces: "
-                f"{run.unbalanced:.3g} of it is not carried"
-            )
-
 
 def _spring(stiffness: float, base: float, height: float) -> tuple[float, float]:
     """Return the energy of a spring to a base, and its upward force."""
     extension = base - height
     return 0.5 * stiffness * extension**2, stiffness * extension
-
-
-def _check_residuals(relaxed: RelaxedStep, softness: float = 1.0) -> None:
-    """Mark a step whose forces or gaps are above the tolerance as not converged.
-
-    Over a time step the solid is softer than between steps.
-    """
-    statistics, halfspace, state = relaxed.statistics, relaxed.halfspace, relaxed.fields
-    stiffness = halfspace.cell_area / (softness * halfspace.self_compliance)
-    limit = statistics.tolerance
-    if not relaxed.contact.interaction.hard and state.pressure.any():
-        limit = min(limit, largest_error(relaxed.contact, state.pressure))
-    left = max(relaxed.run.max_force, stiffness * relaxed.gap_error)
-    rounding = _ROUNDING * state.cell_area * float(abs(state.pressure).sum())
-    if statistics.converged and not left <= _EXCESS * limit + rounding:
-        statistics.converged = False
-        statistics.message = (
-            f"a force of {left:.3g} remains, more than the {limit:.3g} that the "
-            "tolerance and the forces of the wall allow, although the optimizer has "
-            "converged: lower fmax"
-        )

@@ -30,7 +30,8 @@ from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT, ScanErrors
 from ase_roughcontact.paths.sliding_record import SlidingStep
-from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.step_options import FREE, StepOptions
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.advice import warnings_of
 from ase_roughcontact.scene.bodies import Bodies

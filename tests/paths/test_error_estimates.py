@@ -21,7 +21,8 @@ from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.errors import estimated_errors
 from ase_roughcontact.paths.relaxed_contact import RelaxedContact
-from ase_roughcontact.paths.step import StepOptions, Stepper
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.step_options import StepOptions
 from ase_roughcontact.solvers.relaxation import Run, Support
 from ase_roughcontact.theory import Hertz
 
