@@ -7,42 +7,22 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.data import atomic_masses
 
-from ase_roughcontact.atoms.calculator import (
-    apply_pressure,
-    elastic_pressure,
-    grid_of,
-)
 from ase_roughcontact.atoms.fields import LATTICE
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
 from ase_roughcontact.atoms.model import problem_for
 from ase_roughcontact.atoms.substrate import surface_atoms
-from ase_roughcontact.contact.state import without_rounding
-from ase_roughcontact.elasticity.lattice import (
-    Box,
-    carried,
-    lattice_index,
-    lattice_offset,
-)
+from ase_roughcontact.elasticity.lattice import Box, lattice_offset
 from ase_roughcontact.topography.facts import surface_id
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
 
-def window_of(grid: SurfaceGrid) -> Box:
-    """Return the lattice indices of a window, counted from the indenter's axis."""
-    i, j = (lattice_index(x, grid.spacing) for x in grid.origin)
-    return Box((i, j), grid.window)
+def set_window(atoms: Atoms, window: Box) -> None:
+    """Exchange the window of a free half space for one with flat atoms, in place.
 
-
-def exchange_window(atoms: Atoms, window: Box) -> None:
-    """Exchange the window of a free half space for another one, in place.
-
-    Atoms in both windows keep their pressure, tags and all other arrays; arrays are
-    zero for the new atoms. All atoms are moved to the displacement that the pressure
-    causes. There is no padding afterwards. Calculator, `info` and constraints of the
-    indenter stay.
+    There is no padding afterwards, and arrays of the atoms are those of new ones.
+    Calculator, `info` and constraints of the indenter stay.
 
     Parameters
     ----------
@@ -57,15 +37,6 @@ def exchange_window(atoms: Atoms, window: Box) -> None:
     ValueError
         If the half space is periodic, or there are constraints on surface atoms.
     """
-    old = window_of(grid_of(atoms))
-    pressure = carried(without_rounding(elastic_pressure(atoms)), old, window)
-    set_window(atoms, window)
-    if pressure.any():
-        apply_pressure(atoms, pressure)
-
-
-def set_window(atoms: Atoms, window: Box) -> None:
-    """Exchange the window for another one with flat atoms; see `exchange_window`."""
     if atoms.pbc.any():
         raise ValueError(
             "the window of a periodic half space is its cell and cannot be exchanged"
@@ -77,15 +48,10 @@ def set_window(atoms: Atoms, window: Box) -> None:
         for i, x in zip(window.start, grid.origin, strict=True)
     )
     new.positions[-1] = x, y, atoms.positions[-1, 2]
-    shift = new.positions[-1] - atoms.positions[-1]
-    constraints = [moved(c, atoms, len(new) - 1, shift) for c in atoms.constraints]
-
-    atoms.set_constraint()
-    atoms.arrays = new.arrays | _carried_arrays(atoms, grid, window)
+    _replace(atoms, new)
     atoms.info.pop(LATTICE, None)
     n, m = window.shape
     atoms.cell[:] = grid.spacing * np.diag([n, m, max(n, m)])
-    atoms.set_constraint(constraints)
 
 
 def regrid(atoms: Atoms, change: GridChange) -> float:
@@ -123,60 +89,24 @@ def regrid(atoms: Atoms, change: GridChange) -> float:
     new = surface_atoms(atoms.numbers[0], shape, fine.spacing)
     new.positions[:-1, :2] += atoms.positions[0, :2]
     new.positions[-1] = atoms.positions[-1]
-    last = len(new) - 1
-    constraints = [moved(c, atoms, last, np.zeros(3)) for c in atoms.constraints]
-    atoms.set_constraint()
-    atoms.arrays = new.arrays
-    atoms.set_constraint(constraints)
+    _replace(atoms, new)
     if fine.indenter is not problem.indenter:
         atoms.info[INDENTER_KEY] = surface_id(fine.indenter)
     atoms.calc.set(indenter=fine.indenter, interaction=problem.wall)
     return lost_slope(problem.indenter, fine.indenter)
 
 
-def _carried_arrays(
-    atoms: Atoms, grid: SurfaceGrid, window: Box
-) -> dict[str, np.ndarray]:
-    """Return all arrays of the atoms but their positions, on another window."""
-    n, m = grid.window
-    old = window_of(grid)
-    new_atoms = carried(np.ones(old.shape, bool), old, window) == 0
-    fill = {"numbers": atoms.numbers[0], "masses": atomic_masses[atoms.numbers[0]]}
-    arrays = {}
-    for name, values in atoms.arrays.items():
-        if name == "positions":
-            continue
-        on_grid = values[:-1].reshape(*grid.shape, *values.shape[1:])
-        on_window = carried(on_grid[:n, :m], old, window)
-        if name in fill:
-            on_window[new_atoms] = fill[name]
-        flat = on_window.reshape(-1, *values.shape[1:])
-        arrays[name] = np.concatenate([flat, values[-1:]])
-    return arrays
+def _replace(atoms: Atoms, new: Atoms) -> None:
+    """Put new atoms in place of all, with the constraints of the indenter."""
+    shift = new.positions[-1] - atoms.positions[-1]
+    constraints = [_moved(c, atoms, len(new) - 1, shift) for c in atoms.constraints]
+    atoms.set_constraint()
+    atoms.arrays = new.arrays
+    atoms.set_constraint(constraints)
 
 
-def moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:
-    """Return a constraint of the indenter with its new index and position.
-
-    Parameters
-    ----------
-    constraint : ASE constraint
-    atoms : Atoms
-        Which it acts on.
-    last : int
-        New index of the indenter.
-    shift : ndarray, shape (3,)
-        By which the indenter moves (length).
-
-    Returns
-    -------
-    ASE constraint
-
-    Raises
-    ------
-    ValueError
-        If it acts on surface atoms, or its kind is not supported.
-    """
+def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:
+    """Return a constraint of the indenter with its new index and position."""
     index = np.arange(len(atoms))[getattr(constraint, "index", [])]
     if set(np.ravel(index)) != {len(atoms) - 1}:
         raise ValueError(

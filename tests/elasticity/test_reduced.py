@@ -6,8 +6,9 @@ from ase.optimize import FIRE2
 from built import atoms_under
 
 import ase_roughcontact as rc
-from ase_roughcontact.atoms.calculator import contact_of, grid_of
-from ase_roughcontact.atoms.exchange import exchange_window, window_of
+from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.atoms.exchange import set_window
+from ase_roughcontact.atoms.path_atoms import problem_of
 from ase_roughcontact.elasticity.cell_kernels import love_kernel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
@@ -25,14 +26,14 @@ def make_atoms(window=None, wall=SOFT, shape=(24, 24), **options):
     atoms = atoms_under(SPHERE, wall, shape, **options)
     atoms.positions[-1, 2] = contact_of(atoms).first_contact - 0.3
     if window is not None:
-        exchange_window(atoms, window)
+        set_window(atoms, window)
     return atoms
 
 
 def fields(atoms):
     """State of a contact, and the lattice indices of the atoms in contact."""
     state = atoms.calc.state(atoms)
-    start = window_of(grid_of(atoms)).start
+    start = problem_of(atoms)[1].start
     return state, {(i, j) for i, j in (np.argwhere(state.contact) + start).tolist()}
 
 

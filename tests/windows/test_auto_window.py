@@ -12,9 +12,8 @@ from built import atoms_under
 from written_path import written_path
 
 import ase_roughcontact as rc
-from ase_roughcontact.atoms.calculator import grid_of
-from ase_roughcontact.atoms.exchange import exchange_window
-from ase_roughcontact.atoms.exchange import window_of as window_of_layout
+from ase_roughcontact.atoms.exchange import set_window
+from ase_roughcontact.atoms.path_atoms import problem_of
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.windows import auto, prediction
 from ase_roughcontact.windows.footprint import Footprint
@@ -42,7 +41,7 @@ def run(atoms, wall, **options):
 
 
 def window_of(atoms):
-    return window_of_layout(grid_of(atoms))
+    return problem_of(atoms)[1]
 
 
 def contact_of(atoms):
@@ -145,7 +144,7 @@ def test_result_does_not_depend_on_a_window_that_contains_the_contact(wall, shap
     atoms = make_atoms(sphere, wall)
     run(atoms, wall, heights=[height])
     other = make_atoms(sphere, wall, (24, 24))
-    exchange_window(other, Box((-shape[0] // 2, -shape[1] // 2), shape))
+    set_window(other, Box((-shape[0] // 2, -shape[1] // 2), shape))
     assert window_of(other).contains(touching)
     run(other, wall, heights=[height], window="unchecked")
     same_state(other, atoms)
@@ -158,7 +157,7 @@ def test_contact_may_fill_the_window_to_its_edge(wall):
     touching = Footprint(sphere, 1.0).box_below(wall[0].cutoff - height)
     run(atoms, wall, heights=[height])
     tight = make_atoms(sphere, wall, height=height)
-    exchange_window(tight, touching)
+    set_window(tight, touching)
     run(tight, wall, heights=[height], window="unchecked")
     same_state(tight, atoms)
 
@@ -220,7 +219,7 @@ def test_constraints_of_the_indenter_are_kept():
     spring = Hookean(a1=last, a2=axis - np.array([0.0, 0.0, 3.0]), k=0.5, rt=0.0)
     atoms.set_constraint([FixCartesian([last], (True, True, False)), spring])
     pull = [c.adjust_potential_energy(atoms) for c in atoms.constraints[1:]]
-    exchange_window(atoms, Box((-9, -7), (20, 17)))
+    set_window(atoms, Box((-9, -7), (20, 17)))
     fixed, spring = atoms.constraints
     assert list(fixed.index) == [spring.index] == [len(atoms) - 1]
     assert [spring.adjust_potential_energy(atoms)] == pytest.approx(pull)
@@ -230,7 +229,7 @@ def test_constraints_of_surface_atoms_are_an_error():
     atoms = make_atoms(rc.RoughSphere(60.0), SOFT)
     atoms.set_constraint(FixCartesian([0, len(atoms) - 1]))
     with pytest.raises(ValueError, match="other atoms than the indenter"):
-        exchange_window(atoms, Box((-9, -7), (20, 17)))
+        set_window(atoms, Box((-9, -7), (20, 17)))
 
 
 # Adhesion
