@@ -58,14 +58,6 @@ def test_energies_of_the_atoms_sum_to_the_energy(scene, rng):
     assert energies.sum() == pytest.approx(state.energy, rel=1e-13)
 
 
-def test_relaxed_energy_falls_with_the_height_by_the_normal_force(scene, relax):
-    height, step = 0.3, 1e-3
-    heights = (height + step, height, height - step)
-    up, middle, down = (scene.evaluate(relax(scene, z, gtol=1e-9), z) for z in heights)
-    slope = (down.energy - up.energy) / (2 * step)
-    assert slope == pytest.approx(middle.normal_force, rel=1e-4)
-
-
 def test_at_equilibrium_the_pressure_causes_the_displacement(scene, relax):
     u = relax(scene, 0.3, gtol=1e-9)
     pressure = scene.evaluate(u, 0.3).pressure
@@ -73,17 +65,6 @@ def test_at_equilibrium_the_pressure_causes_the_displacement(scene, relax):
     np.testing.assert_allclose(
         u, scene.halfspace.padded_displacement(pressure), atol=1e-7
     )
-
-
-def test_swapping_x_and_y_swaps_the_forces(periodic, wall, rng, solid):
-    heights = rng.uniform(0.0, 3.0, (6, 5))
-    contact = Contact(half_space(periodic, solid=solid), heights, wall)
-    swapped = Contact(half_space(periodic, (5, 6), solid=solid), heights.T, wall)
-    u = random_displacement(contact, rng)
-    state, mirror = contact.evaluate(u, 0.5), swapped.evaluate(u.T, 0.5)
-    scale = np.abs(state.forces).max()
-    np.testing.assert_allclose(mirror.forces.T, state.forces, atol=1e-12 * scale)
-    assert mirror.energy == pytest.approx(state.energy, rel=1e-13)
 
 
 # Symmetries

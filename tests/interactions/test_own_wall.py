@@ -85,22 +85,6 @@ def test_command_runs_a_scene_with_the_wall(tmp_path, capsys):
     assert "penalty wall" in capsys.readouterr().out
 
 
-def test_stiff_wall_gives_the_result_of_the_hard_wall():
-    penalty, hard = path(Penalty(1e4), [0.5]), path(rc.HardWall(), [0.5])
-    assert penalty[0].normal_force == pytest.approx(hard[0].normal_force, rel=1e-3)
-    assert penalty[0].contact_area == hard[0].contact_area
-
-
-def test_path_is_resumed_with_the_same_wall_only(tmp_path):
-    files = {"trajectory": tmp_path / "path.traj", "resume": True}
-    whole = path(Penalty(10.0), [0.2, 0.4])
-    path(Penalty(10.0), [0.2], **files)
-    resumed = path(Penalty(10.0), [0.2, 0.4], **files)
-    assert resumed[1].normal_force == pytest.approx(whole[1].normal_force, rel=1e-4)
-    with pytest.raises(ValueError, match=r"interaction\.stiffness was 10\.0, is 20\.0"):
-        path(Penalty(20.0), [0.2, 0.4], **files)
-
-
 def test_hard_wall_of_a_user_is_relaxed_by_the_active_set():
     class Rigid(rc.Interaction):
         hard = True
