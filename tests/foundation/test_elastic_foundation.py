@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from ase import Atom
-from ase.calculators.fd import calculate_numerical_forces
 from pair_crystal import A, pair_potential
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
@@ -52,14 +51,6 @@ def test_forces_are_minus_the_gradient(request, name):
         energies.append(atoms.get_potential_energy())
     slope = (energies[0] - energies[1]) / 2e-5
     assert -np.sum(forces * direction) == pytest.approx(slope, rel=1e-6)
-
-
-def test_every_component_of_the_forces_is_a_difference_of_energies(surface):
-    atoms = slab(surface, 2, (2, 2), held=False)
-    calculator, atoms = atoms.calc, rattled(atoms)
-    atoms.calc = calculator
-    forces = calculate_numerical_forces(atoms, eps=1e-4)
-    np.testing.assert_allclose(atoms.get_forces(), forces, atol=1e-6)
 
 
 def on_the_surface(atoms, hessian, depth=0.0):

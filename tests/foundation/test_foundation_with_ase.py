@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from ase import units
 from ase.constraints import FixAtoms
-from ase.io import Trajectory, read
 from ase.md.velocitydistribution import thermalize_momenta
 from ase.md.verlet import VelocityVerlet
 from ase.optimize import LBFGS
@@ -91,15 +90,3 @@ def test_constraints_hold(surface):
     np.testing.assert_array_equal(moved[[50, 51, -1]], 0.0)
     np.testing.assert_allclose(moved[:36].mean(axis=0), 0.0, atol=1e-10)
     assert abs(moved[36:-1]).max() > 0.1
-
-
-def test_trajectories_keep_energy_forces_and_constraints(surface, tmp_path):
-    atoms, _ = pressed(surface, 6)
-    file = tmp_path / "pressed.traj"
-    with Trajectory(file, "w", atoms) as trajectory:
-        LBFGS(atoms, trajectory=trajectory, logfile=None).run(fmax=1e-3, steps=200)
-    last = read(file)
-    assert last.get_potential_energy() == atoms.get_potential_energy()
-    np.testing.assert_allclose(last.get_forces(), atoms.get_forces(), atol=1e-12)
-    assert len(last.constraints) == 2
-    assert last.symbols[-1] == "X"

@@ -78,6 +78,7 @@ def test_wrong_parameters_are_refused_by_name(line, message):
         Scene.parse(SMALL + f'[interaction]\nkind = "penalty"\n{line}\n').check()
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_command_runs_a_scene_with_the_wall(tmp_path, capsys):
     file = tmp_path / "penalty.toml"
     file.write_text(SMALL + KEYS)

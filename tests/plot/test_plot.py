@@ -19,7 +19,6 @@ from ase_roughcontact.theory import JKR, Hertz  # noqa: E402
 
 NANONEWTON = 1e-9 * J / m
 RADIUS, MODULUS, SPACING = 400.0, 0.9, 2.5
-ROUGH = rc.SelfAffine(0.1, 0.8, 4.0, 32.0, seed=4)
 
 
 @pytest.fixture
@@ -76,20 +75,6 @@ def test_all_axes_tell_quantity_and_unit(sphere_contact, loop):
             )
 
 
-def test_curve_is_the_area_relative_to_hertz(axes):
-    load, area = np.array([1.0, 10.0]), np.array([2.0, 6.0])
-    assert plot.plot_curve(axes, load, area, 2 * area, label="mean") is axes
-    x, y = line(axes, "mean")
-    np.testing.assert_array_equal(x, load)
-    np.testing.assert_array_equal(y, 0.5)
-
-
-def test_curve_shows_theory(axes):
-    load = np.array([1.0, 10.0])
-    plot.plot_curve(axes, load, load, load, theory={"JKR": (load, [3.0, 2.0])})
-    np.testing.assert_array_equal(line(axes, "JKR")[1], [3.0, 2.0])
-
-
 def test_force_shows_tension_on_a_linear_axis_beside_the_laws(axes):
     force = np.array([0.0, -2.0, 3.0]) * NANONEWTON
     theory = {"JKR": ([0.0, 1.0], [-NANONEWTON, 500.0 * NANONEWTON])}
@@ -127,7 +112,7 @@ def test_an_area_that_did_not_converge_is_crossed(axes):
     assert line(axes, "not converged")[1] == [1.0]
 
 
-def test_atoms_that_are_attracted_are_shown_beside_those_in_contact(axes, loop):
+def test_atoms_that_are_attracted_are_shown_beside_those_in_contact(axes):
     sphere = rc.RoughSphere(30.0)
     wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.05)
     atoms = atoms_under(sphere, wall, (16, 16))
@@ -154,23 +139,6 @@ def test_a_path_in_and_out_is_drawn_as_two(axes):
     plot.plot_force(axes, [0.0, 1.0, 0.0, -1.0], [0.0, 5.0, -1.0, 0.0])
     assert list(line(axes, "approach")[0]) == [0.0, 1.0]
     assert list(line(axes, "retraction")[0]) == [1.0, 0.0, -1.0]
-
-
-def test_contact_map_shows_pressures_of_contacts_in_place(axes, sphere_contact):
-    frame, state = (
-        rc.snapshot(sphere_contact),
-        sphere_contact.calc.state(sphere_contact),
-    )
-    image = plot.plot_contact(axes, frame, 20.0, first_contact_radius=15.0)
-    assert image.axes is axes
-    shown = np.asarray(image.get_array().filled(np.nan)).T
-    np.testing.assert_array_equal(~np.isnan(shown), state.contact)
-    inside = state.contact
-    np.testing.assert_allclose(shown[inside], state.pressure[inside] / GPa)
-    left, right, bottom, top = image.get_extent()
-    # the axis is in the middle of atom 12, of 24 atoms 2.5 Å apart
-    assert (left, right) == pytest.approx((-3.125, 2.875))
-    assert (bottom, top) == pytest.approx((-3.125, 2.875))
 
 
 def test_x_is_drawn_to_the_right_and_y_upwards(axes):
