@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from ase import Atoms
-from ase.optimize.precon import Precon
 
+from ase_roughcontact._util.precon import ConstantPrecon
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.foundation.coupling import apply, on_cells
@@ -14,7 +14,7 @@ from ase_roughcontact.foundation.coupling import apply, on_cells
 _HELD = 1e3
 
 
-class FoundationPrecon(Precon):
+class FoundationPrecon(ConstantPrecon):
     """Stiffness of the explicit layers at rest, on the crystal below them.
 
     It is a matrix of the layers for each wave vector. Other atoms are multiplied by a
@@ -57,7 +57,8 @@ class FoundationPrecon(Precon):
                 f"the foundation was made for {sites.indices.size} atoms of the "
                 f"crystal, got {len(real)} atoms"
             )
-        self._atoms, self._indices = len(atoms), real[sites.indices]
+        super().__init__(len(atoms))
+        self._indices = real[sites.indices]
         greens = LatticeGreensFunction(surface.constants, layers)
         self._stiffness = on_cells(
             lambda q: greens.stiffness(q, layers),
@@ -73,27 +74,8 @@ class FoundationPrecon(Precon):
         mean[lowest, lowest] = np.eye(3) * self._other * _HELD
         self._compliance = np.linalg.inv(self._stiffness)
 
-    def make_precon(self, atoms: Atoms, reinitialize: bool | None = None) -> None:
-        """Do nothing: the stiffness is that at rest."""
-
-    def Pdot(self, x: np.ndarray) -> np.ndarray:  # noqa: N802
-        """Apply P to a vector of shape (3 N,)."""
-        return self._apply(x, self._stiffness, self._other)
-
-    def solve(self, x: np.ndarray) -> np.ndarray:
-        """Apply the inverse of P to a vector of shape (3 N,)."""
-        return self._apply(x, self._compliance, 1.0 / self._other)
-
-    def copy(self) -> FoundationPrecon:
-        """Return the preconditioner itself, which has no state."""
-        return self
-
-    def asarray(self) -> np.ndarray:
-        """Return P as a matrix; for tests on small slabs."""
-        return np.array([self.Pdot(column) for column in np.eye(3 * self._atoms)])
-
-    def _apply(self, x: np.ndarray, matrices: np.ndarray, other: float) -> np.ndarray:
-        vectors = x.reshape(-1, 3)
-        result = other * vectors
+    def _applied(self, vectors: np.ndarray, inverse: bool) -> np.ndarray:
+        matrices = self._compliance if inverse else self._stiffness
+        result = vectors / self._other if inverse else vectors * self._other
         result[self._indices] = apply(matrices, vectors[self._indices])
-        return result.reshape(x.shape)
+        return result

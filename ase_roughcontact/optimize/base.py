@@ -166,17 +166,7 @@ class ContactOptimizer(Optimizer):
     @classmethod
     def only_solves(cls) -> bool:
         """Return whether a run is nothing but its solver, without ways of its own."""
-        names = (
-            "__init__",
-            "run",
-            "irun",
-            "step",
-            "converged",
-            "log",
-            "call_observers",
-            "_iterate",
-            "_start",
-        )
+        names = "__init__", "run", "irun", "step", "converged", "_iterate", "_start"
         return all(getattr(cls, n) is getattr(ContactOptimizer, n) for n in names)
 
     def step(self) -> None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from ase import Atoms
-from ase.optimize.precon import Precon
 
+from ase_roughcontact._util.precon import ConstantPrecon
 from ase_roughcontact.optimize.constraints import reference_stiffness, soft_contact_of
 from ase_roughcontact.solvers.relaxation import indenter_stiffness
 
 
-class HalfSpacePrecon(Precon):
+class HalfSpacePrecon(ConstantPrecon):
     r"""Elastic stiffness of the half space plus that of a wall everywhere.
 
     .. math:: P = a_0^2 [K + k_\text{ref}]
@@ -51,36 +53,16 @@ class HalfSpacePrecon(Precon):
             halfspace.stiffness + reference_stiffness(contact)
         )
         self._shape = halfspace.dof_shape
+        super().__init__(math.prod(self._shape) + 1)
         self._transform = halfspace.dof_transform
         self._multiply = self._transform.multiplier(stiffness)
         self._divide = self._transform.multiplier(1.0 / stiffness)
         lateral = float(np.median(stiffness))
         self._scale = np.array([lateral, lateral, indenter_stiffness(contact)])
 
-    def make_precon(self, atoms: Atoms, reinitialize: bool | None = None) -> None:
-        """Do nothing: the stiffness does not depend on the displacement."""
-
-    def Pdot(self, x: np.ndarray) -> np.ndarray:  # noqa: N802
-        """Apply P to a vector of shape (3 N,)."""
-        return self._apply(x, self._multiply, self._scale)
-
-    def solve(self, x: np.ndarray) -> np.ndarray:
-        """Apply the inverse of P to a vector of shape (3 N,)."""
-        return self._apply(x, self._divide, 1.0 / self._scale)
-
-    def copy(self) -> HalfSpacePrecon:
-        """Return the preconditioner itself, which has no state."""
-        return self
-
-    def asarray(self) -> np.ndarray:
-        """Return P as a matrix; for tests on small grids."""
-        size = 3 * (self._shape[0] * self._shape[1] + 1)
-        return np.array([self.Pdot(column) for column in np.eye(size)])
-
-    def _apply(
-        self, x: np.ndarray, multiplier: np.ndarray, scale: np.ndarray
-    ) -> np.ndarray:
-        result = x.reshape(-1, 3) * scale
-        heights = x.reshape(-1, 3)[:-1, 2].reshape(self._shape)
+    def _applied(self, vectors: np.ndarray, inverse: bool) -> np.ndarray:
+        result = vectors / self._scale if inverse else vectors * self._scale
+        heights = vectors[:-1, 2].reshape(self._shape)
+        multiplier = self._divide if inverse else self._multiply
         result[:-1, 2] = self._transform.filter(heights, multiplier).ravel()
-        return result.reshape(x.shape)
+        return result
