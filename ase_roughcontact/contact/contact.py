@@ -312,12 +312,11 @@ class Contact:
         """Raise `ValueError` if atoms overlap with a hard wall."""
         tolerance = _HARD_GAP * self.halfspace.spacing
         if gap.min() < -tolerance:
-            solver = "NewtonKrylov" if self.interaction.attractive else "ActiveSet"
             raise ValueError(
                 f"{np.count_nonzero(gap < -tolerance)} atoms overlap with the hard "
                 f"wall by up to {-gap.min():.3g}, where its force is not defined: "
-                f"relax them with {solver}, or use LennardJones93.repulsive with "
-                "another optimizer"
+                f"relax them with {self.interaction.optimizer}, or use "
+                "LennardJones93.repulsive with another optimizer"
             )
 
     def _reaction(

@@ -166,6 +166,24 @@ class Interaction(ABC):
         return self.hardness != math.inf  # NaN is refused as a hardness
 
     @property
+    def family(self) -> str:
+        """What limits grids and costs time: "attractive", else "hard" or "soft"."""
+        return "attractive" if self.attractive else "hard" if self.hard else "soft"
+
+    @property
+    def optimizer(self) -> str:
+        """Name of the optimizer that relaxes a hard wall."""
+        return "ActiveSet" if self.purely_hard else "NewtonKrylov"
+
+    @property
+    def stiffness_at_contact(self) -> float:
+        """Stiffness where the wall begins to repel; infinity if it is hard."""
+        if self.hard:
+            return math.inf
+        closest = np.nextafter(self.contact_distance, -np.inf)
+        return float(self.evaluate(np.array([closest]))[2][0])
+
+    @property
     def depends_on_history(self) -> bool:
         """Whether a state depends on the states before it."""
         return self.attractive or self.permanent

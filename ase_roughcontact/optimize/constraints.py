@@ -35,8 +35,8 @@ def soft_contact_of(atoms: Atoms) -> Contact:
     contact = contact_of(atoms)
     wall = contact.interaction
     if wall.hard:
-        solver = "NewtonKrylov" if wall.attractive else "ActiveSet"
-        raise ValueError(f"a hard wall has no gradient: relax it with {solver}")
+        advice = f"relax it with {wall.optimizer}"
+        raise ValueError(f"a hard wall has no gradient: {advice}")
     return contact
 
 
@@ -157,5 +157,5 @@ def reference_stiffness(contact: Contact) -> float:
         of E*/a0 (pressure per length).
     """
     wall, halfspace = contact.interaction, contact.halfspace
-    onset = float(wall.evaluate(np.nextafter(wall.contact_distance, -np.inf))[2])
+    onset = wall.stiffness_at_contact
     return max(0.1 * halfspace.contact_modulus / halfspace.spacing, 3.0 * onset)

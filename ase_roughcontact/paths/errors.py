@@ -205,18 +205,10 @@ def continuum_area_error(step: RelaxedContact) -> float:
     if step.edge_area is not None:
         of_grid = step.edge_area.error
     else:
-        of_grid = grid_error(step.perimeter, step.fields.cell_area, _softness(step))
+        wall = step.contact.interaction
+        softness = step.halfspace.contact_modulus / wall.stiffness_at_contact
+        of_grid = grid_error(step.perimeter, step.fields.cell_area, softness)
     return of_grid + step.lost_slope * step.fields.contact_area
-
-
-def _softness(step: RelaxedContact) -> float:
-    """Return contact modulus over stiffness of a wall where it begins to repel (Å)."""
-    wall = step.contact.interaction
-    if wall.hard:
-        return 0.0
-    closest = np.array([np.nextafter(wall.contact_distance, 0.0)])
-    stiffness = float(wall.evaluate(closest)[2][0])
-    return step.halfspace.contact_modulus / stiffness
 
 
 def _relaxation(step: RelaxedContact) -> float:
@@ -260,8 +252,7 @@ def _undecided_area(step: RelaxedContact) -> float:
     (n, m), area = fields.gap.shape, fields.cell_area
     forces, compliance = fields.forces[:n, :m], contact.halfspace.self_compliance / area
     reaction = area * fields.pressure + forces
-    if contact.interaction.attractive:
-        reaction -= area * contact.wall(np.maximum(fields.gap, 0.0))[1]
+    reaction -= area * contact.wall(np.maximum(fields.gap, 0.0))[1]
     error = compliance * float(abs(forces).max()) + step.gap_error
     margin = abs(compliance * reaction - fields.gap)
     return area * float(np.count_nonzero(margin <= error)) if error else 0.0

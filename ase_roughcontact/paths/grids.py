@@ -18,7 +18,7 @@ _SMALLEST = 5e-4
 _UNKNOWN_WAVE = 4.0
 # Largest coarsening under hard, soft and attractive walls. The range of a soft wall is
 # about a spacing of the atoms, and the edge of an adhesive contact must be resolved.
-_HARD, _SOFT, _ATTRACTIVE = 8, 2, 1
+_COARSEST = {"hard": 8, "soft": 2, "attractive": 1}
 # Tolerance within which a number is whole.
 _ROUNDING = 1e-6
 
@@ -59,8 +59,8 @@ def grid_for(
     if math.isnan(wave):
         wave = _UNKNOWN_WAVE * spacing
     finest = wave / _points(error) / spacing
-    largest = _ATTRACTIVE if wall.attractive else _HARD if wall.hard else _SOFT
-    power = math.floor(math.log2(min(finest, largest)) + _ROUNDING)
+    coarsest = min(finest, _COARSEST[wall.family])
+    power = math.floor(math.log2(coarsest) + _ROUNDING)
     while power >= 0:
         change = GridChange(1, 2**power)
         if _fits(change, indenter, spacing, shape):
@@ -89,7 +89,7 @@ def _fits(
 ) -> bool:
     """Return whether a grid divides the window and the period of the roughness."""
     try:
-        change.shape(shape or (_HARD, _HARD))
+        change.shape(shape or 2 * (max(_COARSEST.values()),))
         change.surface(indenter, spacing)
     except ValueError:
         return False

@@ -13,7 +13,7 @@ from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import Interaction
 
 # Time of a step, in exact convolutions on the full grid.
-_PAIRS_HARD, _PAIRS_REPULSIVE, _PAIRS_ATTRACTIVE = 150, 180, 320
+_PAIRS = {"hard": 150, "soft": 180, "attractive": 320}
 # Time of a step with hardly any atoms (s).
 _SHORTEST = 0.05
 # Side of the largest grid on which convolutions are timed; for larger ones the time is
@@ -25,8 +25,6 @@ def step_timer(
     halfspace: HalfSpace, wall: Interaction
 ) -> Callable[[tuple[int, int]], float]:
     """Return a function of the shape of an FFT grid: the time of a step on it (s)."""
-    pairs = _PAIRS_ATTRACTIVE if wall.attractive else _PAIRS_REPULSIVE
-    pairs = _PAIRS_HARD if wall.hard else pairs
 
     @cache
     def convolution(n: int, m: int) -> float:
@@ -44,6 +42,6 @@ def step_timer(
         scale = min(1.0, _TIMED_SIDE / math.sqrt(points))
         n, m = (max(8, int(side * scale)) for side in grid)
         ratio = points * math.log(points) / (n * m * math.log(n * m))
-        return _SHORTEST + pairs * ratio * convolution(n, m)
+        return _SHORTEST + _PAIRS[wall.family] * ratio * convolution(n, m)
 
     return seconds
