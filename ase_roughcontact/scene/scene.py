@@ -178,11 +178,14 @@ class Scene(SceneFile):
     @cached_property
     def grid_change(self) -> GridChange:
         """The grid relative to that of the atoms, given or chosen for the accuracy."""
+        return self._grid_for(self.accuracy.error)
+
+    def _grid_for(self, error: float) -> GridChange:
+        """Return the grid that is given, or chosen for a relative error."""
         given = self.substrate.grid_change
         if given is not None or not self.is_continuum:
             return given or GridChange()
-        indenter = self.surface, self.wall, self.spacing
-        return grid_for(self.accuracy.error, *indenter, self.shape)
+        return grid_for(error, self.surface, self.wall, self.spacing, self.shape)
 
     @cached_property
     def lost_slope(self) -> float:
@@ -337,11 +340,8 @@ class Scene(SceneFile):
         return Stepper(self.problem, self.control, self.start, options)
 
     def _scan_errors(self, options: StepOptions) -> ScanErrors:
-        change, error = self.grid_change, max(self.accuracy.error, LEVELS["fast"])
-        if self.is_continuum and self.substrate.grid_change is None:
-            indenter = self.surface, self.wall, self.spacing
-            change = grid_for(error, *indenter, self.shape)
-        problem, start = self._on(change)
+        error = max(self.accuracy.error, LEVELS["fast"])
+        problem, start = self._on(self._grid_for(error))
         return ScanErrors(
             problem,
             self.control,
