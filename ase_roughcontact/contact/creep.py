@@ -13,6 +13,7 @@ which the step lowers the surface by. The last one makes the solid softer by
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -21,11 +22,15 @@ import numpy as np
 from ase_roughcontact.contact.state import State
 from ase_roughcontact.elasticity.creep import Creep, CreepStep
 from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.elasticity.lattice import carried
 
 #: Beginning of the keys in `State.history` of the pressures ``q_k``.
 CREEP_PRESSURE = "creep_pressure_"
 #: Key in `State.history` of the rate of the pressure in the last time step.
 PRESSURE_RATE = "pressure_rate"
+# Duration of a step, relative to a time of the series, below which means over the step
+# are series, as closed forms lose digits.
+_SHORT = 1e-3
 
 
 def creep_pressures(history: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -142,14 +147,79 @@ def dissipation_rate(state: State, creep: Creep) -> float:
     float
         Energy per area and time.
     """
-    pressure, depth = state.pressure, _depth(state)
-    rate = creep.flow * np.sum(pressure * depth)
-    terms = zip(creep.compliances, creep.times, strict=True)
-    for k, (compliance, time) in enumerate(terms):
-        flowing = compliance * pressure - state.history[_key(k)]
-        sinking = compliance * depth - state.depths[_key(k)]
-        rate += np.sum(flowing * sinking) / (compliance * time)
-    return float(rate)
+    factors, _ = _dashpots(creep)
+    pressures, depths = _on_dashpots(state, creep)
+    return float(factors @ np.sum(pressures * depths, axis=(1, 2)))
+
+
+def dissipated_energy(
+    before: State, after: State, creep: Creep, elapsed: float
+) -> float:
+    r"""Return the energy that a time step dissipates per area of a cell.
+
+    It is the integral of `dissipation_rate`, exact for a pressure that is linear in
+    time, with which :math:`r_k = J_k p - q_k` is
+
+    .. math:: r_k(t) = r_k + f_k(t) (r_k' - r_k), \qquad
+              f_k(t) = \frac{1 - e^{-t/\theta_k}}{1 - e^{-\Delta t/\theta_k}} .
+
+    Parameters
+    ----------
+    before, after : State
+        At the end of the last step and of this one, with displacement and depths.
+    creep : Creep
+    elapsed : float
+        Duration of the step, positive (time).
+
+    Returns
+    -------
+    float
+        Energy per area.
+    """
+    factors, rates = _dashpots(creep)
+    old, depths = _on_dashpots(before, creep)
+    new, new_depths = _on_dashpots(after, creep)
+    kept = np.array([carried(each, before.window, after.window) for each in old])
+    products = [
+        np.sum(pair, axis=(1, 2))
+        for pair in (old * depths, kept * new_depths, new * new_depths)
+    ]
+    means = np.transpose([_means(elapsed * rate) for rate in rates])
+    return elapsed * float(factors @ np.sum(means * products, axis=0))
+
+
+def _dashpots(creep: Creep) -> tuple[np.ndarray, np.ndarray]:
+    """Return factors of the power and rates of the terms, the flow as the last one."""
+    rates = 1.0 / np.array(creep.times)
+    factors = rates / np.array(creep.compliances)
+    return (
+        (factors, rates)
+        if not creep.flow
+        else (np.append(factors, creep.flow), np.append(rates, 0.0))
+    )
+
+
+def _on_dashpots(state: State, creep: Creep) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pressures ``r_k``, and ``p`` of the flow, with their depths."""
+    depth = _depth(state)
+    pairs = [
+        (c * state.pressure - state.history[_key(k)], c * depth - state.depths[_key(k)])
+        for k, c in enumerate(creep.compliances)
+    ]
+    if creep.flow:
+        pairs.append((state.pressure, depth))
+    pressures, depths = zip(*pairs, strict=True)
+    return np.array(pressures), np.array(depths)
+
+
+def _means(x: float) -> tuple[float, float, float]:
+    """Return the means of (1 - f)^2, 2 f (1 - f) and f^2 over a step of x times."""
+    if x < _SHORT:
+        return (4.0 - x) / 12.0, 1.0 / 3.0, (4.0 + x) / 12.0
+    reached, mean = -math.expm1(-x), -math.expm1(-x) / x
+    first = (1.0 - mean) / reached
+    second = (1.0 - 2.0 * mean - math.expm1(-2.0 * x) / (2.0 * x)) / reached**2
+    return 1.0 - 2.0 * first + second, 2.0 * (first - second), second
 
 
 def _key(term: int) -> str:

@@ -30,10 +30,13 @@ class TimeStep(LoadStep):
         _energy_with_creep, "energy of solid, wall and load that is stored", "eV"
     )
     dissipation: float = column(_dissipation, "power that the solid dissipates", "eV/s")
+    dissipated_energy: float = column(
+        lambda s: 0.0, "energy that the solid has dissipated since the last step", "eV"
+    )
     lost_energy: float = column(
         lambda s: 0.0,
         "energy lost since the last step in an instability at the instantaneous "
-        "modulus; zero if the forces of both steps may explain the change of energy",
+        "modulus; zero below the tolerance of the time steps",
         "eV",
     )
     base: float = column(

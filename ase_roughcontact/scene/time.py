@@ -265,10 +265,7 @@ class Timed(PathKind):
         """Return largest forces, and the energies lost."""
         steps: Any = states
         forces = [step.normal_force for step in steps]
-        dissipated = sum(
-            0.5 * (a.dissipation + b.dissipation) * (b.time - a.time)
-            for a, b in pairwise(steps)
-        )
+        dissipated = sum(step.dissipated_energy for step in steps)
         jumps = [step.lost_energy for step in steps if step.lost_energy]
         found = {
             "time steps": f"{len(steps) - 1}, all of which are in curve.csv",

@@ -1,0 +1,77 @@
+r"""Energy balance of a time step: work put in = stored + dissipated + lost.
+
+The work on indenter, load or base is integrated by the trapezoidal rule, the energy
+that creep dissipates exactly for a pressure that is linear in time. What is missing is
+an error of the time step, or was lost when the contact jumped, as in a quasi-static
+path.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.time_record import TimeStep
+
+# Energy below which an error does not count, in units of E* a0^3: about that of one
+# atom in contact.
+_SMALLEST_ENERGY = 0.05
+
+
+class Balance(NamedTuple):
+    """Energy balance of a step.
+
+    Attributes
+    ----------
+    missing : float
+        Work that is neither stored nor dissipated (energy).
+    uncertainty : float
+        Of the work, if the contact jumps at an unknown moment of the step (energy).
+    error : float
+        Magnitude of the missing energy, relative to work and dissipation.
+    """
+
+    missing: float
+    uncertainty: float
+    error: float
+
+    def lost(self, tolerance: float) -> float:
+        """Return the energy that was lost, if the error is above a tolerance."""
+        unexplained = self.missing > self.uncertainty and self.error > tolerance
+        return self.missing if unexplained else 0.0
+
+
+def balance_of(
+    stepper: Stepper, before: tuple[float, TimeStep], after: tuple[float, TimeStep]
+) -> Balance:
+    """Return the energy balance between two states.
+
+    Parameters
+    ----------
+    stepper : Stepper
+    before, after : (float, TimeStep)
+        Targets and states.
+
+    Returns
+    -------
+    Balance
+    """
+    (last_target, last), (target, step) = before, after
+    first, second = _conjugate(stepper, *before), _conjugate(stepper, *after)
+    change, problem = target - last_target, stepper.problem
+    work = 0.5 * (first + second) * change
+    missing = work - (step.energy - last.energy) - step.dissipated_energy
+    mean_force = 0.5 * (last.normal_force + step.normal_force)
+    scale = _SMALLEST_ENERGY * problem.solid.contact_modulus * problem.spacing**3
+    scale += abs(mean_force * (step.height - last.height)) + step.dissipated_energy
+    return Balance(missing, abs((second - first) * change), abs(missing) / scale)
+
+
+def _conjugate(stepper: Stepper, target: float, step: TimeStep) -> float:
+    """Return the derivative of the energy to the target."""
+    if stepper.control == "loads":
+        return step.height
+    if stepper.control == "bases":
+        return stepper.options.cantilever * (target - step.height)
+    sign = 1.0 if stepper.control == "penetrations" else -1.0
+    return sign * step.normal_force
