@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import grid_shape, lookup, positive
+from ase_roughcontact._util.validation import grid_shape, lookup, one_of, positive
 from ase_roughcontact.interactions import WALLS, wall_parameters
 from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
+from ase_roughcontact.paths.coupling import COUPLINGS
 from ase_roughcontact.scene.path_kinds import PathKind
 from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
@@ -161,17 +162,28 @@ class InteractionConfig(Section):
 
 @dataclass(frozen=True)
 class FrictionConfig(Section):
-    """``[friction]``: friction coefficient, shear strength in GPa, or both."""
+    """``[friction]``: friction coefficient, shear strength in GPa, or both.
+
+    `coupling` is that of normal and lateral motion, see `follow_sliding`.
+    """
 
     title = "friction"
     units = {"shear_strength": "GPa"}
 
     coefficient: float | None = None
     shear_strength: float | None = None
+    coupling: str = COUPLINGS[0]
+
+    @property
+    def coupled(self) -> bool:
+        """Whether the coupling of normal and lateral motion is solved for."""
+        one_of(COUPLINGS, coupling=self.coupling)
+        return self.coupling != COUPLINGS[0]
 
     @property
     def law(self) -> FrictionLaw:
         """Largest traction of an atom, the smaller one of two."""
+        _ = self.coupled  # raises if it is no choice
         strength = self.shear_strength
         if strength is not None:
             positive(shear_strength=strength)
@@ -190,7 +202,8 @@ class FrictionConfig(Section):
             found.append(f"coefficient {self.coefficient:g}")
         if self.shear_strength is not None:
             found.append(f"shear strength {self.shear_strength:g} GPa")
-        return ", at most a ".join(found)
+        coupled = "; coupled to the pressure" if self.coupled else ""
+        return ", at most a ".join(found) + coupled
 
 
 @dataclass(frozen=True)

@@ -124,10 +124,11 @@ def plan_targets(
     )
 
 
-def with_friction(plan: Plan) -> Plan:
+def with_friction(plan: Plan, coupled: bool = False) -> Plan:
     """Return a plan with the memory of friction, and what this leaves out.
 
-    Steps with equal targets are one.
+    Steps with equal targets are one. The coupling of normal and lateral motion is left
+    out unless it is solved for.
     """
     distinct = {step.target: step for step in plan.steps}
     steps = (
@@ -141,9 +142,13 @@ def with_friction(plan: Plan) -> Plan:
     )
     left_out = (
         "changes of the heights by sliding, which must be small compared to the "
-        "roughness, and of the pressure by lateral tractions: none for a Poisson's "
-        "ratio of 1/2"
+        "roughness"
     )
+    if not coupled:
+        left_out += (
+            ", and of the pressure by lateral tractions: none for a Poisson's ratio of "
+            "1/2"
+        )
     others = (text for text in plan.left_out if text != LATERAL_LEFT_OUT)
     return replace(plan, steps=tuple(steps), left_out=(left_out, *others))
 

@@ -393,7 +393,7 @@ class Scene(SceneFile):
         path = self.control, self.targets
         plan = plan_targets(*scene._on_grid, *path, expected, bool(self.shape))
         if self.friction:
-            plan = with_friction(plan)
+            plan = with_friction(plan, self.friction.coupled)
         if self.scan is not None:
             left_out = *plan.left_out, COPIES_LEFT_OUT
             plan = replace(plan, left_out=left_out)

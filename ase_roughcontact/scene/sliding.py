@@ -21,6 +21,7 @@ from ase_roughcontact._util.validation import (
     positive,
 )
 from ase_roughcontact.analysis.friction import loop_energies, static_friction
+from ase_roughcontact.elasticity.cross import CrossResponse
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
@@ -165,10 +166,12 @@ class Sliding(PathKind):
     def describe(self, bodies: Bodies) -> str:
         """Return the number of steps, and what is planned."""
         key, _ = self.turns(bodies)
+        time = "the time of friction is of the same order"
+        if bodies.friction.coupled:
+            time = "friction and its coupling to the pressure take several times as long"
         return (
             f"Sliding in {self.count(bodies)} steps, {self.steps} between two of the "
-            f"{key}. The states at the normal targets are planned; the time "
-            "of friction is of the same order:"
+            f"{key}. The states at the normal targets are planned; {time}:"
         )
 
     def run(
@@ -184,6 +187,7 @@ class Sliding(PathKind):
             control,
             output,
             spring=self.spring_stiffness,
+            coupling=bodies.friction.coupling,
             validity=validity,
             springs=[],
         )
