@@ -9,6 +9,7 @@ tractions no longer changes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -30,6 +31,8 @@ _MOST, _CYCLE, _STAYS = 50, 5, 0.8
 # Change of the depth by the tractions, relative to the largest displacement, at which
 # normal and lateral problem agree: this part of the accuracy, or less.
 _AGREED, _LARGEST = 0.1, 1e-5
+# Residual of the first lateral problem, and of the others relative to the change.
+_LATERAL = 0.1
 # Number of boxes of which responses are kept.
 _KEPT = 3
 
@@ -107,62 +110,64 @@ class Coupling:
     def agreed(
         self,
         relaxed: RelaxedStep,
-        slide: Slide,
         again: Callable[..., RelaxedStep],
         slid: Callable[..., Slide],
     ) -> tuple[RelaxedStep, Slide]:
-        """Repeat the normal and the lateral problem until they agree.
+        """Solve the lateral problem, and repeat both until they agree.
 
         Parameters
         ----------
         relaxed : RelaxedStep
             Solution of the normal problem.
-        slide : Slide
-            Solution of the lateral problem at its pressure.
         again : callable
-            Repeats the former with a new `TRACTION_DEPTH`; see `Stepper.repeat`.
+            Repeats it with a new `TRACTION_DEPTH`; see `Stepper.repeat`.
         slid : callable
-            Repeats the latter at another pressure, starting from the last one.
+            Solves the lateral problem at a pressure, to a residual, starting from its
+            last solution.
 
         Returns
         -------
         RelaxedStep, Slide
             Not converged if they do not agree in the end.
         """
-        changes: list[float] = []
+        slide, changes = slid(relaxed, tolerance=_LATERAL), list[float]()
         for number in range(1, _MOST + 1):
-            state, statistics = relaxed.run.state, relaxed.statistics
-            depth = self.depth(slide.solution.tractions, slide.box, state.window)
-            changes.append(_change(depth, state))
-            if changes[-1] <= self._agreed or not statistics.converged:
+            depth, change = self._changed(relaxed, slide)
+            if change <= self._agreed or not relaxed.statistics.converged:
+                slide = slid(relaxed, slide)  # to its own tolerance
+                depth, change = self._changed(relaxed, slide)
+            if change <= self._agreed or not relaxed.statistics.converged:
                 break
-            stays = min(changes[-_CYCLE:]) > _STAYS * min(
-                changes[:-_CYCLE], default=np.inf
-            )
+            changes.append(change)
+            earlier, recent = changes[:-_CYCLE], changes[-_CYCLE:]
+            stays = min(recent) > _STAYS * min(earlier, default=math.inf)
             if stays or number == _MOST:
-                statistics.converged = False
-                statistics.message = (
-                    f"normal and lateral motion do not agree after {number} "
-                    f"alternations: the depth by the tractions changes by "
-                    f"{changes[-1]:.2g} of the largest one"
-                    + stays
-                    * " (a bound that jumps at the edge of the contact may "
-                    "have no solution)"
-                )
+                _mark_disagreement(relaxed, number, change, stays)
                 break
             relaxed = again(relaxed, **{TRACTION_DEPTH: depth})
-            pairs = slide.solution.pairs
-            slide = slid(relaxed, last=slide)
-            solution = replace(slide.solution, pairs=pairs + slide.solution.pairs)
-            slide = replace(slide, solution=solution)
+            slide = slid(relaxed, slide, _LATERAL * min(change, 1.0))
         return relaxed, replace(slide, alternations=number)
 
+    def _changed(self, relaxed: RelaxedStep, slide: Slide) -> tuple[np.ndarray, float]:
+        """Return the depth by the tractions, and its change since the pressure."""
+        state = relaxed.run.state
+        depth = self.depth(slide.solution.tractions, slide.box, state.window)
+        change = abs(depth - state.history.get(TRACTION_DEPTH, 0.0)).max()
+        largest = 0.0 if state.displacement is None else abs(state.displacement).max()
+        return depth, float(change / largest) if largest else float(change > 0.0)
 
-def _change(depth: np.ndarray, state: State) -> float:
-    """Return the largest change of the depth by the tractions of a relaxed state.
 
-    It is relative to the largest displacement by the pressure.
-    """
-    change = abs(depth - state.history.get(TRACTION_DEPTH, 0.0)).max()
-    largest = 0.0 if state.displacement is None else abs(state.displacement).max()
-    return float(change / largest) if largest else float(change > 0.0)
+def _mark_disagreement(
+    relaxed: RelaxedStep, number: int, change: float, stays: bool
+) -> None:
+    """Mark a step whose normal and lateral problem do not agree as not converged."""
+    statistics = relaxed.statistics
+    statistics.converged = False
+    statistics.message = (
+        f"normal and lateral motion do not agree after {number} alternations: the "
+        f"depth by the tractions changes by {change:.2g} of the largest displacement"
+    )
+    if stays:
+        statistics.message += (
+            " (a bound that jumps at the edge of the contact may have no solution)"
+        )

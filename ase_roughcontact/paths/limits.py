@@ -288,8 +288,9 @@ CHECKS = (
         ">",
         0.1,
         "(1 - 2 nu)/(2 - 2 nu) times the friction over the load: tractions lift the "
-        "surface, which is neglected; at this limit a smooth sphere that slides has "
-        "its center of pressure off by 5 % of its radius, and the load by 0.2 %",
+        "surface, which is neglected unless coupling is 'solved'; at this limit a "
+        "smooth sphere that slides has its center of pressure off by 5 % of its "
+        "radius, and the load by 0.2 %",
         _coupling,
     ),
     Check(

@@ -226,14 +226,15 @@ class _Sliding:
         self, number: int, target: float, lateral: np.ndarray, record: type[LoadStep]
     ) -> LoadStep:
         """Relax the contact, and then its tractions."""
-        slid = partial(self._slid, before=self.stepper.state, lateral=lateral)
+        slid = partial(self._slid, self.stepper.state, lateral)
 
         def completed(relaxed: RelaxedStep) -> RelaxedStep:
             begun = perf_counter() - relaxed.seconds
-            slide = slid(relaxed)
             if self._coupling:
                 again = partial(self.stepper.repeat, target=target)
-                relaxed, slide = self._coupling.agreed(relaxed, slide, again, slid)
+                relaxed, slide = self._coupling.agreed(relaxed, again, slid)
+            else:
+                slide = slid(relaxed)
             state = self._state(relaxed, slide)
             statistics, message = relaxed.statistics, state.solution.message
             if message and statistics.converged:
@@ -262,12 +263,16 @@ class _Sliding:
 
     def _slid(
         self,
-        relaxed: RelaxedStep,
         before: State,
         lateral: np.ndarray,
+        relaxed: RelaxedStep,
         last: Slide | None = None,
+        tolerance: float = 0.0,
     ) -> Slide:
-        """Return the tractions at a target; the last ones are at another pressure."""
+        """Return the tractions at a target; the last ones are at another pressure.
+
+        The tolerance is at least that of `FrictionOptions`.
+        """
         window, area = relaxed.run.state.window, relaxed.fields.cell_area
         bound, box = self._bound(relaxed), window
         old = [before.history.get(k, np.zeros(before.window.shape)) for k in TRACTIONS]
@@ -302,7 +307,14 @@ class _Sliding:
             x, y = last.solution.tractions
             start = np.stack([carried(values, last.box, box) for values in (x, y)])
         imposed = imposed + move[:, None, None]
-        solution = solve_friction(halfspace, bound, imposed, start, drive=drive)
+        options = FrictionOptions()
+        options = replace(options, tolerance=max(tolerance, options.tolerance))
+        solution = solve_friction(
+            halfspace, bound, imposed, start, drive=drive, options=options
+        )
+        if last is not None:
+            pairs = last.solution.pairs + solution.pairs
+            solution = replace(solution, pairs=pairs)
         slip = imposed + solution.shift[:, None, None] - solution.displacement
         lost = area * float((solution.tractions * slip).sum())
         if self._control == "forces" and not solution.converged:

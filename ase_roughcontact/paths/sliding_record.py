@@ -81,7 +81,9 @@ class SlidingStep(LoadStep):
     memory: float = column(
         lambda s: (
             columns_of()["memory"].value(s)
-            + friction_memory(s.lateral.solution.slipping.size)
+            + friction_memory(
+                s.lateral.solution.slipping.size, s.lateral.alternations > 0
+            )
         ),
         "estimated peak memory, also for friction",
         "bytes",

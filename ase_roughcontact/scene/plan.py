@@ -131,12 +131,12 @@ def with_friction(plan: Plan, coupled: bool = False) -> Plan:
     out unless it is solved for.
     """
     distinct = {step.target: step for step in plan.steps}
+    sizes = {t: size_of(step.window) for t, step in distinct.items() if step.window}
     steps = (
         replace(
             step,
             count=sum(s.count for s in plan.steps if s.target == target),
-            memory=step.memory
-            + (friction_memory(size_of(step.window)) if step.window else 0.0),
+            memory=step.memory + friction_memory(sizes.get(target, 0), coupled),
         )
         for target, step in distinct.items()
     )

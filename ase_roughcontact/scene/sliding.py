@@ -155,7 +155,10 @@ class Sliding(PathKind):
             )
         try:
             periodic = bodies.problem.periodic
-            LateralHalfSpace((2, 2), bodies.spacing, bodies.solid, periodic)
+            surface = (2, 2), bodies.spacing, bodies.solid, periodic
+            LateralHalfSpace(*surface)
+            if bodies.friction.coupled:
+                CrossResponse(*surface)
         except NotImplementedError as error:
             raise ValueError(
                 "friction needs the lateral response of the solid, which "
@@ -168,7 +171,7 @@ class Sliding(PathKind):
         key, _ = self.turns(bodies)
         time = "the time of friction is of the same order"
         if bodies.friction.coupled:
-            time = "friction and its coupling to the pressure take several times as long"
+            time = "that of friction and its coupling to the pressure is some times it"
         return (
             f"Sliding in {self.count(bodies)} steps, {self.steps} between two of the "
             f"{key}. The states at the normal targets are planned; {time}:"

@@ -12,8 +12,8 @@ from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.facts import IndenterFacts
 
 # Bytes for each atom at the peak of a step, and for each one in the rectangle around
-# the tractions of friction.
-_PER_ATOM, _PER_LATERAL = 350, 900
+# the tractions of friction, and if their coupling to the pressure is solved for.
+_PER_ATOM, _PER_LATERAL, _PER_COUPLED = 350, 900, 400
 # Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
@@ -42,9 +42,9 @@ def memory_of(window: tuple[int, int], *, points: int = 0) -> float:
     return _BASE + max(_PER_POINT_MADE * points, _PER_POINT_KEPT * points + step)
 
 
-def friction_memory(atoms: int) -> float:
+def friction_memory(atoms: int, coupled: bool = False) -> float:
     """Estimate the memory of friction beside that of a step, for a number of atoms."""
-    return float(_PER_LATERAL * atoms)
+    return float((_PER_LATERAL + coupled * _PER_COUPLED) * atoms)
 
 
 def points_of(indenter: Surface, spacing: float) -> int:

@@ -286,6 +286,34 @@ def test_a_preview_on_a_crystal_has_its_mean_lateral_compliance(tmp_path):
     assert found == pytest.approx(expected, rel=1e-3)
 
 
+def test_coupling_is_solved_for_if_a_scene_asks_for_it():
+    values = {"substrate__poisson": 0.0, "path__steps": 1}
+    neglected, solved = (
+        scene_with(friction__coupling=coupling, **values)
+        for coupling in ("neglected", "solved")
+    )
+    found, others = ([*s.relax(validity="ignore")] for s in (solved, neglected))
+    assert found[-1].converged
+    assert found[-1].alternations > 0 == others[-1].alternations
+    assert found[0].penetration < others[0].penetration  # tractions lift the surface
+    assert "coupled to the pressure" in solved.friction.label
+    assert solved.plan().steps[0].memory > neglected.plan().steps[0].memory
+    for scene, expected in ((neglected, True), (solved, False)):
+        assert ("by lateral tractions" in " ".join(scene.plan().left_out)) == expected
+    with pytest.raises(ValueError, match="neglected"):
+        scene_with(friction__coupling="full").check()
+
+
+def test_two_elastic_bodies_have_the_difference_of_their_couplings():
+    soft = {"substrate__contact_modulus": None, "substrate__material": "SiO2"}
+    rigid, equal = (
+        scene_with(substrate__poisson=None, sphere__material=tip, **soft).solid
+        for tip in ("", "SiO2")
+    )
+    assert rigid.coupling > 0.2
+    assert equal.coupling == pytest.approx(0.0, abs=1e-12)
+
+
 def test_the_plan_has_the_memory_of_friction():
     without = scene_with(friction=None).plan().steps[0]
     (with_friction,) = scene_with().plan().steps  # 13 at one load
