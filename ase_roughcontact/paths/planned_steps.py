@@ -63,8 +63,8 @@ class Plan:
     domain : int
         Side of the domain of the roughness that is advised, in spacings of the grid;
         zero if none is.
-    bound : bool
-        Whether the steps are at most as large as the planned ones.
+    repeated_step : bool
+        Whether one step stands for all of a path whose sizes are not known.
     """
 
     steps: tuple[PlannedStep, ...]
@@ -72,14 +72,14 @@ class Plan:
     available: float
     advice: str = ""
     domain: int = 0
-    bound: bool = False
+    repeated_step: bool = False
 
     def repeated(self, count: int) -> Plan:
-        """Return the plan of a path whose steps are at most as large as these."""
+        """Return the plan of a path whose steps are about as large as these."""
         if count == 1:
             return self
         steps = tuple(replace(step, count=count * step.count) for step in self.steps)
-        return replace(self, steps=steps, bound=True)
+        return replace(self, steps=steps, repeated_step=True)
 
     @property
     def files(self) -> float:
@@ -139,19 +139,19 @@ class Plan:
             for steps in (self.steps, [step for step in self.steps if step.problem])
         )
         parts = [table(heads, rows), ""]
-        if total > len(self.steps) and not self.bound:
+        if total > len(self.steps) and not self.repeated_step:
             parts += [f"These are {len(self.steps)} of {total} steps.", ""]
         if bad:
             reasons = dict.fromkeys(each.problem for each in self.steps if each.problem)
             parts += [f"{bad} of {total} steps can't run:", *reasons]
             parts += [f"To run all, {self.advice}.", ""] if self.advice else [""]
         time, memory, free = self.seconds, self.memory / 1e9, self.available / 1e9
-        about = "at most about" if self.bound else "about"
+        most = "about" if self.repeated_step else "at most"
         enough = "" if self.fits else ": NOT ENOUGH"
         return [
             *parts,
-            f"In all {about} {duration(max(time, 1.0))}, {about} "
-            f"{self.files / 1e9:.1g} GB of files, and at most {memory:.2g} GB of the "
+            f"In all about {duration(max(time, 1.0))}, about "
+            f"{self.files / 1e9:.1g} GB of files, and {most} {memory:.2g} GB of the "
             f"{free:.2g} GB of memory that are free{enough}.",
             "",
             "Left out:",

@@ -32,9 +32,9 @@ from ase_roughcontact.scene.sphere_limits import forces_over_depth, sphere_limit
 from ase_roughcontact.theory import JKR, Hertz
 
 # Numbers of time steps for a change of the target, a hold and a cycle, as measured for
-# smooth and rough spheres under hard and adhesive walls (60 to 150, 16 to 32 and 33);
-# they grow below this tolerance.
-_STEPS, _STEPS_OF_HOLD, _STEPS_OF_CYCLE = 90, 20, 33
+# smooth and rough spheres under repulsive walls (60 to 150, 16 to 32 and 44 to 63);
+# they grow below this tolerance. Attraction adds 30 to 2600, most at slow rates.
+_STEPS, _STEPS_OF_HOLD, _STEPS_OF_CYCLE = 90, 20, 50
 _USUAL_TOLERANCE = 1e-4
 # Advice for a loop with a rate and a cantilever.
 _OF_CANTILEVER = (
@@ -222,7 +222,7 @@ class Timed(PathKind):
         return Steps("load", values=(load / UNITS["nN"],))
 
     def expected_count(self, bodies: Bodies) -> int:
-        """Return the number of time steps, to a factor of two."""
+        """Return the number of time steps, to a factor of two without attraction."""
         finer = max(1.0, _USUAL_TOLERANCE / self.tolerance) ** (1 / 3)
         found = 1.0
         for _, start, part in self.schedule(bodies).timed_parts():
@@ -239,13 +239,15 @@ class Timed(PathKind):
         if self.unit in FORCES and creep is not None and creep.relaxed:
             factor = creep.relaxed ** (-2.0 / 3.0)
             grows = f"; under a load its area grows up to {factor:.2g} times by creep"
+        jumps = ""
+        if bodies.wall.attractive:
+            jumps = ", and where the contact snaps in or off: thousands at slow rates"
         return (
             f"Path of {self.schedule(bodies).duration:.4g} s, in about "
-            f"{self.expected_count(bodies)} time steps (within a factor of two: "
-            f"{_STEPS} for a change of the target, {_STEPS_OF_HOLD} for a dwell, "
-            f"{_STEPS_OF_CYCLE} a cycle, more with a small tolerance). All are counted "
-            "as large as the deepest state, in a solid with the instantaneous modulus"
-            f"{grows}:"
+            f"{self.expected_count(bodies)} time steps ({_STEPS} for a change of the "
+            f"target, {_STEPS_OF_HOLD} for a dwell, {_STEPS_OF_CYCLE} a cycle, more "
+            f"with a small tolerance{jumps}). All are counted as large as the deepest "
+            f"state, in a solid with the instantaneous modulus{grows}:"
         )
 
     def run(

@@ -251,6 +251,20 @@ def test_a_preview_relaxes_on_a_coarse_grid():
     assert forces[-1] == pytest.approx(float(relaxed), rel=0.03)
 
 
+def test_a_plan_of_time_steps_is_an_estimate(tmp_path, capsys):
+    (file := tmp_path / "rubber.toml").write_text(TEXT)
+    assert main(["plan", str(file)]) == 0
+    repulsive = " ".join(capsys.readouterr().out.split())
+    assert "In all about" in repulsive
+    assert "and about" in repulsive
+    assert "at most" not in repulsive
+    assert "snaps" not in repulsive
+    file.write_text(SOLID + LOOP)
+    assert main(["plan", str(file)]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "where the contact snaps in or off: thousands at slow rates" in text
+
+
 def test_a_plan_counts_time_steps_within_a_factor_of_two():
     scene = Scene.parse(TEXT)
     count = sum(1 for _ in scene.relax(validity="ignore"))
