@@ -58,10 +58,7 @@ def loop_energies(steps: Sequence[Any]) -> FloatArray:
     points -= points[0]
     farthest = points[np.hypot(*points.T).argmax()]
     along = points @ farthest / (np.hypot(*farthest) or 1.0)
-    ways = np.sign(np.diff(along))
-    moves = np.flatnonzero(ways).tolist()
-    turns = [a + 1 for a, b in pairwise(moves) if ways[a] != ways[b]]
-    ends = [0, *turns, len(along) - 1]
+    ends = turning_points(along)
     closed = _CLOSED * np.ptp(along)
     return np.array(
         [
@@ -70,3 +67,11 @@ def loop_energies(steps: Sequence[Any]) -> FloatArray:
             if abs(along[b] - along[a]) <= closed
         ]
     )
+
+
+def turning_points(values: FloatArray) -> list[int]:
+    """Return the first index, those after which values turn back, and the last one."""
+    ways = np.sign(np.diff(values))
+    moves = np.flatnonzero(ways).tolist()
+    turns = [a + 1 for a, b in pairwise(moves) if ways[a] != ways[b]]
+    return [0, *turns, len(values) - 1]

@@ -31,8 +31,8 @@ from ase_roughcontact.topography import Surface
 #: Tag of the atoms that show the indenter.
 TAG_INDENTER = 3
 #: Elements of which no solid is made, whose colours in viewers (purple, light blue,
-#: bluish grey and dark red) show what an atom is.
-CONTACT, ATTRACTED, INDENTER, SLIPS = "I", "Kr", "Hg", "Br"
+#: bluish grey and green) show what an atom is.
+CONTACT, ATTRACTED, INDENTER, SLIPS = "I", "Kr", "Hg", "Cl"
 
 # Distance of neighbours in covalent radii; circles overlap in viewers.
 _NEIGHBOURS = 1.5

@@ -261,7 +261,7 @@ def files_table(pictures: Sequence[str]) -> Any:
         "curve.csv": "all columns of the table",
         "sweep.traj": "all atoms",
         "view.traj": "for viewing, with heights enlarged; purple: in contact, light "
-        "blue: attracted" + (", dark red: slips" * ("friction.png" in pictures)),
+        "blue: attracted" + (", green: slips" * ("friction.png" in pictures)),
         **dict.fromkeys(pictures, "figure"),
     }
     if "cantilever.png" in pictures:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,11 @@ from ase import Atoms
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap
+from ase_roughcontact.analysis.friction import turning_points
 from ase_roughcontact.atoms.snapshot import lateral_of
 from ase_roughcontact.contact.state import SLIPPING, TRACTIONS
 from ase_roughcontact.plot.files import written
-from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, letter
+from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, add_arrow, letter
 from ase_roughcontact.plot.surfaces import (
     map_panels,
     pixels_of,
@@ -37,7 +39,7 @@ def plot_friction_loop(
     towards: Sequence[float] | FloatArray = (1.0, 0.0),
     bounds: bool = False,
 ) -> Any:
-    """Plot the lateral force over the lateral displacement.
+    """Plot the lateral force over the lateral displacement, with arrows along the way.
 
     Parameters
     ----------
@@ -59,9 +61,14 @@ def plot_friction_loop(
     along, across = forces @ towards, forces @ [-towards[1], towards[0]]
     limit = np.array([s.largest_friction for s in steps]) / _NN
     if bounds and abs(along).max() > _NEAR * limit.max():
-        axes.plot(x, limit, "--", color=GREY, lw=0.8, label="all slip")
-        axes.plot(x, -limit, "--", color=GREY, lw=0.8)
+        order = np.arange(len(x))
+        if np.ptp(limit) < _DRAWN * limit.max():  # one line of dashes, not several
+            order = x.argsort()
+        axes.plot(x[order], limit[order], "--", color=GREY, lw=0.8, label="all slip")
+        axes.plot(x[order], -limit[order], "--", color=GREY, lw=0.8)
     axes.plot(x, along, ".-", color=BLUE, label="along the path")
+    for start, end in pairwise(turning_points(x)):
+        add_arrow(axes, x[start : end + 1], along[start : end + 1], BLUE)
     if abs(across).max() > _DRAWN * abs(along).max():
         axes.plot(x, across, ".-", color=ORANGE, label="across it")
     axes.set(xlabel="displacement (nm)", ylabel="lateral force (nN)")

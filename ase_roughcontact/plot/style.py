@@ -7,8 +7,11 @@ from contextlib import AbstractContextManager
 from string import ascii_lowercase
 from typing import Any
 
+import numpy as np
 from cycler import cycler
 from matplotlib import rc_context
+
+from ase_roughcontact._util.validation import FloatArray
 
 # Palette of Okabe and Ito, suitable for all kinds of colour vision.
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#7F7F7F"
@@ -19,6 +22,8 @@ DASHES = ("--", ":", "-.")
 LINES = ("-", *DASHES)
 # Length of labels of which two are beside each other in a legend.
 _SHORT = 20
+# Part of a line over which an arrow shows its direction.
+_ARROW = 0.04
 
 
 def style() -> AbstractContextManager:
@@ -69,6 +74,18 @@ def letter(panels: Sequence[Any]) -> None:
     """Write (a), (b), ... at the upper left of panels."""
     for name, panel in zip(letters(len(panels)), panels, strict=True):
         panel.set_title(f"({name})", loc="left")
+
+
+def add_arrow(axes: Any, x: FloatArray, y: FloatArray, colour: str) -> None:
+    """Draw an arrow at the middle of a line, in its direction."""
+    steps = [np.diff(each) / (float(np.ptp(each)) or 1.0) for each in (x, y)]
+    along = np.append(0.0, np.cumsum(np.hypot(*steps)))
+    if not along[-1]:
+        return
+    at = along[-1] * np.array([0.5 - _ARROW, 0.5 + _ARROW])
+    tail, head = np.transpose([np.interp(at, along, x), np.interp(at, along, y)])
+    arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", head, tail, arrowprops=arrow)
 
 
 def legend_below(figure: Any, panels: Sequence[Any]) -> None:

@@ -18,6 +18,7 @@ from ase_roughcontact.plot.style import (
     GREY,
     LINES,
     ORANGE,
+    add_arrow,
     legend_below,
     letter,
 )
@@ -38,9 +39,8 @@ _COLOURS = {
     "retraction": ORANGE,
     "oscillation": COLOURS[3],
 }
-# Margin of axes beside the states in which a force acts, relative to their range, and
-# part of a line over which an arrow shows its direction.
-_MARGIN, _ARROW = 0.12, 0.04
+# Margin of axes beside the states in which a force acts, relative to their range.
+_MARGIN = 0.12
 
 
 def plot_over_time(
@@ -164,7 +164,7 @@ def _plot_ways(
         axes.plot(x[part], y[part], "-", color=colour, label=way or None)
         inside = acts[part]
         if arrows and way in ("approach", "retraction") and inside.any():
-            _add_arrow(axes, x[part][inside], y[part][inside], colour)
+            add_arrow(axes, x[part][inside], y[part][inside], colour)
     axes.set(xlabel=x_label, ylabel=y_label)
     if not acts.any():
         return x, y
@@ -179,15 +179,3 @@ def _runs(ways: Sequence[str]) -> Iterator[tuple[str, slice]]:
         end = begin + len(list(members))
         yield way, slice(max(begin - 1, 0), end)
         begin = end
-
-
-def _add_arrow(axes: Any, x: np.ndarray, y: np.ndarray, colour: str) -> None:
-    """Draw an arrow at the middle of a line."""
-    steps = [np.diff(each) / (float(np.ptp(each)) or 1.0) for each in (x, y)]
-    along = np.append(0.0, np.cumsum(np.hypot(*steps)))
-    if not along[-1]:
-        return
-    at = along[-1] * np.array([0.5 - _ARROW, 0.5 + _ARROW])
-    tail, head = np.transpose([np.interp(at, along, x), np.interp(at, along, y)])
-    arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", head, tail, arrowprops=arrow)
