@@ -38,6 +38,8 @@ def plot_friction_loop(
     steps: Sequence[Any],
     towards: Sequence[float] | FloatArray = (1.0, 0.0),
     bounds: bool = False,
+    color: str = BLUE,
+    label: str = "along the path",
 ) -> Any:
     """Plot the lateral force over the lateral displacement, with arrows along the way.
 
@@ -51,6 +53,8 @@ def plot_friction_loop(
     bounds : bool
         Whether dashed lines are drawn at the forces at which all atoms slip, if the
         lateral force exceeds half of them.
+    color, label : str
+        Of the force along the path.
 
     Returns
     -------
@@ -66,9 +70,9 @@ def plot_friction_loop(
             order = x.argsort()
         axes.plot(x[order], limit[order], "--", color=GREY, lw=0.8, label="all slip")
         axes.plot(x[order], -limit[order], "--", color=GREY, lw=0.8)
-    axes.plot(x, along, ".-", color=BLUE, label="along the path")
+    axes.plot(x, along, ".-", color=color, label=label)
     for start, end in pairwise(turning_points(x)):
-        add_arrow(axes, x[start : end + 1], along[start : end + 1], BLUE)
+        add_arrow(axes, x[start : end + 1], along[start : end + 1], color)
     if abs(across).max() > _DRAWN * abs(along).max():
         axes.plot(x, across, ".-", color=ORANGE, label="across it")
     axes.set(xlabel="displacement (nm)", ylabel="lateral force (nN)")

@@ -46,8 +46,7 @@ with style():
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(6.8, 2.6))
     for roughness, label, line in ((None, "smooth", "C0"), (ROUGH, "rough", "C1")):
         steps, frame = loop(roughness, 1.0)
-        plot_friction_loop(left, steps)
-        left.lines[-1].set(color=line, label=label)
+        plot_friction_loop(left, steps, color=line, label=label)
         first = steps[1 : STEPS + 1]
         force = [step.lateral_force_x / (MU * step.normal_force) for step in first]
         stick = [step.stick_area / step.contact_area for step in first]

@@ -104,6 +104,7 @@ def test_the_bound_that_is_drawn_is_that_of_the_repelled_atoms():
     # tractions at their bounds are nearly parallel
     assert upper.get_ydata()[1] == pytest.approx(force.get_ydata()[1], rel=1e-4)
     assert lower.get_ydata() == pytest.approx(-upper.get_ydata())
+    assert len(axes.texts) == 1  # an arrow for each way
     # the bound does not depend on whether atoms slip
     assert first.largest_friction == pytest.approx(last.largest_friction, rel=1e-3)
 
