@@ -4,7 +4,11 @@ Tractions t lift the surface by :math:`\sum_a C_a * t_a`, and the pressure displ
 sideways by :math:`C_a * p` (see `elasticity.cross`): the pressure is that under heights
 lowered by the first, and atoms that stick resist changes of the second since the last
 step. The normal and the lateral problem are solved in turn until the depth by the
-tractions no longer changes.
+tractions no longer changes. The next depth is extrapolated from the last ones.
+
+References
+----------
+D. G. Anderson, J. ACM 12, 547 (1965).
 """
 
 from __future__ import annotations
@@ -33,6 +37,8 @@ _MOST, _CYCLE, _STAYS = 50, 5, 0.8
 _AGREED, _LARGEST = 0.1, 1e-5
 # Residual of the first lateral problem, and of the others relative to the change.
 _LATERAL = 0.1
+# Number of earlier depths that are mixed, and relative error of their weights.
+_MIXED, _RANK = 5, 1e-3
 # Number of boxes of which responses are kept.
 _KEPT = 3
 
@@ -131,6 +137,7 @@ class Coupling:
             Not converged if they do not agree in the end.
         """
         slide, changes = slid(relaxed, tolerance=_LATERAL), list[float]()
+        depths: list[tuple[np.ndarray, np.ndarray]] = []
         for number in range(1, _MOST + 1):
             depth, change = self._changed(relaxed, slide)
             if change <= self._agreed or not relaxed.statistics.converged:
@@ -144,7 +151,9 @@ class Coupling:
             if stays or number == _MOST:
                 _mark_disagreement(relaxed, number, change, stays)
                 break
-            relaxed = again(relaxed, **{TRACTION_DEPTH: depth})
+            used = relaxed.run.state.history.get(TRACTION_DEPTH, np.zeros(depth.shape))
+            depths = [*depths[-_MIXED:], (used, depth)]
+            relaxed = again(relaxed, **{TRACTION_DEPTH: _mixed(depths)})
             slide = slid(relaxed, slide, _LATERAL * min(change, 1.0))
         return relaxed, replace(slide, alternations=number)
 
@@ -155,6 +164,23 @@ class Coupling:
         change = abs(depth - state.history.get(TRACTION_DEPTH, 0.0)).max()
         largest = 0.0 if state.displacement is None else abs(state.displacement).max()
         return depth, float(change / largest) if largest else float(change > 0.0)
+
+
+def _mixed(depths: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Return the depth from which to go on, by Anderson's mixing.
+
+    Each entry is a depth and the one that follows from it, which is taken as a linear
+    function of it: weights of the entries minimise their difference.
+    """
+    used, found = depths[-1]
+    others = [each for each in depths[:-1] if each[0].shape == used.shape]
+    if not others:
+        return found
+    left = (found - used).ravel()
+    differences = np.stack([left - (f - u).ravel() for u, f in others], axis=1)
+    weights, *_ = np.linalg.lstsq(differences, left, rcond=_RANK)
+    steps = zip(weights, others, strict=True)
+    return found - sum(weight * (found - f) for weight, (_, f) in steps)
 
 
 def _mark_disagreement(
@@ -169,5 +195,6 @@ def _mark_disagreement(
     )
     if stays:
         statistics.message += (
-            " (a bound that jumps at the edge of the contact may have no solution)"
+            " (strong friction, or a bound that jumps at the edge of the contact, may "
+            "have no solution)"
         )

@@ -24,7 +24,7 @@ import numpy as np
 
 from ase_roughcontact._util.validation import finite_array, one_of, positive, shown
 from ase_roughcontact.contact import State
-from ase_roughcontact.contact.state import LATERAL, TRACTIONS
+from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw
@@ -168,6 +168,11 @@ def follow_sliding(
     coupled = None
     if coupling == "solved":
         coupled = Coupling(stepper.problem, stepper.accuracy)
+    elif TRACTION_DEPTH in stepper.state.history:
+        raise ValueError(
+            "the surface is displaced by tractions of a path with coupling='solved': "
+            "go on with that, or start from new atoms"
+        )
     sliding = _Sliding(stepper, friction, control, spring or 0.0, coupled)
     law = {"friction": friction.todict(), "spring": spring or 0.0}
     if coupled:

@@ -13,7 +13,7 @@ from ase_roughcontact.topography.facts import IndenterFacts
 
 # Bytes for each atom at the peak of a step, and for each one in the rectangle around
 # the tractions of friction, and if their coupling to the pressure is solved for.
-_PER_ATOM, _PER_LATERAL, _PER_COUPLED = 350, 900, 400
+_PER_ATOM, _PER_LATERAL, _PER_COUPLED = 350, 900, 500
 # Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11

@@ -383,6 +383,16 @@ def test_a_contact_that_slides_under_a_force_is_reported():
     assert "the contact slides" in steps[2].message
 
 
+def test_coupled_atoms_go_on_with_coupling():
+    atoms, law = atoms_on(), Coulomb(MU)
+    list(sliding_path(atoms, law, 1.0, displacements=[0.0, 0.3], coupling="solved"))
+    with pytest.raises(ValueError, match="go on with that"):
+        list(sliding_path(atoms, law, 1.0, displacements=[0.0]))
+    options = {"displacements": [0.0], "coupling": "solved"}
+    (step,) = sliding_path(atoms, law, 1.0, **options)
+    assert step.lateral_force_x > 0.0
+
+
 def test_choices_and_solids_without_coupling_are_refused():
     law = Coulomb(MU)
     with pytest.raises(ValueError, match="neglected"):
