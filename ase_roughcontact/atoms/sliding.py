@@ -10,7 +10,7 @@ from ase import Atoms
 
 from ase_roughcontact.atoms.calculator import grid_of, model_of
 from ase_roughcontact.atoms.fields import LATTICE
-from ase_roughcontact.atoms.grid import SurfaceGrid, on_grid, set_lateral_displacement
+from ase_roughcontact.atoms.grid import on_grid, set_lateral_displacement
 from ase_roughcontact.atoms.history import creep_of, history_of, set_history
 from ase_roughcontact.atoms.loading import AtomsPath, single_path
 from ase_roughcontact.atoms.sticking import (
@@ -92,13 +92,14 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
             "lateral forces need the padding of the half space, which the atoms do not "
             "have: restore(snapshot(atoms), solid) has it"
         )
-    bounds, history = _bounds(atoms, friction, grid), history_of(atoms, grid)
+    state, history = atoms.calc.state(atoms), history_of(atoms, grid)
     if TRACTION_DEPTH in history:
         raise ValueError(
             "the atoms are from a path with the coupling of normal and lateral motion, "
             'which has no part in the energy of atoms that stick: use coupling="'
             'neglected"'
         )
+    bounds = friction.bounds(state.pressure, state.contact, grid.spacing, grid.origin)
     sticks, none = bounds > 0.0, np.zeros(grid.window)
     if not sticks.any():
         raise ValueError("no atom is in contact so that friction acts on it")
@@ -138,16 +139,6 @@ def release(atoms: Atoms) -> None:
     others = [c for c in atoms.constraints if not isinstance(c, Sticking)]
     atoms.set_constraint(others)
     set_history(atoms, grid, history, creep_of(atoms))
-
-
-def _bounds(atoms: Atoms, friction: FrictionLaw, grid: SurfaceGrid) -> np.ndarray:
-    """Return the bounds of friction on the window."""
-    state = atoms.calc.state(atoms)
-    x, y = (
-        start + grid.spacing * np.arange(count)
-        for start, count in zip(grid.origin, grid.window, strict=True)
-    )
-    return friction.bounds(state.pressure, state.contact, x, y)
 
 
 def _tractions(

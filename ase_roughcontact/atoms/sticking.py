@@ -109,7 +109,10 @@ class Sticking:
 
     def lateral_force(self, forces: np.ndarray) -> np.ndarray:
         """Return what holds the indenter under the elastic forces on all atoms."""
-        return -self._on_indenter(forces)
+        found = -forces[self.index, :2].sum(axis=0)
+        if self._others.size:  # they move backwards, by the mean
+            found += len(self.index) * forces[self._others, :2].mean(axis=0)
+        return found
 
     def adjust_positions(self, atoms: Atoms, new: np.ndarray) -> None:
         """Move the atoms that stick with the indenter."""
@@ -127,7 +130,7 @@ class Sticking:
             )
         held, pull = self._support(atoms)
         self._check(place, held, pull)
-        forces[-1, :2] += np.where(held, 0.0, self._on_indenter(forces))
+        forces[-1, :2] -= np.where(held, 0.0, self.lateral_force(forces))
         if self._others.size:
             forces[self._others, :2] -= forces[self._others, :2].mean(axis=0)
         forces[self.index, :2] = 0.0
@@ -143,13 +146,6 @@ class Sticking:
             count = len(positions) - 1
             shift = positions[:-1, :2].mean(axis=0) - self._middle
             positions[self._others, :2] -= shift * count / self._others.size
-
-    def _on_indenter(self, forces: np.ndarray) -> np.ndarray:
-        """Return the elastic force on the indenter by the atoms that stick to it."""
-        found = forces[self.index, :2].sum(axis=0)
-        if self._others.size:  # they move backwards, by the mean
-            found -= len(self.index) * forces[self._others, :2].mean(axis=0)
-        return found
 
     def _support(self, atoms: Atoms) -> tuple[np.ndarray, np.ndarray]:
         """Return whether other constraints hold the indenter, and their force on it."""

@@ -37,7 +37,11 @@ class FrictionLaw(ABC):
         """
 
     def bounds(
-        self, pressure: np.ndarray, contact: np.ndarray, x: np.ndarray, y: np.ndarray
+        self,
+        pressure: np.ndarray,
+        contact: np.ndarray,
+        spacing: float,
+        origin: tuple[float, float],
     ) -> np.ndarray:
         """Return the largest magnitude of the traction of each atom of a window.
 
@@ -46,8 +50,10 @@ class FrictionLaw(ABC):
         pressure : ndarray, shape (n, m)
             See `bound`.
         contact : ndarray of bool, shape (n, m)
-        x, y : ndarray, shape (n,) and (m,)
-            Positions of the rows and columns from the indenter's axis (length).
+        spacing : float
+            Distance of the atoms (length).
+        origin : (float, float)
+            Position of the first atom from the indenter's axis (length).
 
         Returns
         -------
@@ -60,7 +66,8 @@ class FrictionLaw(ABC):
             If `bound` does not return a number for each atom in contact.
         """
         found, (i, j) = np.zeros(pressure.shape), contact.nonzero()
-        values = np.asarray(self.bound(pressure[i, j], x[i], y[j]), dtype=float)
+        x, y = origin[0] + spacing * i, origin[1] + spacing * j
+        values = np.asarray(self.bound(pressure[i, j], x, y), dtype=float)
         if values.shape not in ((), i.shape) or np.isnan(values).any():
             raise ValueError(
                 f"{type(self).__name__}.bound must return a number for each of the "

@@ -19,9 +19,8 @@ class HalfSpacePrecon(ConstantPrecon):
 
     along z, with three times the stiffness of the wall where it begins to repel as
     :math:`k_\text{ref}`. It is diagonal in Fourier space: `solve` and `Pdot` cost one
-    FFT pair. Lateral coordinates, along which no force acts, are multiplied by a
-    constant. Use it in scripts that need atoms; otherwise `FourierModes`, which needs
-    no line search, is faster.
+    FFT pair. Lateral coordinates are multiplied by a constant. Use it in scripts that
+    need atoms; otherwise `FourierModes`, which needs no line search, is faster.
 
     Parameters
     ----------

@@ -367,7 +367,8 @@ class _Sliding:
 
     def _bound(self, relaxed: RelaxedStep) -> np.ndarray:
         """Return the bounds of the tractions on the window."""
-        fields = relaxed.fields
+        fields, problem = relaxed.fields, relaxed.problem
+        origin = problem.origin(relaxed.run.state.window)
         return self._friction.bounds(
-            fields.pressure, fields.contact, *relaxed.positions
+            fields.pressure, fields.contact, problem.spacing, origin
         )
