@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from dataclasses import asdict, dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,11 +19,10 @@ from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.instabilities import balanced, jumped, least_force
-from ase_roughcontact.paths.output import LastStep, Output, written
+from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_steps import DescribedSteps, LastStep, PathSteps
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.validity import ValidityReport
 
 # Normal force below which the error of the balance does not decrease further, in units
 # of E* a0^2: about that on one atom in contact.
@@ -72,18 +70,10 @@ def follow_loop(
         raise ValueError(
             f"smallest_step must not be larger than step {step}, got {smallest_step}"
         )
-    report, output = ValidityReport(validity), output or Output()
     ends = _end_heights(stepper, deepest)
-    system = output.system(stepper, **description)
-    options = {
-        "deepest": deepest,
-        "step": step,
-        "smallest_step": smallest_step,
-        "tolerance": tolerance,
-    }
-    path = _Description(system, stepper.control, np.zeros(0), options)
-    loop = _AdaptivePath(stepper, step, smallest_step, tolerance, output.record)
-    return written(stepper, path, output, report, partial(loop.remaining, path, *ends))
+    numbers = {"deepest": deepest, "step": step, "smallest_step": smallest_step}
+    loop = _AdaptivePath(stepper, numbers | {"tolerance": tolerance}, *ends)
+    return follow(loop, output or Output(), validity, **description)
 
 
 def default_step(wall: Interaction, deepest: float) -> float:
@@ -101,19 +91,6 @@ def default_step(wall: Interaction, deepest: float) -> float:
         Å.
     """
     return (wall.cutoff - wall.contact_distance + deepest) / _STEPS_DOWN
-
-
-@dataclass(frozen=True)
-class _Description(PathDescription):
-    """Description of a loop; see `PathDescription`."""
-
-    options: dict[str, float]
-
-    def _differences(self, path: dict[str, Any], number: int) -> list[str]:
-        if "loop" not in path:
-            return ["its path is not a loop"]
-        old, new = path["loop"] | path["system"], self.options | self.system
-        return differences(old, new)
 
 
 @dataclass
@@ -136,36 +113,40 @@ class _Position:
 
 
 @dataclass
-class _AdaptivePath:
+class _AdaptivePath(PathSteps):
     """Path of heights whose steps are halved until their energy balance closes."""
 
-    stepper: Stepper
-    largest: float
-    smallest: float
-    tolerance: float
-    record: type[LoadStep]
+    numbers: dict[str, float]
+    top: float
+    bottom: float
 
     def __post_init__(self) -> None:
+        self.largest, self.tolerance = self.numbers["step"], self.numbers["tolerance"]
+        self.smallest = self.numbers["smallest_step"]
         problem = self.stepper.problem
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._smallest_force = _SMALLEST_FORCE * unit
         self.position = _Position(self.largest)
 
-    def remaining(
-        self, path: _Description, top: float, bottom: float, last: LastStep | None
-    ) -> Iterator[tuple[LoadStep, dict[str, Any]]]:
-        """Yield the states after the last one that is done, and their descriptions."""
+    def differences(self, path: dict[str, Any], number: int) -> list[str]:
+        """Return in what the description of a step differs; see `PathSteps`."""
+        if "loop" not in path:
+            return ["its path is not a loop"]
+        return differences(path["loop"] | path["system"], self.numbers | self.system)
+
+    def remaining(self, last: LastStep | None) -> DescribedSteps:
+        """Yield the states after the last one that is done; see `PathSteps`."""
         if last is not None:
             self.stepper.restart_from(last.state)
             self._kept, self._last = self.stepper.state, last.step
             self.position = _Position(**last.path["position"])
-        for state in self._states(top + 0.5 * self.smallest, bottom, last is None):
-            at = {"loop": path.options, "position": asdict(self.position)}
-            yield state, path.of_target(state.height, **at)
+        for state in self._states(last is None):
+            at = {"loop": self.numbers, "position": asdict(self.position)}
+            yield state, self.described(state.height, **at)
 
-    def _states(self, top: float, bottom: float, anew: bool) -> Iterator[LoadStep]:
+    def _states(self, anew: bool) -> Iterator[LoadStep]:
         """Approach from one height to another, and retract until nothing interacts."""
-        at = self.position
+        at, top, bottom = self.position, self.top + 0.5 * self.smallest, self.bottom
         if anew:
             yield self._accepted(self.stepper.step(0, top, self.record))
         if not at.retracts:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Generator, Iterator
-from functools import partial
+from collections.abc import Generator
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.paths.output import Output, written
+from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_steps import NumberedSteps
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.windows.regrid import GridChange, lost_text
 
 
@@ -67,20 +65,4 @@ def follow_path(
     generator of LoadStep
         Files are read and written as it advances.
     """
-    report, system = ValidityReport(validity), output.system(stepper, **description)
-    path = PathDescription(system, stepper.control, targets)
-    remaining = partial(_remaining, stepper, path, output.record)
-    return written(stepper, path, output, report, remaining)
-
-
-def _remaining(
-    stepper: Stepper, path: PathDescription, record: type[LoadStep], last: Any
-) -> Iterator[tuple[LoadStep, dict[str, Any]]]:
-    """Relax the steps after the last one that is done, a `LastStep`."""
-    first = 0
-    if last is not None:
-        first = last.step.step + 1
-        stepper.restart_from(last.state, path.targets[first - 1])
-    for number in range(first, len(path.targets)):
-        step = stepper.step(number, path.targets[number], record)
-        yield step, path.of_step(number)
+    return follow(NumberedSteps(stepper, targets), output, validity, **description)

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from ase_roughcontact._util.files import (
     PathName,
@@ -19,8 +19,9 @@ from ase_roughcontact._util.files import (
 )
 from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.contact import State
+from ase_roughcontact.paths.path_steps import LastStep, PathSteps
 from ase_roughcontact.paths.record import LoadStep, columns_of
-from ase_roughcontact.paths.resume import FinishedSteps, Frame, PathDescription
+from ase_roughcontact.paths.resume import FinishedSteps, Frame
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 
@@ -116,49 +117,36 @@ class Output:
             )
         return self
 
-    def system(self, stepper: Stepper, **more: Any) -> dict[str, Any]:
-        """Return the description of a system, empty if no trajectory carries it."""
-        return stepper.describe_system(**more) if self.trajectory is not None else {}
 
-
-class LastStep(NamedTuple):
-    """Last step of a path in a file: its result, its state, and what describes it."""
-
-    step: Any
-    state: State
-    path: dict[str, Any]
-
-
-# Yields the steps after one, or all, each with the description that its frame carries.
-Remaining = Callable[[LastStep | None], Iterator[tuple[Any, dict[str, Any]]]]
-
-
-def written(
-    stepper: Stepper,
-    path: PathDescription,
-    output: Output,
-    report: ValidityReport,
-    remaining: Remaining,
+def follow(
+    path: PathSteps, output: Output, validity: str, **description: Any
 ) -> Generator[Any, None, None]:
     """Yield the steps of a path, and write those that are not done yet.
 
     Parameters
     ----------
-    stepper : Stepper
-    path : PathDescription
+    path : PathSteps
     output : Output
-    report : ValidityReport
-    remaining : callable
-        Returns an iterator of the steps after the last one that is done, or of all if
-        none is, and of what their frames carry.
+    validity : {"warn", "raise", "ignore"}
+        See `load_path`.
+    **description
+        What a state depends on beside the problem, such as springs.
 
-    Yields
-    ------
-    LoadStep
-        Each after it is written.
+    Returns
+    -------
+    generator of LoadStep
+        Each after it is written; files are read and written as it advances.
     """
-    resumed = path if output.resume else None
-    with open_output(output, stepper, resumed) as (finished, write):
+    path.record, report = output.record, ValidityReport(validity)
+    if output.trajectory is not None:  # which carries it
+        path.system = path.stepper.describe_system(**description)
+    return _followed(path, output, report)
+
+
+def _followed(
+    path: PathSteps, output: Output, report: ValidityReport
+) -> Generator[Any, None, None]:
+    with open_output(output, path) as (finished, write):
         for step in finished.steps:
             report(step.step, step.validity)
             yield step
@@ -166,7 +154,7 @@ def written(
         if finished.frame and output.frames:
             state = output.frames.state(finished.frame)
             last = LastStep(finished.steps[-1], state, finished.frame.info["path"])
-        for step, described in remaining(last):
+        for step, described in path.remaining(last):
             write(step, path=described)
             report(step.step, step.validity)
             yield step
@@ -174,17 +162,15 @@ def written(
 
 @contextmanager
 def open_output(
-    output: Output, stepper: Stepper, path: PathDescription | None
+    output: Output, path: PathSteps
 ) -> Iterator[tuple[FinishedSteps, Write]]:
     """Open the files of a path.
 
     Parameters
     ----------
     output : Output
-    stepper : Stepper
-        Whose states are written.
-    path : PathDescription, optional
-        Path to resume from the trajectory; None to start both files anew.
+    path : PathSteps
+        Resumed from the trajectory, or started anew.
 
     Yields
     ------
@@ -212,9 +198,9 @@ def open_output(
                 raise ValueError("a trajectory needs frames: give Output(frames=...)")
             refuse_link(file)
             files.enter_context(locked(file))
-            if path is not None:
+            if output.resume:
                 read, keep = frames.read(file), output.keep
-                finished = path.finished_steps(read, file, keep, output.record)
+                finished = path.finished_steps(read, file, keep)
             kept = len(finished.steps)
             add_frame = files.enter_context(frames.writer(file, output.keep, kept))
         if table is not None:
@@ -228,7 +214,7 @@ def open_output(
 
         def write(step: LoadStep, **info: Any) -> None:
             if frames is not None and add_frame is not None:
-                add_frame(frames.frame(stepper, load_step=asdict(step), **info))
+                add_frame(frames.frame(path.stepper, load_step=asdict(step), **info))
             if rows is not None:
                 rows(asdict(step))
 

@@ -14,7 +14,7 @@ L. E. Goodman, J. Appl. Mech. 29, 515 (1962).
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from time import perf_counter
@@ -29,13 +29,12 @@ from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw
 from ase_roughcontact.paths.coupling import COUPLINGS, Coupling, Slide
-from ase_roughcontact.paths.output import LastStep, Output, written
+from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_steps import LastStep, NumberedSteps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
-from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.solvers.friction import (
     Drive,
     FrictionOptions,
@@ -51,33 +50,6 @@ _KEPT_HALFSPACES = 3
 _ROUNDING = 1e-12
 # Residual of the tractions from which the lateral stiffness follows.
 _OF_STIFFNESS = FrictionOptions(tolerance=1e-3)
-
-
-@dataclass(frozen=True)
-class _Description(PathDescription):
-    """Description of a sliding path; see `PathDescription`."""
-
-    lateral: np.ndarray
-    kind: str
-
-    def of_step(self, number: int) -> dict[str, Any]:
-        """Return the description that the frame of a step carries."""
-        lateral = {self.kind: self.lateral[number].tolist()}
-        return super().of_step(number) | {"lateral": lateral}
-
-    def _differences(self, path: dict[str, Any], number: int) -> list[str]:
-        found = super()._differences(path, number)
-        if found:
-            return found
-        old, new = path.get("lateral", {}).get(self.kind), self.lateral
-        if old is None:
-            return [f"its path has no lateral {self.kind}"]
-        if abs(new[number] - old).max() > _ROUNDING * np.ptp(new, axis=0).max():
-            values = [
-                ", ".join(f"{v:.12g}" for v in each) for each in (old, new[number])
-            ]
-            found = [f"{self.kind}[{number}] was {values[0]}, is {values[1]}"]
-        return found
 
 
 def follow_sliding(
@@ -166,41 +138,37 @@ def follow_sliding(
     normal = np.broadcast_to(normal, len(path))
     output = (output or Output()).of_record(SlidingStep, "sliding path have friction")
     coupled = None
+    law: dict[str, Any] = {"friction": friction.todict(), "spring": spring or 0.0}
     if coupling == "solved":
         coupled = Coupling(stepper.problem, stepper.accuracy)
+        law["coupling"] = coupling
     elif TRACTION_DEPTH in stepper.state.history:
         raise ValueError(
             "the surface is displaced by tractions of a path with coupling='solved': "
             "go on with that, or start from new atoms"
         )
-    sliding = _Sliding(stepper, friction, control, spring or 0.0, coupled)
-    law = {"friction": friction.todict(), "spring": spring or 0.0}
-    if coupled:
-        law["coupling"] = coupling
-    system = output.system(stepper, **law, **description)
-    described = _Description(system, stepper.control, normal, path, control)
-    remaining = partial(sliding.remaining, described, output.record)
-    return written(stepper, described, output, ValidityReport(validity), remaining)
+    sliding = _Sliding(stepper, normal, path, control, friction, spring or 0.0, coupled)
+    return follow(sliding, output, validity, **law, **description)
 
 
-class _Sliding:
+@dataclass
+class _Sliding(NumberedSteps):
     """Steps of a contact with friction, each from the last one."""
 
-    def __init__(
-        self,
-        stepper: Stepper,
-        friction: FrictionLaw,
-        control: str,
-        spring: float,
-        coupling: Coupling | None,
-    ) -> None:
-        self.stepper, self._friction, self._coupling = stepper, friction, coupling
-        self._control, self._spring = control, spring
+    lateral: np.ndarray
+    control: str
+    friction: FrictionLaw
+    spring: float
+    coupling: Coupling | None
+
+    def __post_init__(self) -> None:
         self._origin = np.zeros(2)  # where the indenter came down
+        if self.control == "displacements":
+            self._origin = self.lateral[0]
         self._displacement: np.ndarray | None = None
         self._dissipated = 0.0
         self._stiffness_of: tuple[Any, float] = None, 0.0  # contact, and its stiffness
-        problem = stepper.problem
+        problem = self.stepper.problem
 
         @lru_cache(_KEPT_HALFSPACES)
         def halfspace(shape: tuple[int, int]) -> LateralHalfSpace:
@@ -211,33 +179,42 @@ class _Sliding:
         halfspace((2, 2))  # raises if the solid has no lateral components
         self._halfspace = halfspace
 
-    def remaining(
-        self, path: _Description, record: type[LoadStep], last: LastStep | None
-    ) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """Relax the steps after the last one that is done."""
-        first = 0
-        if self._control == "displacements":
-            self._origin = path.lateral[0]
-        if last is not None:
-            first = last.step.step + 1
-            self.stepper.restart_from(last.state, path.targets[first - 1])
-            self._displacement = np.array([last.step.lateral_x, last.step.lateral_y])
-            self._dissipated = last.step.dissipated_energy
-        for number in range(first, len(path.targets)):
-            target, lateral = path.targets[number], path.lateral[number]
-            yield self.step(number, target, lateral, record), path.of_step(number)
+    def resume(self, last: LastStep) -> None:
+        """Continue after a step."""
+        super().resume(last)
+        self._displacement = np.array([last.step.lateral_x, last.step.lateral_y])
+        self._dissipated = last.step.dissipated_energy
 
-    def step(
-        self, number: int, target: float, lateral: np.ndarray, record: type[LoadStep]
-    ) -> LoadStep:
+    def described_step(self, number: int) -> dict[str, Any]:
+        """Return the description that the frame of a step carries."""
+        lateral = {self.control: self.lateral[number].tolist()}
+        return super().described_step(number) | {"lateral": lateral}
+
+    def differences(self, path: dict[str, Any], number: int) -> list[str]:
+        """Return in what the description of a step differs; see `PathSteps`."""
+        found = super().differences(path, number)
+        if found:
+            return found
+        old, new = path.get("lateral", {}).get(self.control), self.lateral
+        if old is None:
+            return [f"its path has no lateral {self.control}"]
+        if abs(new[number] - old).max() > _ROUNDING * np.ptp(new, axis=0).max():
+            values = [
+                ", ".join(f"{v:.12g}" for v in each) for each in (old, new[number])
+            ]
+            found = [f"{self.control}[{number}] was {values[0]}, is {values[1]}"]
+        return found
+
+    def step(self, number: int) -> LoadStep:
         """Relax the contact, and then its tractions."""
+        target, lateral = self.targets[number], self.lateral[number]
         slid = partial(self._slid, self.stepper.state, lateral)
 
         def completed(relaxed: RelaxedStep) -> RelaxedStep:
             begun = perf_counter() - relaxed.seconds
-            if self._coupling:
+            if self.coupling:
                 again = partial(self.stepper.repeat, target=target)
-                relaxed, slide = self._coupling.agreed(relaxed, again, slid)
+                relaxed, slide = self.coupling.agreed(relaxed, again, slid)
             else:
                 slide = slid(relaxed)
             state = self._state(relaxed, slide)
@@ -248,7 +225,7 @@ class _Sliding:
             self._fields = self._on_window(slide, relaxed.run.state)
             return replace(relaxed, lateral=state, seconds=perf_counter() - begun)
 
-        result = self.stepper.step(number, target, record, completed=completed)
+        result = self.stepper.step(number, target, self.record, completed=completed)
         for key, values in self._fields.items():
             self.stepper.remember(key, values)
         return result
@@ -261,8 +238,8 @@ class _Sliding:
         shifts = found.displacement
         if box != window:
             shifts = self._halfspace(window.shape).displacement(np.stack(tractions))
-        if self._coupling:
-            shifts = shifts + self._coupling.lateral(state, window)
+        if self.coupling:
+            shifts = shifts + self.coupling.lateral(state, window)
         slipping = carried(found.slipping.astype(float), box, window)
         return dict(zip(LATERAL, (*tractions, *shifts, slipping), strict=True))
 
@@ -292,11 +269,11 @@ class _Sliding:
             halfspace.displacement(start) if start.any() else np.zeros(start.shape)
         )
         by_pressure: np.ndarray | float = 0.0
-        if self._coupling:
-            by_pressure = self._coupling.lateral(relaxed.run.state, box)
-            imposed = imposed + self._coupling.lateral(before, box) - by_pressure
+        if self.coupling:
+            by_pressure = self.coupling.lateral(relaxed.run.state, box)
+            imposed = imposed + self.coupling.lateral(before, box) - by_pressure
         at, drive = self._displacement, None
-        if self._control == "displacements":
+        if self.control == "displacements":
             at = lateral if at is None else at
             move = lateral - at
         else:
@@ -304,10 +281,10 @@ class _Sliding:
             if last is not None:
                 move = last.at - at
             force = lateral
-            if self._spring:
-                force = self._spring * (lateral - at - move)
+            if self.spring:
+                force = self.spring * (lateral - at - move)
             x, y = (force / area).tolist()
-            drive = Drive((x, y), self._spring / area)
+            drive = Drive((x, y), self.spring / area)
         if last is not None:
             x, y = last.solution.tractions
             start = np.stack([carried(values, last.box, box) for values in (x, y)])
@@ -322,10 +299,10 @@ class _Sliding:
             solution = replace(solution, pairs=pairs)
         slip = imposed + solution.shift[:, None, None] - solution.displacement
         lost = area * float((solution.tractions * slip).sum())
-        if self._control == "forces" and not solution.converged:
+        if self.control == "forces" and not solution.converged:
             move, lost = np.zeros(2), 0.0  # not known
             solution = replace(solution, shift=np.zeros(2))
-        base = lateral if self._spring else np.full(2, np.nan)
+        base = lateral if self.spring else np.full(2, np.nan)
         return Slide(
             box, bound, at + move + solution.shift, base, lost, solution, by_pressure
         )
@@ -369,6 +346,6 @@ class _Sliding:
         """Return the bounds of the tractions on the window."""
         fields, problem = relaxed.fields, relaxed.problem
         origin = problem.origin(relaxed.run.state.window)
-        return self._friction.bounds(
+        return self.friction.bounds(
             fields.pressure, fields.contact, problem.spacing, origin
         )

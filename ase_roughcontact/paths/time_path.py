@@ -19,9 +19,8 @@ are needed.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,13 +31,12 @@ from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.creep import PRESSURE_RATE, dissipated_energy
 from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.paths.output import LastStep, Output, written
-from ase_roughcontact.paths.resume import PathDescription
+from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_steps import DescribedSteps, LastStep, PathSteps
 from ase_roughcontact.paths.schedule import Part, Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_balance import balance_of
 from ase_roughcontact.paths.time_record import TimeStep
-from ase_roughcontact.paths.validity import ValidityReport
 
 # Powers of two by which the duration of a part is divided: at least, at its beginning,
 # and at most. An oscillation has at least that many steps in a cycle.
@@ -86,31 +84,6 @@ class _Position:
     largest: float = 0.0
 
 
-@dataclass(frozen=True)
-class _Description(PathDescription):
-    """Description of a path in time; see `PathDescription`."""
-
-    schedule: Schedule
-    tolerance: float
-
-    def of_position(self, target: float, position: _Position) -> dict[str, Any]:
-        """Return the description that a frame carries."""
-        schedule = {"schedule": self.schedule.todict(), "tolerance": self.tolerance}
-        return self.of_target(target, **schedule, position=asdict(position))
-
-    def _differences(self, path: dict[str, Any], number: int) -> list[str]:
-        if "schedule" not in path:
-            return ["its path is not one in time"]
-        old, done = path["schedule"], path["position"]["part"] + 1
-        new = self.schedule.todict()
-        # the path may have been extended at its end
-        old, new = ({**s, "parts": list(s["parts"])[:done]} for s in (old, new))
-        return differences(
-            {"tolerance": path["tolerance"], "schedule": old, **path["system"]},
-            {"tolerance": self.tolerance, "schedule": new, **self.system},
-        )
-
-
 def follow_schedule(
     stepper: Stepper,
     schedule: Schedule,
@@ -150,21 +123,17 @@ def follow_schedule(
         raise ValueError(
             f"a path in time needs a Viscoelastic solid, got {stepper.problem.solid!r}"
         )
-    system, none = output.system(stepper, **description), np.zeros(0)
-    path = _Description(system, stepper.control, none, schedule, tolerance)
-    steps = _TimeSteps(stepper, creep, tolerance, output.record)
-    remaining = partial(steps.remaining, path)
-    return written(stepper, path, output, ValidityReport(validity), remaining)
+    steps = _TimeSteps(stepper, schedule, creep, tolerance)
+    return follow(steps, output, validity, **description)
 
 
 @dataclass
-class _TimeSteps:
+class _TimeSteps(PathSteps):
     """Time steps whose durations follow from an estimate of their errors."""
 
-    stepper: Stepper
+    schedule: Schedule
     creep: Creep
     tolerance: float
-    record: Any = TimeStep
     position: _Position = field(default_factory=_Position)
 
     def __post_init__(self) -> None:
@@ -175,20 +144,33 @@ class _TimeSteps:
         """Target of the last step."""
         return self._last[0] if self._last else 0.0
 
-    def remaining(
-        self, path: _Description, last: LastStep | None
-    ) -> Iterator[tuple[TimeStep, dict[str, Any]]]:
-        """Yield the states after the last one that is done, and their descriptions."""
+    def differences(self, path: dict[str, Any], number: int) -> list[str]:
+        """Return in what the description of a step differs; see `PathSteps`."""
+        if "schedule" not in path:
+            return ["its path is not one in time"]
+        old, done = path["schedule"], path["position"]["part"] + 1
+        new = self.schedule.todict()
+        # the path may have been extended at its end
+        old, new = ({**s, "parts": list(s["parts"])[:done]} for s in (old, new))
+        return differences(
+            {"tolerance": path["tolerance"], "schedule": old, **path["system"]},
+            {"tolerance": self.tolerance, "schedule": new, **self.system},
+        )
+
+    def remaining(self, last: LastStep | None) -> DescribedSteps:
+        """Yield the states after the last one that is done; see `PathSteps`."""
         if last is not None:
             self.stepper.restart_from(last.state)
             self.position = _Position(**last.path["position"])
             self._last = last.path["target"], last.step
-        for step in self.states(path.schedule):
-            yield step, path.of_position(self.target, self.position)
+        schedule = {"schedule": self.schedule.todict(), "tolerance": self.tolerance}
+        for step in self.states():
+            position = asdict(self.position)
+            yield step, self.described(self.target, **schedule, position=position)
 
-    def states(self, schedule: Schedule) -> Generator[TimeStep, None, None]:
-        """Yield the states of a schedule from the present position on."""
-        position = self.position
+    def states(self) -> Generator[TimeStep, None, None]:
+        """Yield the states of the schedule from the present position on."""
+        position, schedule = self.position, self.schedule
         if self._last is None:
             yield self._sudden(schedule.first, 0.0)
         for number, (begin, start, part) in enumerate(schedule.timed_parts()):
