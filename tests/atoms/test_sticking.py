@@ -218,16 +218,18 @@ def test_atoms_that_would_slip_are_named():
     assert count <= round(step.slip_area / 2.5**2)
 
 
-@pytest.mark.parametrize("optimizer", [FIRE, LBFGS, BFGSLineSearch])
-@pytest.mark.parametrize("stiffness, slips", [(3.0, True), (0.1, False)])
-def test_a_spring_that_makes_atoms_slip_ends_the_run(optimizer, stiffness, slips):
+@pytest.mark.parametrize(
+    "optimizer, stiffness",
+    [(FIRE, 3.0), (LBFGS, 3.0), (BFGSLineSearch, 3.0), (LBFGS, 0.1)],
+)
+def test_a_spring_that_makes_atoms_slip_ends_the_run(optimizer, stiffness):
     atoms = pressed(0.1, shape=(8, 8))
     start, last = atoms.positions[-1].copy(), len(atoms) - 1
     spring = Hookean(last, start + np.array([0.02, 0.01, 0.0]), k=stiffness, rt=0.0)
     atoms.set_constraint([FixCartesian(last, (False, False, True)), spring])
     stick(atoms, Coulomb(0.1))
     run = optimizer(atoms, logfile=None).run
-    if slips:
+    if stiffness > 1.0:
         with pytest.raises(SlipError, match=r"(2|4) of 9"):
             run(fmax=1e-6, steps=500)
     else:
