@@ -162,7 +162,7 @@ def test_one_atom_is_a_wall_and_its_own_compliance_in_series(solid):
     state = relax(contact, 0.0, constant(0.05))[-1]
     depth = 0.05 * contact.halfspace.self_compliance
     gap = np.array([state.height + depth])
-    assert REPULSIVE.evaluate(gap)[1] == pytest.approx(0.05, rel=1e-9)
+    assert REPULSIVE.evaluate(gap)[1] == pytest.approx(0.05, rel=1e-8)
 
 
 @pytest.mark.parametrize(
