@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from ase.constraints import Hookean
-from ase.io import read
 from ase.optimize import FIRE
 from built import atoms_under
 
@@ -91,16 +90,6 @@ def test_a_path_continues_from_any_of_its_states(wall):
         assert step.normal_force == pytest.approx(whole[number].normal_force, rel=1e-4)
         assert step.contact_area == whole[number].contact_area
         assert step.plastic_atoms == whole[number].plastic_atoms
-
-
-def test_history_is_carried_to_another_window():
-    depth = np.zeros(WINDOW.shape)
-    depth[10, 12] = 0.3
-    state = rc.State(WINDOW, 0.0, depth.copy(), history={"plastic_depth": depth})
-    moved = state.on(Box((-20, -18), (40, 36)))
-    assert moved.plastic_depth.sum() == moved.pressure.sum() == 0.3
-    assert moved.plastic_depth[14, 14] == 0.3
-    assert moved.on(WINDOW).plastic_depth[10, 12] == 0.3
 
 
 def test_atoms_with_an_offset_lattice_are_the_same_problem():
@@ -202,24 +191,6 @@ def test_springs_are_refused_before_the_first_step_where_a_solver_has_none():
 
     with pytest.raises(ValueError, match="Fixed does not support a spring"):
         rc.load_path(atoms, loads=[1.0], optimizer=Fixed)
-
-
-def test_a_frame_of_a_path_keeps_the_plastic_shape(tmp_path):
-    movie, depths = tmp_path / "a.traj", [1.0, 1.5, 0.8, 1.2]
-    atoms = atoms_of("plastic", fixed=True)
-    options = {"window": "unchecked", "validity": "ignore"}
-    output = rc.Output(trajectory=movie)
-    whole = list(rc.load_path(atoms, depths, output=output, **options))
-    frame = read(movie, 1)
-    frame.calc = rc.RoughContact(SPHERE, 1.0, WALLS["plastic"])
-    assert frame.calc.get_property("normal_force", frame) == pytest.approx(
-        whole[1].normal_force, rel=1e-6
-    )
-    for step, other in zip(
-        rc.load_path(frame, depths[2:], **options), whole[2:], strict=True
-    ):
-        assert step.normal_force == pytest.approx(other.normal_force, rel=1e-4)
-        assert step.plastic_depth == pytest.approx(other.plastic_depth, rel=1e-4)
 
 
 def test_an_optimizer_warns_that_it_does_not_keep_a_plastic_shape():
