@@ -234,7 +234,7 @@ def _relax(
         if state.error <= target and reaction.is_last and not state.exact:
             state = energy.recomputed(state)
             state = balance_load(energy, state, tolerance)
-            progress.best = state
+            progress.keep(state)
         if state.error <= target:
             energy, finished = reaction.updated(energy, state)
             if finished:
@@ -258,7 +258,7 @@ def _relax(
             progress.add(state, new)
             state = new
         if progress.obstacle:
-            state = energy.recomputed(progress.best)
+            state = energy.state(*progress.best)
             if restarted and not state.error <= tolerance:
                 break
             newton.restart()
@@ -323,24 +323,30 @@ class _Progress:
 
     Attributes
     ----------
-    best : EnergyState
-        State of the lowest energy, or of the smallest error among equal energies.
+    best : (ndarray, float)
+        Pressure and height of the state of the lowest energy, or of the smallest error
+        among equal energies.
     obstacle : str
         Why there is no progress, empty while there is.
     """
 
     def __init__(self, state: EnergyState) -> None:
-        self.best, self.obstacle = state, ""
+        self.keep(state)
+        self.obstacle = ""
         self._checkpoint = state.energy, state.error
         self._steps = self._idle = 0
+
+    def keep(self, state: EnergyState) -> None:
+        """Keep a state as the best one."""
+        self.best, self._error = (state.pressure, state.height), state.error
 
     def add(self, old: EnergyState, new: EnergyState) -> None:
         """Take a step into account."""
         lower = new.energy < old.energy - old.rounding
-        better = lower or new.error < 0.9 * self.best.error
+        better = lower or new.error < 0.9 * self._error
         self._idle = 0 if better else self._idle + 1
-        if lower or new.error < self.best.error:
-            self.best = new
+        if lower or new.error < self._error:
+            self.keep(new)
         if self._idle > _PATIENCE:
             self.obstacle = _ROUNDING
         self._steps += 1

@@ -28,6 +28,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
@@ -68,10 +70,11 @@ class NewtonStepper:
         self._convex = True
         modulus, area = self._halfspace.contact_modulus, self._halfspace.cell_area
         self._small = _ATTRACTION_RESIDUAL * modulus * area
-        # whether the inverse is used, the best state with it, and steps since then
+        # whether the inverse is used, pressure and height of the best state with it,
+        # norm of its residual, and steps since then
         self._inverse = contact.interaction.invertible
-        self._best: EnergyState | None = None
-        self._futile = 0
+        self._best: tuple[np.ndarray, float] | None = None
+        self._least_residual, self._futile = math.inf, 0
 
     @property
     def pairs(self) -> float:
@@ -119,16 +122,16 @@ class NewtonStepper:
         """
         if not state.by_pressure:
             state = energy.reevaluated(state, by_pressure=True)
-        if self._best is None or state.residual_norm < self._best.residual_norm:
-            self._best, self._futile = state, 0
+        if self._best is None or state.residual_norm < self._least_residual:
+            self._best = state.pressure, state.height
+            self._least_residual, self._futile = state.residual_norm, 0
         else:
             self._futile += 1
         new = None
         if self._futile <= _WATCHDOG:
             new = self._equations(energy, state).inverse_step(reduction)
         if new is None:
-            best, self._best = self._best, None
-            state = energy.reevaluated(best)
+            state, self._best = energy.state(*self._best), None
         return new, state
 
     def _equations(

@@ -88,10 +88,9 @@ class NewtonSystem:
         self._d = self._embedded(stiffness, model.self_compliance)
         self._weight = 1.0 / np.sqrt(1.0 + np.maximum(self._d, 0.0))
         self._stiff = (self._d > 0.0).astype(self._d.dtype)
-        self._stiff_weight = self._stiff * self._weight
         self._inverse = None
         if count := total(self._stiff):
-            softness = dot(self._stiff_weight, self._weight) / count
+            softness = dot(self._stiff * self._weight, self._weight) / count
             self._inverse = model.preconditioner(softness)
 
     @property
@@ -219,7 +218,8 @@ class NewtonSystem:
         if self._inverse is None:
             out[:] = rows
             return
-        np.multiply(rows, self._stiff_weight, out=out)
+        np.multiply(rows, self._weight, out=out)
+        out *= self._stiff
         field = out.reshape(self._model.box.shape)
         self._inverse(field, field)
         out -= rows

@@ -41,8 +41,8 @@ _STEPS = 40
 _LARGEST_RESIDUAL = 0.05
 # Relative error of a sum of stiffnesses.
 _ROUNDING = 1e-3
-# From this tolerance on, steps are made in single precision.
-_SINGLE_PRECISION = 1e-3
+# From this tolerance and number of atoms on, steps are made in single precision.
+_SINGLE_PRECISION, _LARGE = 1e-3, 64 * 64
 # Longest side of the window, and largest number of atoms, whose eigenvalues are tested.
 _DENSE_WINDOW, _DENSE_ATOMS = 64, 600
 
@@ -233,7 +233,7 @@ class _Equations:
         active: np.ndarray,
         tolerance: float,
     ) -> None:
-        single = tolerance >= _SINGLE_PRECISION
+        single = tolerance >= _SINGLE_PRECISION and d.size >= _LARGE
         self._halfspace = halfspace.in_single_precision() if single else halfspace
         self._tolerance = tolerance
         dtype = self._halfspace.dtype
