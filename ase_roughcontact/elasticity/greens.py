@@ -313,15 +313,20 @@ class Isotropic(ElasticSolid):
 
     @property
     def coupling(self) -> float:  # type: ignore[override]
-        """Magnitude of Dundurs' parameter."""
-        return abs(self._beta)
+        """Magnitude of Dundurs' parameter; NaN without Poisson's ratio."""
+        return math.nan if self.poisson is None else abs(self._beta)
 
     @property
     def _beta(self) -> float:
-        nu = math.nan if self.poisson is None else self.poisson
-        if self.dundurs is not None:
-            return self.dundurs
-        return (1.0 - 2.0 * nu) / (2.0 - 2.0 * nu)
+        nu = self._poisson
+        rigid = (1.0 - 2.0 * nu) / (2.0 - 2.0 * nu)
+        return rigid if self.dundurs is None else self.dundurs
+
+    @property
+    def _poisson(self) -> float:
+        if self.poisson is None:
+            raise self._not_lateral("Poisson's ratio")
+        return self.poisson
 
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return ``2/(E* |q|)``; see `ElasticSolid`."""
@@ -335,12 +340,9 @@ class Isotropic(ElasticSolid):
 
     def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return ``2/(E* |q|)`` along q and ``2/[E* (1 - nu) |q|]`` across it."""
-        if self.poisson is None:
-            raise self._not_lateral("Poisson's ratio")
         x, y = np.broadcast_arrays(qx, qy)
-        q = np.hypot(x, y)
+        q, nu = np.hypot(x, y), self._poisson
         x, y = x / q, y / q
-        nu = self.poisson
         parts = np.stack([1.0 - nu * x * x, 1.0 - nu * y * y, -nu * x * y])
         return 2.0 / (self.contact_modulus * (1.0 - nu) * q) * parts
 
@@ -348,14 +350,10 @@ class Isotropic(ElasticSolid):
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
         """Return Cerruti's kernel; see `ElasticSolid`."""
-        if self.poisson is None:
-            raise self._not_lateral("Poisson's ratio")
-        return cerruti_kernel(i, j, spacing, self.contact_modulus, self.poisson)
+        return cerruti_kernel(i, j, spacing, self.contact_modulus, self._poisson)
 
     def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return ``2 beta q/(E* |q|^2)`` with Dundurs' parameter."""
-        if math.isnan(self._beta):
-            raise self._not_lateral("Poisson's ratio")
         x, y = np.broadcast_arrays(qx, qy)
         factor = 2.0 * self._beta / self.contact_modulus
         return factor * np.stack([x, y]) / (x * x + y * y)
@@ -364,8 +362,6 @@ class Isotropic(ElasticSolid):
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
         """Return the integral over the cell; see `cross_kernel`."""
-        if math.isnan(self._beta):
-            raise self._not_lateral("Poisson's ratio")
         return cross_kernel(i, j, spacing, self.contact_modulus, self._beta)
 
     def todict(self) -> dict[str, Any]:

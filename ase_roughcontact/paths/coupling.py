@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -24,8 +24,7 @@ from ase_roughcontact.contact import Problem, State
 from ase_roughcontact.contact.state import TRACTION_DEPTH
 from ase_roughcontact.elasticity.cross import CrossResponse
 from ase_roughcontact.elasticity.lattice import Box, carried
-from ase_roughcontact.paths.relaxed import RelaxedStep
-from ase_roughcontact.solvers.friction import FrictionSolution
+from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
 
 #: Whether a sliding path neglects the coupling (Goodman), or solves for it.
 COUPLINGS = ("neglected", "solved")
@@ -41,36 +40,6 @@ _LATERAL = 0.1
 _MIXED, _RANK = 5, 1e-3
 # Number of boxes of which responses are kept.
 _KEPT = 3
-
-
-@dataclass(frozen=True, eq=False)
-class Slide:
-    """Solution of the lateral problem of a step at a pressure, on a box.
-
-    Attributes
-    ----------
-    box : Box
-    bound : ndarray, shape (n, m)
-        Of the tractions.
-    at, base : ndarray, shape (2,)
-        Displacement of the indenter, and of the base of its spring.
-    lost : float
-        Energy that the step dissipates.
-    solution : FrictionSolution
-    by_pressure : ndarray, shape (2, n, m), or float
-        Lateral displacement by the pressure, zero if it is neglected.
-    alternations : int
-        See `LateralState`.
-    """
-
-    box: Box
-    bound: np.ndarray
-    at: np.ndarray
-    base: np.ndarray
-    lost: float
-    solution: FrictionSolution
-    by_pressure: np.ndarray | float
-    alternations: int = 0
 
 
 class Coupling:
@@ -117,8 +86,8 @@ class Coupling:
         self,
         relaxed: RelaxedStep,
         again: Callable[..., RelaxedStep],
-        slid: Callable[..., Slide],
-    ) -> tuple[RelaxedStep, Slide]:
+        slid: Callable[..., LateralState],
+    ) -> tuple[RelaxedStep, LateralState]:
         """Solve the lateral problem, and repeat both until they agree.
 
         Parameters
@@ -133,34 +102,36 @@ class Coupling:
 
         Returns
         -------
-        RelaxedStep, Slide
+        RelaxedStep, LateralState
             Not converged if they do not agree in the end.
         """
-        slide, changes = slid(relaxed, tolerance=_LATERAL), list[float]()
+        lateral, changes = slid(relaxed, tolerance=_LATERAL), list[float]()
         depths: list[tuple[np.ndarray, np.ndarray]] = []
         for number in range(1, _MOST + 1):
-            depth, change = self._changed(relaxed, slide)
+            depth, change = self._changed(relaxed, lateral)
             if change <= self._agreed or not relaxed.statistics.converged:
-                slide = slid(relaxed, slide)  # to its own tolerance
-                depth, change = self._changed(relaxed, slide)
+                lateral = slid(relaxed, lateral)  # to its own tolerance
+                depth, change = self._changed(relaxed, lateral)
             if change <= self._agreed or not relaxed.statistics.converged:
                 break
             changes.append(change)
             earlier, recent = changes[:-_CYCLE], changes[-_CYCLE:]
             stays = min(recent) > _STAYS * min(earlier, default=math.inf)
             if stays or number == _MOST:
-                _mark_disagreement(relaxed, number, change, stays)
+                relaxed.statistics.mark(_disagreement(number, change, stays))
                 break
             used = relaxed.run.state.history.get(TRACTION_DEPTH, np.zeros(depth.shape))
             depths = [*depths[-_MIXED:], (used, depth)]
             relaxed = again(relaxed, **{TRACTION_DEPTH: _mixed(depths)})
-            slide = slid(relaxed, slide, _LATERAL * min(change, 1.0))
-        return relaxed, replace(slide, alternations=number)
+            lateral = slid(relaxed, lateral, _LATERAL * min(change, 1.0))
+        return relaxed, replace(lateral, alternations=number)
 
-    def _changed(self, relaxed: RelaxedStep, slide: Slide) -> tuple[np.ndarray, float]:
+    def _changed(
+        self, relaxed: RelaxedStep, lateral: LateralState
+    ) -> tuple[np.ndarray, float]:
         """Return the depth by the tractions, and its change since the pressure."""
         state = relaxed.run.state
-        depth = self.depth(slide.solution.tractions, slide.box, state.window)
+        depth = self.depth(lateral.solution.tractions, lateral.box, state.window)
         change = abs(depth - state.history.get(TRACTION_DEPTH, 0.0)).max()
         largest = 0.0 if state.displacement is None else abs(state.displacement).max()
         return depth, float(change / largest) if largest else float(change > 0.0)
@@ -183,18 +154,15 @@ def _mixed(depths: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     return found - sum(weight * (found - f) for weight, (_, f) in steps)
 
 
-def _mark_disagreement(
-    relaxed: RelaxedStep, number: int, change: float, stays: bool
-) -> None:
-    """Mark a step whose normal and lateral problem do not agree as not converged."""
-    statistics = relaxed.statistics
-    statistics.converged = False
-    statistics.message = (
+def _disagreement(number: int, change: float, stays: bool) -> str:
+    """Return the message of a step whose normal and lateral problem do not agree."""
+    message = (
         f"normal and lateral motion do not agree after {number} alternations: the "
         f"depth by the tractions changes by {change:.2g} of the largest displacement"
     )
     if stays:
-        statistics.message += (
+        message += (
             " (strong friction, or a bound that jumps at the edge of the contact, may "
             "have no solution)"
         )
+    return message

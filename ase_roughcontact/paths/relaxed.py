@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.errors import Errors, estimated_errors
 from ase_roughcontact.paths.relaxed_contact import RelaxedContact
 from ase_roughcontact.solvers.friction import FrictionSolution
@@ -50,44 +51,69 @@ class SolverStatistics:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LateralState:
-    """Lateral state of a contact with friction.
+    """Lateral state of a contact with friction, on a box of the surface.
 
     Attributes
     ----------
-    displacement, force : ndarray, shape (2,)
-        Of the indenter along x and y (Å), and what acts on it to hold it (eV/Å).
-    base : ndarray, shape (2,)
-        Displacement of the base of the spring that moves it, NaN without one (Å).
-    bound : float
-        Largest magnitude of this force, if all atoms slip in one direction (eV/Å).
-    sticking, slipping : int
-        Numbers of atoms in contact that stick, and of the others.
-    slip : float
-        Largest distance that an atom in contact has slipped (Å).
+    box : Box
+    bounds : ndarray, shape (n, m)
+        Of the tractions (eV/Å^3).
+    displacement, moved, base : ndarray, shape (2,)
+        Displacement of the indenter along x and y, since it came down, and of the base
+        of its spring, NaN without one (Å).
+    dissipated : float
+        Energy lost by slip since the beginning (eV).
+    solution : FrictionSolution
+    cell_area : float
+        Area of an atom (Å^2).
+    by_pressure : ndarray, shape (2, n, m), or float
+        Lateral displacement by the pressure, zero if it is neglected (Å).
     stiffness : float
         Lateral force per displacement along x, if all atoms stuck (eV/Å^2).
-    energy, dissipated : float
-        Elastic energy of the tractions, and energy lost by slip since the beginning
-        (eV).
-    solution : FrictionSolution
-        On the box of the tractions.
     alternations : int
         How often the normal and the lateral problem were solved in turn; 0 if their
         coupling is neglected.
     """
 
+    box: Box
+    bounds: np.ndarray
     displacement: np.ndarray
-    force: np.ndarray
+    moved: np.ndarray
     base: np.ndarray
-    bound: float
-    sticking: int
-    slipping: int
-    slip: float
-    stiffness: float
-    energy: float
     dissipated: float
     solution: FrictionSolution
+    cell_area: float
+    by_pressure: np.ndarray | float = 0.0
+    stiffness: float = np.nan
     alternations: int = 0
+
+    @property
+    def force(self) -> np.ndarray:
+        """What acts on the indenter along x and y to hold it (eV/Å)."""
+        return self.cell_area * self.solution.tractions.sum(axis=(1, 2))
+
+    @property
+    def bound(self) -> float:
+        """Largest magnitude of the force, if all atoms slip in one direction."""
+        return self.cell_area * float(self.bounds.sum())
+
+    @property
+    def sticking(self) -> int:
+        """Number of atoms in contact that stick."""
+        return int(np.count_nonzero((self.bounds > 0.0) & ~self.solution.slipping))
+
+    @property
+    def slip(self) -> float:
+        """Largest distance that an atom in contact has slipped (Å)."""
+        surface = self.solution.displacement + self.by_pressure
+        slips = np.hypot(*(self.moved[:, None, None] - surface))
+        return float(slips[self.bounds > 0.0].max(initial=0.0))
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy of the tractions and of their coupling to pressure (eV)."""
+        work = self.solution.displacement + 2.0 * self.by_pressure
+        return 0.5 * self.cell_area * float((self.solution.tractions * work).sum())
 
 
 @dataclass(frozen=True, kw_only=True)

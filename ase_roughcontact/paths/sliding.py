@@ -28,7 +28,7 @@ from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw
-from ase_roughcontact.paths.coupling import COUPLINGS, Coupling, Slide
+from ase_roughcontact.paths.coupling import COUPLINGS, Coupling
 from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_steps import LastStep, NumberedSteps
 from ase_roughcontact.paths.record import LoadStep
@@ -214,15 +214,16 @@ class _Sliding(NumberedSteps):
             begun = perf_counter() - relaxed.seconds
             if self.coupling:
                 again = partial(self.stepper.repeat, target=target)
-                relaxed, slide = self.coupling.agreed(relaxed, again, slid)
+                relaxed, state = self.coupling.agreed(relaxed, again, slid)
             else:
-                slide = slid(relaxed)
-            state = self._state(relaxed, slide)
+                state = slid(relaxed)
+            stiffness = state.cell_area * self._stiffness(state.bounds > 0.0)
+            state = replace(state, stiffness=stiffness)
             statistics, message = relaxed.statistics, state.solution.message
             if message and statistics.converged:
                 statistics.converged, statistics.message = False, message
             self._displacement, self._dissipated = state.displacement, state.dissipated
-            self._fields = self._on_window(slide, relaxed.run.state)
+            self._fields = self._on_window(state, relaxed.run.state)
             return replace(relaxed, lateral=state, seconds=perf_counter() - begun)
 
         result = self.stepper.step(number, target, self.record, completed=completed)
@@ -230,9 +231,9 @@ class _Sliding(NumberedSteps):
             self.stepper.remember(key, values)
         return result
 
-    def _on_window(self, slide: Slide, state: State) -> dict[str, np.ndarray]:
+    def _on_window(self, lateral: LateralState, state: State) -> dict[str, np.ndarray]:
         """Return what the surface keeps of a step."""
-        window, box, found = state.window, slide.box, slide.solution
+        window, box, found = state.window, lateral.box, lateral.solution
         x, y = found.tractions
         tractions = [carried(values, box, window) for values in (x, y)]
         shifts = found.displacement
@@ -248,22 +249,14 @@ class _Sliding(NumberedSteps):
         before: State,
         lateral: np.ndarray,
         relaxed: RelaxedStep,
-        last: Slide | None = None,
+        last: LateralState | None = None,
         tolerance: float = 0.0,
-    ) -> Slide:
+    ) -> LateralState:
         """Return the tractions at a target; the last ones are at another pressure.
 
         The tolerance is at least that of `FrictionOptions`.
         """
-        window, area = relaxed.run.state.window, relaxed.fields.cell_area
-        bound, box = self._bound(relaxed), window
-        old = [before.history.get(k, np.zeros(before.window.shape)) for k in TRACTIONS]
-        if not self.stepper.problem.periodic:
-            loaded = Box.bounding(np.hypot(*old) > 0.0, before.window.start)
-            touching = Box.bounding(bound > 0.0, window.start)
-            box = touching.union(loaded) if touching else loaded or Box((0, 0), (1, 1))
-        bound = carried(bound, window, box)
-        start = np.stack([carried(values, before.window, box) for values in old])
+        bounds, box, start = self._on_box(relaxed, before)
         halfspace = self._halfspace(box.shape)
         imposed = (
             halfspace.displacement(start) if start.any() else np.zeros(start.shape)
@@ -272,68 +265,69 @@ class _Sliding(NumberedSteps):
         if self.coupling:
             by_pressure = self.coupling.lateral(relaxed.run.state, box)
             imposed = imposed + self.coupling.lateral(before, box) - by_pressure
-        at, drive = self._displacement, None
-        if self.control == "displacements":
-            at = lateral if at is None else at
-            move = lateral - at
-        else:
-            at, move = np.zeros(2) if at is None else at, np.zeros(2)
-            if last is not None:
-                move = last.at - at
-            force = lateral
-            if self.spring:
-                force = self.spring * (lateral - at - move)
-            x, y = (force / area).tolist()
-            drive = Drive((x, y), self.spring / area)
+        area, options = relaxed.fields.cell_area, FrictionOptions()
+        at, move, drive = self._driven(lateral, area, last)
+        imposed = imposed + move[:, None, None]
         if last is not None:
             x, y = last.solution.tractions
             start = np.stack([carried(values, last.box, box) for values in (x, y)])
-        imposed = imposed + move[:, None, None]
-        options = FrictionOptions()
         options = replace(options, tolerance=max(tolerance, options.tolerance))
         solution = solve_friction(
-            halfspace, bound, imposed, start, drive=drive, options=options
+            halfspace, bounds, imposed, start, drive=drive, options=options
         )
-        if last is not None:
-            pairs = last.solution.pairs + solution.pairs
-            solution = replace(solution, pairs=pairs)
         slip = imposed + solution.shift[:, None, None] - solution.displacement
         lost = area * float((solution.tractions * slip).sum())
         if self.control == "forces" and not solution.converged:
             move, lost = np.zeros(2), 0.0  # not known
             solution = replace(solution, shift=np.zeros(2))
-        base = lateral if self.spring else np.full(2, np.nan)
-        return Slide(
-            box, bound, at + move + solution.shift, base, lost, solution, by_pressure
-        )
-
-    def _state(self, relaxed: RelaxedStep, slide: Slide) -> LateralState:
-        """Return the lateral state with given tractions."""
-        area, bound, solution = relaxed.fields.cell_area, slide.bound, slide.solution
-        tractions, displacement = solution.tractions, solution.displacement
-        moved = displacement + slide.by_pressure
-        slips = np.hypot(*((slide.at - self._origin)[:, None, None] - moved))
-        sticking = int(np.count_nonzero((bound > 0.0) & ~solution.slipping))
-        halfspace = self._halfspace(slide.box.shape)
-        work = displacement + 2.0 * slide.by_pressure
+        if last is not None:
+            pairs = last.solution.pairs + solution.pairs
+            solution = replace(solution, pairs=pairs)
+        at = at + move + solution.shift
         return LateralState(
-            displacement=slide.at,
-            force=area * tractions.sum(axis=(1, 2)),
-            base=slide.base,
-            bound=area * float(bound.sum()),
-            sticking=sticking,
-            slipping=relaxed.fields.repulsive_atoms - sticking,
-            slip=float(slips[bound > 0.0].max(initial=0.0)),
-            stiffness=area * self._stiffness(halfspace, bound > 0.0),
-            energy=0.5 * area * float((tractions * work).sum()),
-            dissipated=self._dissipated + slide.lost,
+            box=box,
+            bounds=bounds,
+            displacement=at,
+            moved=at - self._origin,
+            base=lateral if self.spring else np.full(2, np.nan),
+            dissipated=self._dissipated + lost,
             solution=solution,
-            alternations=slide.alternations,
+            cell_area=area,
+            by_pressure=by_pressure,
         )
 
-    def _stiffness(self, halfspace: LateralHalfSpace, touching: np.ndarray) -> float:
+    def _on_box(
+        self, relaxed: RelaxedStep, before: State
+    ) -> tuple[np.ndarray, Box, np.ndarray]:
+        """Return the bounds, a box of all tractions, and those before the step."""
+        window, bounds = relaxed.run.state.window, self._bound(relaxed)
+        old = [before.history.get(k, np.zeros(before.window.shape)) for k in TRACTIONS]
+        box = window
+        if not self.stepper.problem.periodic:
+            loaded = Box.bounding(np.hypot(*old) > 0.0, before.window.start)
+            touching = Box.bounding(bounds > 0.0, window.start)
+            box = touching.union(loaded) if touching else loaded or Box((0, 0), (1, 1))
+        start = np.stack([carried(values, before.window, box) for values in old])
+        return carried(bounds, window, box), box, start
+
+    def _driven(
+        self, lateral: np.ndarray, area: float, last: LateralState | None
+    ) -> tuple[np.ndarray, np.ndarray, Drive | None]:
+        """Return where the indenter was, its known move, and what moves it further."""
+        at = self._displacement
+        if self.control == "displacements":
+            at = lateral if at is None else at
+            return at, lateral - at, None
+        at = np.zeros(2) if at is None else at
+        move = np.zeros(2) if last is None else last.displacement - at
+        force = self.spring * (lateral - at - move) if self.spring else lateral
+        x, y = (force / area).tolist()
+        return at, move, Drive((x, y), self.spring / area)
+
+    def _stiffness(self, touching: np.ndarray) -> float:
         """Return the sum of the tractions per displacement along x without slip."""
-        key = halfspace.shape, touching.tobytes()
+        halfspace = self._halfspace(touching.shape)
+        key = touching.shape, touching.tobytes()
         if self._stiffness_of[0] != key:
             imposed = np.zeros((2, *touching.shape))
             imposed[0] = 1.0

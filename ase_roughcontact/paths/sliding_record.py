@@ -58,7 +58,7 @@ class SlidingStep(LoadStep):
         "stick",
     )
     slip_area: float = column(
-        lambda s: s.lateral.slipping * s.fields.cell_area,
+        lambda s: (s.fields.repulsive_atoms - s.lateral.sticking) * s.fields.cell_area,
         "area of the atoms in contact that slip, their tractions at the bounds",
         "Å^2",
         "slip",
