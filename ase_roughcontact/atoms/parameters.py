@@ -13,12 +13,13 @@ from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Heterogeneity
 
-# Modulus above that of any solid; diamond has 1200 GPa (eV/Å^3).
-_LARGEST_MODULUS = 2000.0 * UNITS["GPa"]
-# Work of adhesion above that of any pair of solids (eV/Å^2).
-_LARGEST_WORK = 30.0 * UNITS["J/m^2"]
-# Hardness above that of any solid; diamond has about 100 GPa (eV/Å^3).
-_LARGEST_HARDNESS = 300.0 * UNITS["GPa"]
+# Largest values of any solid, with their units in tables and here: diamond has a
+# modulus of 1200 GPa and a hardness of about 100 GPa.
+_LARGEST = {
+    "contact_modulus": (2000.0, "GPa", "eV/Å^3", "ase.units.GPa"),
+    "hardness": (300.0, "GPa", "eV/Å^3", "ase.units.GPa"),
+    "work_of_adhesion": (30.0, "J/m^2", "eV/Å^2", "ase.units.J / ase.units.m**2"),
+}
 _FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads"))
 
 
@@ -51,17 +52,13 @@ def checked(name: str, value: Any) -> Any:
         raise ValueError(f"solid must be an ElasticSolid, got {value!r}")
     if name == "contact_modulus":
         positive(contact_modulus=value)
-        if value > _LARGEST_MODULUS:
-            warn(
-                f"contact_modulus = {value:g} eV/Å^3 is {value / UNITS['GPa']:.3g} "
-                "GPa, more than that of any solid: multiply a value in GPa by "
-                "ase.units.GPa"
-            )
+        _warn_of_units(contact_modulus=value)
         return float(value)
     if name == "interaction" and not isinstance(value, Interaction):
         raise ValueError(f"interaction must be an Interaction, got {value!r}")
     if name == "interaction":
-        _warn_of_units(value)
+        work = getattr(value, "work_of_adhesion", 0.0)
+        _warn_of_units(hardness=value.hardness, work_of_adhesion=work)
     if name == "heterogeneity" and not isinstance(value, Heterogeneity):
         raise ValueError(f"heterogeneity must be a Heterogeneity, got {value!r}")
     if name == "indenter":
@@ -82,18 +79,13 @@ def _checked_fft(options: Any) -> dict:
     return options
 
 
-def _warn_of_units(wall: Interaction) -> None:
-    """Warn of a work of adhesion in J/m^2, or of a hardness in GPa."""
-    if _LARGEST_HARDNESS < wall.hardness < math.inf:
-        warn(
-            f"hardness = {wall.hardness:g} eV/Å^3 is "
-            f"{wall.hardness / UNITS['GPa']:.3g} GPa, more than that of any solid: "
-            "multiply a value in GPa by ase.units.GPa"
-        )
-    work = getattr(wall, "work_of_adhesion", 0.0)
-    if work > _LARGEST_WORK:
-        warn(
-            f"work_of_adhesion = {work:g} eV/Å^2 is {work / UNITS['J/m^2']:.3g} J/m^2, "
-            "more than that of any solids: multiply a value in J/m^2 by "
-            "ase.units.J / ase.units.m**2"
-        )
+def _warn_of_units(**values: float) -> None:
+    """Warn of values that may be in the units of tables."""
+    for name, value in values.items():
+        largest, unit, own, factor = _LARGEST[name]
+        usual = value / UNITS[unit]
+        if largest < usual < math.inf:
+            warn(
+                f"{name} = {value:g} {own} is {usual:.3g} {unit}, more than that of "
+                f"any solid: multiply a value in {unit} by {factor}"
+            )

@@ -19,11 +19,12 @@ from ase_roughcontact.paths.step_options import CONTROLS
 from ase_roughcontact.paths.step_timer import step_timer
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.topography import BoundedSurface, RoughSphere
+from ase_roughcontact.topography.facts import IndenterFacts
 from ase_roughcontact.windows.auto import CONTACT_WINDOW_SIZE, AutoWindow
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.fixed import at_edge
 from ase_roughcontact.windows.footprint import BeyondSurfaceError
-from ase_roughcontact.windows.memory import available_memory, memory_of, points_of
+from ase_roughcontact.windows.memory import available_memory, memory_of
 from ase_roughcontact.windows.prediction import contact_radius_on
 
 #: What paths leave out that have no friction.
@@ -81,7 +82,7 @@ def plan_path(
     wall, solid = problem.wall, problem.solid
     surface: Any = indenter or problem.indenter
     spacing = spacing or problem.spacing
-    points = points_of(surface, spacing)
+    points = IndenterFacts(surface).points(spacing)
     seconds = step_timer(problem.halfspace(start.shape), wall)
     left_out = _left_out(problem, window)
     if window == "auto" and not problem.periodic:

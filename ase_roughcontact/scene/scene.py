@@ -44,9 +44,10 @@ from ase_roughcontact.scene.plan import check_targets, plan_targets, with_fricti
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.topography import HeightMap
+from ase_roughcontact.topography.facts import IndenterFacts
 from ase_roughcontact.windows.expected import LARGEST_DOMAIN, ExpectedContact
 from ase_roughcontact.windows.footprint import Footprint
-from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
+from ase_roughcontact.windows.memory import check_memory, check_roughness
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
 Value = TypeVar("Value")
@@ -224,7 +225,7 @@ class Scene(SceneFile):
         problems.check()
         try:  # before heights of the roughness are allocated
             spacing = self.grid_change.spacing(self.spacing)
-            check_roughness(points_of(self.surface, spacing))
+            check_roughness(IndenterFacts(self.surface).points(spacing))
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
 
@@ -387,7 +388,7 @@ class Scene(SceneFile):
         larger one may be rougher.
         """
         expected, scene = self.expected_contact, self
-        points = points_of(expected.indenter, expected.spacing)
+        points = IndenterFacts(expected.indenter).points(expected.spacing)
         if self.shape and points > LARGEST_DOMAIN**2:
             scene = replace(self, roughness=None)
         path = self.control, self.targets

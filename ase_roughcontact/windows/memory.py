@@ -8,9 +8,6 @@ from pathlib import Path
 
 import psutil
 
-from ase_roughcontact.topography import Surface
-from ase_roughcontact.topography.facts import IndenterFacts
-
 # Bytes for each atom at the peak of a step, and for each one in the rectangle around
 # the tractions of friction, and if their coupling to the pressure is solved for.
 _PER_ATOM, _PER_LATERAL, _PER_COUPLED = 350, 900, 500
@@ -30,7 +27,7 @@ def memory_of(window: tuple[int, int], *, points: int = 0) -> float:
     window : (int, int)
         Shape.
     points : int
-        Of a roughness synthesised from its spectrum; see `points_of`.
+        Of a roughness synthesised from its spectrum; see `IndenterFacts.points`.
 
     Returns
     -------
@@ -45,24 +42,6 @@ def memory_of(window: tuple[int, int], *, points: int = 0) -> float:
 def friction_memory(atoms: int, coupled: bool = False) -> float:
     """Estimate the memory of friction beside that of a step, for a number of atoms."""
     return float((_PER_LATERAL + coupled * _PER_COUPLED) * atoms)
-
-
-def points_of(indenter: Surface, spacing: float) -> int:
-    """Return the number of points on which the roughness of an indenter is stored.
-
-    Parameters
-    ----------
-    indenter : Surface
-        A `RoughSphere`, or a roughness itself.
-    spacing : float
-        Of the atoms (length).
-
-    Returns
-    -------
-    int
-        Zero for a smooth indenter, and for a height map, which exists already.
-    """
-    return IndenterFacts(indenter).points(spacing)
 
 
 def available_memory() -> float:
@@ -131,7 +110,7 @@ def _address_space() -> float:
 
 
 def check_roughness(points: int) -> None:
-    """Raise `MemoryError` if a roughness exceeds the free memory; see `points_of`."""
+    """Raise `MemoryError` if a roughness exceeds the free memory."""
     side = math.isqrt(points)
     _check(
         memory_of((0, 0), points=points),

@@ -13,12 +13,12 @@ import psutil
 import pytest
 
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.topography.facts import IndenterFacts
 from ase_roughcontact.windows.memory import (
     available_memory,
     check_memory,
     control_group_memory,
     memory_of,
-    points_of,
 )
 
 STATUS = Path("/proc/self/status")
@@ -172,9 +172,10 @@ def test_limits_of_control_groups_are_seen(left, lines, folders, tmp_path):
 
 
 def test_only_a_synthesised_roughness_has_points():
-    assert points_of(ROUGH, 2.0) == points_of(RoughSphere(10.0, ROUGH), 2.0) == 1024**2
-    assert points_of(RoughSphere(10.0), 2.0) == 0
-    assert points_of(HeightMap([[0.0, 1.0], [1.0, 0.0]], spacing=1.0), 1.0) == 0
+    for indenter in (ROUGH, RoughSphere(10.0, ROUGH)):
+        assert IndenterFacts(indenter).points(2.0) == 1024**2
+    for indenter in (RoughSphere(10.0), HeightMap([[0.0, 1.0], [1.0, 0.0]], 1.0)):
+        assert IndenterFacts(indenter).points(2.0) == 0
 
 
 def test_synthesising_a_roughness_may_need_more_memory_than_a_step():
