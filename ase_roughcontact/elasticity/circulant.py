@@ -24,6 +24,8 @@ _PADDING = 16
 # Windows of up to this number of atoms have an exact model, with all of their padding:
 # there, convolutions cost less than what each outer step of a solver adds to them.
 _EXACT_SIZE = 40 * 40
+# Up to this number of grid points they are in double precision: one outer step less.
+_DOUBLE_UP_TO = 128 * 128
 
 
 class CirculantModel:
@@ -43,7 +45,7 @@ class CirculantModel:
     box : Box
         The atoms of the model.
     dtype : dtype
-        Single precision.
+        Single precision; double precision of small exact models.
     self_compliance : float
         Displacement of an atom by a unit pressure on it alone (length per pressure).
     exact : bool
@@ -53,8 +55,6 @@ class CirculantModel:
         Whether a uniform pressure has no compliance, as on a periodic half space.
     """
 
-    dtype = np.dtype(np.float32)
-
     def __init__(self, halfspace: HalfSpace, box: Box) -> None:
         self.singular = halfspace.periodic
         self.exact = _is_exact(halfspace)
@@ -63,6 +63,10 @@ class CirculantModel:
             self.box, grid = Box((0, 0), halfspace.shape), halfspace.grid
         else:
             self.box, grid = box, padded_box(box.shape)
+        double = self.exact and math.prod(grid) <= _DOUBLE_UP_TO
+        self.dtype: np.dtype[np.floating] = np.dtype(
+            np.float64 if double else np.float32
+        )
         self._spectrum = halfspace.spectrum(grid) / self.self_compliance
         if self.exact and halfspace.dtype == self.dtype:
             self._transform = halfspace.window_transform.twin()
