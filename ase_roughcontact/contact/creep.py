@@ -14,7 +14,7 @@ which the step lowers the surface by. The last one makes the solid softer by
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -147,9 +147,8 @@ def dissipation_rate(state: State, creep: Creep) -> float:
     float
         Energy per area and time.
     """
-    factors, _ = _dashpots(creep)
-    pressures, depths = _on_dashpots(state, creep)
-    return float(factors @ np.sum(pressures * depths, axis=(1, 2)))
+    terms = _dashpots(state, creep)
+    return float(sum(rate * np.vdot(flow, depth) for rate, _, flow, depth in terms))
 
 
 def dissipated_energy(
@@ -176,40 +175,32 @@ def dissipated_energy(
     float
         Energy per area.
     """
-    factors, rates = _dashpots(creep)
-    old, depths = _on_dashpots(before, creep)
-    new, new_depths = _on_dashpots(after, creep)
-    kept = np.array([carried(each, before.window, after.window) for each in old])
-    products = [
-        np.sum(pair, axis=(1, 2))
-        for pair in (old * depths, kept * new_depths, new * new_depths)
-    ]
-    means = np.transpose([_means(elapsed * rate) for rate in rates])
-    return elapsed * float(factors @ np.sum(means * products, axis=0))
+    energy = 0.0
+    terms = zip(_dashpots(before, creep), _dashpots(after, creep), strict=True)
+    for (factor, rate, old, old_depth), (_, _, new, new_depth) in terms:
+        same = before.window == after.window
+        kept = old if same else carried(old, before.window, after.window)
+        pairs = (old, old_depth), (kept, new_depth), (new, new_depth)
+        means = zip(_means(elapsed * rate), pairs, strict=True)
+        energy += factor * sum(mean * np.vdot(*pair) for mean, pair in means)
+    return float(elapsed * energy)
 
 
-def _dashpots(creep: Creep) -> tuple[np.ndarray, np.ndarray]:
-    """Return factors of the power and rates of the terms, the flow as the last one."""
-    rates = 1.0 / np.array(creep.times)
-    factors = rates / np.array(creep.compliances)
-    return (
-        (factors, rates)
-        if not creep.flow
-        else (np.append(factors, creep.flow), np.append(rates, 0.0))
-    )
+def _dashpots(
+    state: State, creep: Creep
+) -> Iterator[tuple[float, float, np.ndarray, np.ndarray]]:
+    """Yield factor of the power, rate, pressure and its depth of each term.
 
-
-def _on_dashpots(state: State, creep: Creep) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pressures ``r_k``, and ``p`` of the flow, with their depths."""
-    depth = _depth(state)
-    pairs = [
-        (c * state.pressure - state.history[_key(k)], c * depth - state.depths[_key(k)])
-        for k, c in enumerate(creep.compliances)
-    ]
+    The pressures are ``r_k``, and at last ``p`` of the flow, if there is one.
+    """
+    pressure, depth = state.pressure, _depth(state)
+    for k, (value, time) in enumerate(zip(creep.compliances, creep.times, strict=True)):
+        flowing, sinking = value * pressure, value * depth
+        flowing -= state.history[_key(k)]
+        sinking -= state.depths[_key(k)]
+        yield 1.0 / (value * time), 1.0 / time, flowing, sinking
     if creep.flow:
-        pairs.append((state.pressure, depth))
-    pressures, depths = zip(*pairs, strict=True)
-    return np.array(pressures), np.array(depths)
+        yield creep.flow, 0.0, pressure, depth
 
 
 def _means(x: float) -> tuple[float, float, float]:
