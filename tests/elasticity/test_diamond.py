@@ -75,13 +75,6 @@ def test_a_point_force_displaces_the_surface_of_a_thick_slab(diamond):
     np.testing.assert_allclose(found, expected, atol=1e-6 * expected[0, 0])
 
 
-def test_a_crystal_from_a_file_is_the_same(diamond, tmp_path):
-    diamond.write(tmp_path / "diamond.json")
-    same = Crystal.read(tmp_path / "diamond.json")
-    assert same.todict() == diamond.todict()
-    np.testing.assert_array_equal(same.table, diamond.table)
-
-
 @pytest.mark.parametrize(
     "options, message",
     [

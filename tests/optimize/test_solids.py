@@ -12,7 +12,7 @@ from solids import CONTINUA
 
 import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.elasticity import ElasticSolid, Isotropic, Layer, ReducedHalfSpace
+from ase_roughcontact.elasticity import ElasticSolid, Isotropic, Layer
 from ase_roughcontact.topography import BoundedSurface
 
 SPHERE = rc.RoughSphere(40.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
@@ -83,28 +83,6 @@ def test_active_set_is_the_solution_of_the_dense_problem(solid, hardness):
     np.testing.assert_allclose(state.pressure.ravel(), expected, atol=1e-7)
     assert (expected > 0.0).sum() > 5
     assert hardness == np.inf or 0 < (expected == hardness).sum() < 100
-
-
-def test_pressure_of_a_window_without_its_padding(solid, rng):
-    pressure = rng.random((16, 14))
-    halfspace = ReducedHalfSpace(pressure.shape, 1.0, solid)
-    maintained = halfspace.elastic_pressure(halfspace.displacement(pressure))
-    np.testing.assert_allclose(maintained, pressure, atol=1e-9)
-
-
-def test_forces_are_differences_of_the_energy(solid, periodic, rng):
-    atoms = make(solid, WALLS["full"], periodic=periodic, n=6, fixed=False)
-    atoms.positions[:-1, 2] += rng.normal(scale=0.05, size=len(atoms) - 1)
-    forces = atoms.get_forces()[:, 2]
-    for index in (0, 17, len(atoms) - 1):
-        energies = []
-        for step in (-1e-5, 1e-5):
-            moved = atoms.copy()
-            moved.calc = atoms.calc
-            moved.positions[index, 2] += step
-            energies.append(moved.get_potential_energy())
-        difference = (energies[0] - energies[1]) / 2e-5
-        assert forces[index] == pytest.approx(difference, rel=1e-7, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from scipy.optimize import minimize
 import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.interactions import RepulsiveLennardJones93
-from ase_roughcontact.solvers.coarsening import coarsen
 
 REPULSIVE = rc.LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = rc.LennardJones93.adhesive(1.0, 1.0, 0.005)
@@ -173,14 +172,6 @@ def test_a_cold_start_costs_few_transforms(wall, most, solid):
     states = relax(contact, 0.0, constant(60.0), tolerance=1e-6)
     assert pairs(states) < most
     assert contact.halfspace.window_transform.pairs <= most / 2.0
-
-
-def test_the_coarse_contact_is_the_same_wall_on_every_other_atom():
-    contact = scene(65)
-    coarse = coarsen(contact)
-    assert coarse.interaction is contact.interaction
-    assert coarse.halfspace.spacing == 2.0
-    assert np.array_equal(coarse.heights, contact.heights[::2, ::2])
 
 
 def test_a_start_far_from_the_load_costs_less_than_twice_a_cold_one(solid):
