@@ -5,17 +5,10 @@ import pytest
 from ase.optimize import LBFGS
 from built import atoms_under
 
-from ase_roughcontact import (
-    ActiveSet,
-    FourierModes,
-    HardWall,
-    NewtonKrylov,
-    RoughSphere,
-    load_path,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.scene import Scene
 
-SPHERE = RoughSphere(200.0)
+SPHERE = rc.RoughSphere(200.0)
 SCENE = """
 [substrate]
 spacing = {spacing}
@@ -54,7 +47,7 @@ def test_the_step_limit_of_modes_is_a_displacement_of_a_tenth_of_a_spacing(
         spacing=spacing, modulus=modulus, shape=shape, periodic=str(periodic).lower()
     )
     atoms = scene.atoms()
-    modes = FourierModes(atoms)
+    modes = rc.FourierModes(atoms)
     step = rng.normal(size=modes.ndofs())
     step[-1] = 0.0
     modes.set_x(modes.get_x() + step * modes.maxstep / np.linalg.norm(step))
@@ -68,7 +61,7 @@ def test_fire_in_scenes_has_the_step_limit_of_the_modes(name):
     atoms = scene.atoms()
     atoms.positions[-1, 2] = 1.0
     dynamics = scene.optimizer(atoms, logfile=None)
-    assert dynamics.maxstep == FourierModes(atoms).maxstep
+    assert dynamics.maxstep == rc.FourierModes(atoms).maxstep
     modes, places = dynamics.optimizable, []
     dynamics.attach(lambda: places.append(modes.get_x()))
     assert dynamics.run(fmax=1e-3, steps=500)
@@ -85,7 +78,9 @@ def test_lbfgs_in_scenes_has_the_curvature_of_the_modes_and_twenty_vectors():
         return dynamics.nsteps, atoms.positions[-2, 2]
 
     def on_modes(**options):
-        return relaxed(lambda atoms: LBFGS(FourierModes(atoms), None, None, **options))
+        return relaxed(
+            lambda atoms: LBFGS(rc.FourierModes(atoms), None, None, **options)
+        )
 
     scene = make_scene("LBFGS")
     usual = relaxed(lambda atoms: scene.optimizer(atoms, logfile=None))
@@ -98,7 +93,7 @@ def test_optimizers_of_ase_work_on_modes_in_scenes(name):
     scene = make_scene(name)
     dynamics = scene.optimizer(scene.atoms(), logfile=None)
     assert type(dynamics).__name__ == name
-    assert isinstance(dynamics.optimizable, FourierModes)
+    assert isinstance(dynamics.optimizable, rc.FourierModes)
 
 
 # Default optimizers
@@ -106,13 +101,16 @@ def test_optimizers_of_ase_work_on_modes_in_scenes(name):
 
 @pytest.mark.parametrize(
     "wall, solver, other",
-    [(HardWall(), ActiveSet, NewtonKrylov), (None, NewtonKrylov, ActiveSet)],
+    [
+        (rc.HardWall(), rc.ActiveSet, rc.NewtonKrylov),
+        (None, rc.NewtonKrylov, rc.ActiveSet),
+    ],
     ids=["hard", "soft"],
 )
 def test_the_default_optimizer_depends_on_the_wall(wall, solver, other):
     def iterations(optimizer):
         atoms = atoms_under(SPHERE, wall, (24, 24))
-        (record,) = load_path(
+        (record,) = rc.load_path(
             atoms, heights=[0.3], optimizer=optimizer, window="unchecked"
         )
         assert record.converged
@@ -129,9 +127,9 @@ def test_the_default_optimizer_depends_on_the_wall(wall, solver, other):
 @pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize("fixed", [False, True], ids=["free", "fixed"])
 def test_a_missing_load_is_a_residual_only_of_a_free_indenter(fixed):
-    atoms = atoms_under(SPHERE, HardWall(), (24, 24), load=5.0, fixed=fixed)
+    atoms = atoms_under(SPHERE, rc.HardWall(), (24, 24), load=5.0, fixed=fixed)
     atoms.positions[-1, 2] = -0.2
-    optimizer = ActiveSet(atoms, logfile=None)
+    optimizer = rc.ActiveSet(atoms, logfile=None)
     assert optimizer.run(fmax=1e-9)
     assert optimizer.optimality_residuals.load_error < 1e-9
     atoms.calc.set(load=6.0)

@@ -7,16 +7,7 @@ import numpy as np
 import pytest
 from built import atoms_under
 
-from ase_roughcontact import (
-    DugdaleWall,
-    ExponentialWall,
-    HardWall,
-    LennardJones93,
-    Problem,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.errors import estimated_errors
@@ -27,21 +18,23 @@ from ase_roughcontact.solvers.relaxation import Run, Support
 from ase_roughcontact.theory import Hertz
 
 TABLE = "examples/benchmarks/answer_errors.csv"
-WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
-ADHESIVE = {"adhesive": LennardJones93.adhesive(1.0, 1.0, 0.05)}
+WALLS = {"hard": rc.HardWall(), "repulsive": rc.LennardJones93.repulsive(1.0, 1.0)}
+ADHESIVE = {"adhesive": rc.LennardJones93.adhesive(1.0, 1.0, 0.05)}
 RADIUS = 100.0
 
 
 def relaxed(wall, seed=5, cell=0, fixed=False, smooth=False, **options):
     """Result of one step on a sphere with, by default, a contact of about 10 a0."""
-    rough = None if smooth else SelfAffine(0.1, 0.65, 4.0, 16.0, seed=seed, domain=64.0)
-    sphere, side = RoughSphere(RADIUS, rough), cell or 8
+    rough = (
+        None if smooth else rc.SelfAffine(0.1, 0.65, 4.0, 16.0, seed=seed, domain=64.0)
+    )
+    sphere, side = rc.RoughSphere(RADIUS, rough), cell or 8
     atoms = atoms_under(
         sphere, (WALLS | ADHESIVE)[wall], (side, side), periodic=cell > 0, fixed=fixed
     )
     target = {} if fixed else {"loads": [Hertz(RADIUS, 1.0).force(10.0)]}
     window = "fixed" if cell else "auto"
-    (step,) = load_path(atoms, **target, **options, window=window, validity="ignore")
+    (step,) = rc.load_path(atoms, **target, **options, window=window, validity="ignore")
     return step
 
 
@@ -59,9 +52,12 @@ def test_error_of_a_loose_tolerance_is_found_to_first_order(wall):
 def test_error_in_tension_without_a_repelled_atom():
 
     def attracted(**options):
-        sphere, wall = RoughSphere(RADIUS), LennardJones93.adhesive(1.0, 1.0, 0.003)
+        sphere, wall = (
+            rc.RoughSphere(RADIUS),
+            rc.LennardJones93.adhesive(1.0, 1.0, 0.003),
+        )
         atoms = atoms_under(sphere, wall, (30, 30))
-        (step,) = load_path(atoms, heights=[1.15], validity="ignore", **options)
+        (step,) = rc.load_path(atoms, heights=[1.15], validity="ignore", **options)
         return step
 
     exact, loose = attracted(accuracy=1e-11), attracted(accuracy=0.3)
@@ -82,7 +78,7 @@ def test_error_under_a_load_is_one_of_the_height(wall):
 
 
 def test_force_that_the_indenter_lacks_is_an_error_of_the_height():
-    problem = Problem(RoughSphere(RADIUS), Isotropic(1.0), HardWall(), 1.0)
+    problem = rc.Problem(rc.RoughSphere(RADIUS), Isotropic(1.0), rc.HardWall(), 1.0)
     options = StepOptions(accuracy=1e-8)
     stepper = Stepper(problem, "heights", Box((-16, -16), (32, 32)), options)
     step = stepper.step(0, -1.0)
@@ -97,15 +93,15 @@ def test_force_that_the_indenter_lacks_is_an_error_of_the_height():
 @pytest.mark.parametrize("layer", [0.5, 1.0, 4.0])
 def test_grid_height_on_an_incompressible_layer_on_a_rigid_base(layer):
     """Also where the layer is thinner than the spacing."""
-    sphere, solid = RoughSphere(200.0), Layer(1.0, layer)
+    sphere, solid = rc.RoughSphere(200.0), Layer(1.0, layer)
     found = []
     for spacing in (1.0, 0.5, 0.25):
         atoms = atoms_under(
-            sphere, HardWall(), solid=solid, spacing=spacing, fixed=False
+            sphere, rc.HardWall(), solid=solid, spacing=spacing, fixed=False
         )
         grid = {"grid": "a0", "accuracy": 1e-5}
         options = {"window": "auto", "validity": "ignore", **grid}
-        (step,) = load_path(atoms, loads=[10.0], **options)
+        (step,) = rc.load_path(atoms, loads=[10.0], **options)
         found.append((step.height, step.height_error))
     limit = found[2][0] + (found[2][0] - found[1][0]) / 3.0
     for height, error in found:
@@ -134,19 +130,19 @@ def test_grid_height_counts_the_forces_of_attraction():
 @pytest.mark.parametrize(
     "radius, wall, load",
     [
-        (186.7, DugdaleWall(0.0155, 0.353), 1.74),
-        (99.07, DugdaleWall(0.01719, 0.507), 16.85),
-        (82.76, DugdaleWall(0.013955, 0.3237), 11.85),
+        (186.7, rc.DugdaleWall(0.0155, 0.353), 1.74),
+        (99.07, rc.DugdaleWall(0.01719, 0.507), 16.85),
+        (82.76, rc.DugdaleWall(0.013955, 0.3237), 11.85),
     ],
 )
 def test_end_of_the_attraction_between_points_is_an_error(radius, wall, load):
     """Where tension ends within a spacing, as if points had been counted."""
 
     def relaxed(refine):
-        sphere = RoughSphere(radius)
+        sphere = rc.RoughSphere(radius)
         atoms = atoms_under(sphere, wall, fixed=False)
         grid = {"grid": f"a0/{refine}", "validity": "ignore"}
-        (step,) = load_path(atoms, loads=[load], window="auto", **grid)
+        (step,) = rc.load_path(atoms, loads=[load], window="auto", **grid)
         return step
 
     one, fine = relaxed(1), relaxed(4)
@@ -201,12 +197,12 @@ def test_force_of_a_small_cell_at_a_height_is_as_wrong_as_estimated(cell):
 
 def on_smooth_sphere(wall, loads, radius=RADIUS, cell=0, grid="atoms"):
     """Steps at the loads of contacts of given radii by Hertz."""
-    sphere, side = RoughSphere(radius), cell or 8
+    sphere, side = rc.RoughSphere(radius), cell or 8
     atoms = atoms_under(sphere, wall, (side, side), periodic=cell > 0, fixed=False)
     loads = [Hertz(radius, 1.0).force(contact) for contact in loads]
     window = "fixed" if cell else "auto"
     return list(
-        load_path(atoms, loads=loads, grid=grid, window=window, validity="ignore")
+        rc.load_path(atoms, loads=loads, grid=grid, window=window, validity="ignore")
     )
 
 
@@ -214,7 +210,7 @@ def test_images_of_a_cell_take_the_area_that_they_bend_away():
     error = estimate = 0.0
     for contact, cell in ((20.0, 64), (20.0, 80), (30.0, 120)):
         free, periodic = (
-            on_smooth_sphere(HardWall(), [contact], radius=300.0, cell=side)[0]
+            on_smooth_sphere(rc.HardWall(), [contact], radius=300.0, cell=side)[0]
             for side in (0, cell)
         )
         error += free.contact_area - periodic.contact_area
@@ -230,14 +226,14 @@ def test_single_atoms_of_a_rough_contact_are_an_error_of_a_cell():
 
 
 def test_error_of_the_area_is_at_most_the_cell():
-    sphere = RoughSphere(RADIUS)
+    sphere = rc.RoughSphere(RADIUS)
     atoms = atoms_under(sphere, WALLS["repulsive"], (32, 32), periodic=True)
-    (full,) = load_path(atoms, [1.5], validity="ignore")
+    (full,) = rc.load_path(atoms, [1.5], validity="ignore")
     assert full.area_error == full.contact_area == 1024.0
 
 
 def test_soft_wall_on_a_coarse_grid_is_as_wrong_as_its_stiffness_says():
-    wall, contacts = LennardJones93.repulsive(4.0, 1.0), np.arange(6.0, 13.0)
+    wall, contacts = rc.LennardJones93.repulsive(4.0, 1.0), np.arange(6.0, 13.0)
     coarse, fine = (on_smooth_sphere(wall, contacts, grid=f"a0/{n}") for n in (1, 4))
     error, estimate = (
         sum(step.continuum_area for step in coarse)
@@ -248,10 +244,10 @@ def test_soft_wall_on_a_coarse_grid_is_as_wrong_as_its_stiffness_says():
 
 
 def test_cell_of_a_flat_surface_is_no_error():
-    rough = SelfAffine(0.1, 0.65, 4.0, 16.0, seed=1, domain=32.0)
-    flat = RoughSphere(np.inf, rough)
+    rough = rc.SelfAffine(0.1, 0.65, 4.0, 16.0, seed=1, domain=32.0)
+    flat = rc.RoughSphere(np.inf, rough)
     atoms = atoms_under(flat, shape=(32, 32), periodic=True, fixed=False)
-    (step,) = load_path(atoms, loads=[10.0])
+    (step,) = rc.load_path(atoms, loads=[10.0])
     assert step.height_error < 1e-4 and step.area_error < 1e-3 * step.contact_area
 
 
@@ -317,15 +313,18 @@ def test_nine_of_ten_heights_on_random_layers_are_within_twice_the_estimate():
         random = np.random.default_rng([seed, 11])
         thickness = float(np.exp(random.uniform(np.log(0.3), np.log(6.0))))
         solid = Layer(1.0, thickness, poisson=float(random.choice([0.3, 0.5])))
-        sphere, load = RoughSphere(random.uniform(50.0, 300.0)), random.uniform(2, 20)
+        sphere, load = (
+            rc.RoughSphere(random.uniform(50.0, 300.0)),
+            random.uniform(2, 20),
+        )
         found = []
         for spacing in (1.0, 0.5, 0.25):
             atoms = atoms_under(
-                sphere, HardWall(), solid=solid, spacing=spacing, fixed=False
+                sphere, rc.HardWall(), solid=solid, spacing=spacing, fixed=False
             )
             grid = {"grid": "a0", "accuracy": 1e-5}
             options = {"window": "auto", "validity": "ignore", **grid}
-            (step,) = load_path(atoms, loads=[load], **options)
+            (step,) = rc.load_path(atoms, loads=[load], **options)
             found.append((step.height, step.height_error))
         limit = found[2][0] + (found[2][0] - found[1][0]) / 3.0
         errors += [(abs(height - limit), error) for height, error in found[:2]]
@@ -363,8 +362,8 @@ def test_zero_of_the_penetration_is_an_error_of_the_continuum(refine):
 
 
 def test_error_of_the_area_is_at_most_the_area_where_attraction_cancels_reaction():
-    tip = RoughSphere(0.5)
-    atoms = atoms_under(tip, ExponentialWall(0.01, 0.005), (9, 9), fixed=False)
-    _, step = load_path(atoms, loads=[0.01, 0.0], validity="ignore")
+    tip = rc.RoughSphere(0.5)
+    atoms = atoms_under(tip, rc.ExponentialWall(0.01, 0.005), (9, 9), fixed=False)
+    _, step = rc.load_path(atoms, loads=[0.01, 0.0], validity="ignore")
     assert step.contact_area == step.area_error == 1.0
     assert abs(step.mean_pressure) < 1e-12

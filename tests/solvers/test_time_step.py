@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 from contacts import ROUGH, spring
 
-from ase_roughcontact import (
-    Creep,
-    HardWall,
-    LennardJones93,
-    PlasticWall,
-    Problem,
-    RoughSphere,
-    Viscoelastic,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.contact import Contact, State
 from ase_roughcontact.contact.creep import before_step, past_of, with_depths
 from ase_roughcontact.elasticity import Isotropic, Layer
@@ -23,12 +15,12 @@ from ase_roughcontact.interactions import ExponentialWall
 from ase_roughcontact.solvers.default import default_relaxer
 from ase_roughcontact.solvers.relaxation import Support
 
-CREEP = Creep([0.5, 2.0], [0.3, 4.0], flow=0.1)
+CREEP = rc.Creep([0.5, 2.0], [0.3, 4.0], flow=0.1)
 WALLS = {
-    "hard": HardWall(),
-    "plastic": PlasticWall(0.05),
-    "soft": LennardJones93.repulsive(1.0, 1.0),
-    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.005),
+    "hard": rc.HardWall(),
+    "plastic": rc.PlasticWall(0.05),
+    "soft": rc.LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": rc.LennardJones93.adhesive(1.0, 1.0, 0.005),
     "hard adhesive": ExponentialWall(0.02, 0.5),
 }
 HOLDS = {
@@ -46,9 +38,9 @@ def test_a_step_is_the_elastic_contact_of_the_effective_solid(
     wall, hold, periodic, solid
 ):
     n, elapsed = 32, 0.7
-    indenter, box = RoughSphere(200.0, ROUGH), Box((-16, -16), (n, n))
-    problem = Problem(
-        indenter, Viscoelastic(solid, CREEP), WALLS[wall], 1.0, periodic=periodic
+    indenter, box = rc.RoughSphere(200.0, ROUGH), Box((-16, -16), (n, n))
+    problem = rc.Problem(
+        indenter, rc.Viscoelastic(solid, CREEP), WALLS[wall], 1.0, periodic=periodic
     )
     height = WALLS[wall].contact_distance - float(problem.heights(box).min()) - 0.2
     # the past of a random pressure
@@ -72,7 +64,7 @@ def test_a_step_is_the_elastic_contact_of_the_effective_solid(
     if isinstance(solid, Layer):
         effective = Layer(1.0 / soft, 3.0, poisson=0.3)
     lowered = problem.heights(box) - halfspace.displacement(step.old.sum() * past)
-    elastic = Problem(indenter, effective, WALLS[wall], 1.0, periodic=periodic)
+    elastic = rc.Problem(indenter, effective, WALLS[wall], 1.0, periodic=periodic)
     same = Contact(elastic.halfspace((n, n)), lowered, WALLS[wall])
     expected = relaxer(same, flat, **options)
     assert expected.converged, expected.message

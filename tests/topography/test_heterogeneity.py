@@ -5,21 +5,10 @@ import pytest
 from built import atoms_under
 from numpy.testing import assert_allclose, assert_array_equal
 
-from ase_roughcontact import (
-    DugdaleWall,
-    ExponentialWall,
-    HeightMap,
-    Heterogeneity,
-    LennardJones93,
-    NewtonKrylov,
-    PowerLawWall,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-)
+import ase_roughcontact as rc
 
-FIELD = SelfAffine(1.0, 0.5, short_wavelength=4.0, long_wavelength=16.0, seed=3)
-MAP = HeightMap(np.random.default_rng(1).uniform(-0.5, 0.5, (40, 40)), 1.0)
+FIELD = rc.SelfAffine(1.0, 0.5, short_wavelength=4.0, long_wavelength=16.0, seed=3)
+MAP = rc.HeightMap(np.random.default_rng(1).uniform(-0.5, 0.5, (40, 40)), 1.0)
 
 
 def stripes(x, y):
@@ -27,19 +16,19 @@ def stripes(x, y):
 
 
 PATTERNS = {
-    "map": Heterogeneity(MAP),
-    "function": Heterogeneity(stripes),
-    "random": Heterogeneity(FIELD, rms=0.2),
+    "map": rc.Heterogeneity(MAP),
+    "function": rc.Heterogeneity(stripes),
+    "random": rc.Heterogeneity(FIELD, rms=0.2),
 }
 every_pattern = pytest.mark.parametrize(
     "pattern", PATTERNS.values(), ids=PATTERNS.keys()
 )
 WALLS = [
-    LennardJones93.adhesive(1.0, 1.0, 0.05),
-    LennardJones93.full(distance=1.0, work_of_adhesion=0.05, cutoff=3.0),
-    ExponentialWall(0.05, 0.7),
-    PowerLawWall(0.05, 0.7),
-    DugdaleWall(0.05, 0.7),
+    rc.LennardJones93.adhesive(1.0, 1.0, 0.05),
+    rc.LennardJones93.full(distance=1.0, work_of_adhesion=0.05, cutoff=3.0),
+    rc.ExponentialWall(0.05, 0.7),
+    rc.PowerLawWall(0.05, 0.7),
+    rc.DugdaleWall(0.05, 0.7),
 ]
 every_wall = pytest.mark.parametrize("wall", WALLS, ids=lambda w: w.kind)
 
@@ -55,7 +44,7 @@ def test_random_field_has_its_rms_and_the_mean_of_the_wall():
     factors = PATTERNS["random"].factors((64, 64), 1.0)
     assert factors.mean() == pytest.approx(1.0, abs=1e-12)
     assert factors.std() == pytest.approx(0.2, rel=1e-9)
-    other = Heterogeneity(SelfAffine(1.0, 0.5, 4.0, 16.0, seed=4), rms=0.2)
+    other = rc.Heterogeneity(rc.SelfAffine(1.0, 0.5, 4.0, 16.0, seed=4), rms=0.2)
     assert abs(other.factors((64, 64), 1.0) - factors).max() > 0.1
 
 
@@ -69,7 +58,7 @@ def test_map_and_function_are_the_relative_deviation():
 def test_map_scaled_to_an_rms_has_the_mean_of_the_wall():
     """A map in any unit, such as of the work of adhesion itself."""
     values = 50.0 + 20.0 * MAP.heights((40, 40), 1.0, (-20.0, -20.0))
-    scaled = Heterogeneity(HeightMap(values, 1.0), rms=0.1)
+    scaled = rc.Heterogeneity(rc.HeightMap(values, 1.0), rms=0.1)
     factors = scaled.factors((40, 40), 1.0, (-20.0, -20.0))
     assert factors.std() == pytest.approx(0.1, rel=1e-6)
     assert factors.mean() == pytest.approx(1.0, abs=1e-9)
@@ -77,7 +66,7 @@ def test_map_scaled_to_an_rms_has_the_mean_of_the_wall():
 
 def test_negative_works_of_adhesion_are_cut_off():
     assert_array_equal(
-        Heterogeneity(lambda x, y: x - 2.0).factors((3, 1), 1.0)[:, 0], [0, 0, 1]
+        rc.Heterogeneity(lambda x, y: x - 2.0).factors((3, 1), 1.0)[:, 0], [0, 0, 1]
     )
 
 
@@ -87,24 +76,24 @@ def test_negative_works_of_adhesion_are_cut_off():
         ((FIELD,), "a random field needs rms"),
         ((stripes, 0.2), "rms is for maps and random fields"),
         ((MAP, -0.2), "rms must be"),
-        ((HeightMap(np.ones((8, 8)), 1.0), 0.2), "must not be flat"),
+        ((rc.HeightMap(np.ones((8, 8)), 1.0), 0.2), "must not be flat"),
         ((0.3,), "pattern must be a HeightMap, a SelfAffine or a function"),
     ],
 )
 def test_invalid_patterns_are_errors(arguments, message):
     with pytest.raises(ValueError, match=message):
-        Heterogeneity(*arguments)
+        rc.Heterogeneity(*arguments)
 
 
 def test_function_must_return_finite_numbers():
     with pytest.raises(ValueError, match="pattern must"):
-        Heterogeneity(lambda x, y: x * np.nan).factors((3, 3), 1.0)
+        rc.Heterogeneity(lambda x, y: x * np.nan).factors((3, 3), 1.0)
 
 
 def test_window_beyond_the_period_of_a_field_or_a_map_is_an_error():
     with pytest.raises(ValueError, match=r"of adhesion: .* period of 64 .* domain of"):
         PATTERNS["random"].factors((65, 65), 1.0)
-    periodic = Heterogeneity(HeightMap(np.eye(8), 1.0, periodic=True))
+    periodic = rc.Heterogeneity(rc.HeightMap(np.eye(8), 1.0, periodic=True))
     with pytest.raises(ValueError, match=r"of adhesion: .* the period 8 of the map"):
         periodic.factors((9, 8), 1.0)
 
@@ -113,17 +102,17 @@ def test_window_beyond_the_period_of_a_field_or_a_map_is_an_error():
 
 
 def adhesive_atoms(wall, pattern, shape=(20, 20), **options):
-    sphere = RoughSphere(40.0)
+    sphere = rc.RoughSphere(40.0)
     return atoms_under(sphere, wall, shape, heterogeneity=pattern, **options)
 
 
 @every_wall
 def test_uniform_pattern_changes_the_work_of_adhesion_of_every_wall(wall):
     forces = []
-    for pattern in (None, Heterogeneity(lambda x, y: 0 * x), PATTERNS["function"]):
+    for pattern in (None, rc.Heterogeneity(lambda x, y: 0 * x), PATTERNS["function"]):
         atoms = adhesive_atoms(wall, pattern)
         atoms.positions[-1, 2] = wall.contact_distance - 0.1
-        assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
+        assert rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
         forces.append(atoms.calc.state(atoms).normal_force)
     assert forces[1] == pytest.approx(forces[0], rel=1e-7)
     assert abs(forces[2] - forces[0]) > 1e-3
@@ -145,10 +134,10 @@ def test_forces_are_minus_the_gradient_of_the_energy_with_a_pattern(wall):
 
 
 def test_automatic_windows_give_the_result_of_a_fixed_window():
-    wall, pattern = ExponentialWall(0.05, 0.7), PATTERNS["random"]
+    wall, pattern = rc.ExponentialWall(0.05, 0.7), PATTERNS["random"]
     fixed, auto = (
         list(
-            load_path(
+            rc.load_path(
                 adhesive_atoms(wall, pattern, shape),
                 penetrations=[-0.1, 0.4],
                 window=window,
@@ -164,4 +153,4 @@ def test_automatic_windows_give_the_result_of_a_fixed_window():
 
 def test_pattern_must_be_a_heterogeneity():
     with pytest.raises(ValueError, match="heterogeneity must be a Heterogeneity"):
-        adhesive_atoms(ExponentialWall(0.05, 0.7), FIELD)
+        adhesive_atoms(rc.ExponentialWall(0.05, 0.7), FIELD)

@@ -9,12 +9,7 @@ from built import atoms_under
 from microscope_files import WITH_MISSING, WRITERS
 from scipy.integrate import trapezoid
 
-from ase_roughcontact import (
-    HeightMap,
-    NewtonKrylov,
-    RoughSphere,
-    SelfAffine,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.topography.spectrum import statistics
 
 RNG = np.random.default_rng(1)
@@ -33,14 +28,14 @@ def raw(surface):
 
 def untouched(scan, role="substrate", **options):
     options = {"spacing": 1.0, "detrend": "none"} | options
-    return HeightMap.from_topography(scan, role, **options)
+    return rc.HeightMap.from_topography(scan, role, **options)
 
 
 def pressed(surface):
     """Force and places of the atoms in contact, of a map on a copper surface."""
     atoms = atoms_under(surface, shape=surface.shape)
     atoms.positions[-1, 2] = -raw(surface).min()
-    assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-7)
+    assert rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-7)
     state = atoms.calc.state(atoms)
     return state.normal_force, state.contact
 
@@ -53,7 +48,7 @@ def test_the_bumps_of_a_scan_are_pressed_and_not_its_pits(role, lower_side, bump
     surface = untouched(SCAN, role)
     np.testing.assert_array_equal(raw(surface), lower_side)
     force, contact = pressed(surface)
-    direct, _ = pressed(HeightMap(lower_side, 1.0))
+    direct, _ = pressed(rc.HeightMap(lower_side, 1.0))
     assert force == pytest.approx(direct, rel=1e-9)
     assert force > 0.0
     assert contact[bump]
@@ -82,7 +77,7 @@ def test_wrong_arguments_are_refused(options, message):
 
 def test_the_role_must_be_given():
     with pytest.raises(TypeError, match="role"):
-        HeightMap.from_topography(SCAN, spacing=1.0)
+        rc.HeightMap.from_topography(SCAN, spacing=1.0)
 
 
 @pytest.mark.parametrize("role", ["substrate", "indenter"])
@@ -152,8 +147,8 @@ def test_missing_points_of_a_periodic_scan_are_filled_across_its_edge():
 
 def test_tilt_is_subtracted_by_default():
     tilted = ROUGH + 3.0 + 0.4 * np.arange(12)[:, None] - 0.7 * np.arange(9)
-    level = raw(HeightMap.from_topography(ROUGH, "substrate", spacing=1.0))
-    got = raw(HeightMap.from_topography(tilted, "substrate", spacing=1.0))
+    level = raw(rc.HeightMap.from_topography(ROUGH, "substrate", spacing=1.0))
+    got = raw(rc.HeightMap.from_topography(tilted, "substrate", spacing=1.0))
     np.testing.assert_allclose(got, level, rtol=0, atol=1e-12)
     assert abs(level.mean()) < 1e-12
 
@@ -161,7 +156,7 @@ def test_tilt_is_subtracted_by_default():
 def test_missing_points_do_not_tilt_the_plane():
     scan = np.arange(12.0)[:, None] + np.arange(9.0)
     scan[:6, :4] = np.nan
-    got = raw(HeightMap.from_topography(scan, "substrate", spacing=1.0))
+    got = raw(rc.HeightMap.from_topography(scan, "substrate", spacing=1.0))
     np.testing.assert_allclose(got, 0.0, atol=1e-12)
 
 
@@ -198,25 +193,25 @@ def test_a_topography_object_has_its_own_sizes_unit_period_and_mask(topography):
     mask = np.zeros(ROUGH.shape, bool)
     mask[3, 3] = True
     scan = topography.Topography(np.ma.array(ROUGH, mask=mask), (24.0, 27.0), unit="nm")
-    got = HeightMap.from_topography(scan, "substrate", detrend="none")
+    got = rc.HeightMap.from_topography(scan, "substrate", detrend="none")
     expected = untouched(np.where(mask, np.nan, ROUGH), spacing=(2.0, 3.0), unit="nm")
     assert got == expected
     assert not got.periodic
     periodic = topography.Topography(ROUGH, (24.0, 27.0), periodic=True, unit="µm")
-    assert HeightMap.from_topography(periodic, "indenter").periodic
+    assert rc.HeightMap.from_topography(periodic, "indenter").periodic
 
 
 def test_a_topography_object_without_unit_needs_one(topography):
     scan = topography.Topography(ROUGH, (24.0, 27.0))
     with pytest.raises(ValueError, match=r"unit of .* is not known: give unit"):
-        HeightMap.from_topography(scan, "substrate")
-    got = HeightMap.from_topography(scan, "substrate", unit="nm", detrend="none")
+        rc.HeightMap.from_topography(scan, "substrate")
+    got = rc.HeightMap.from_topography(scan, "substrate", unit="nm", detrend="none")
     assert got == untouched(ROUGH, spacing=(2.0, 3.0), unit="nm")
 
 
 def test_given_lengths_may_be_in_another_unit_than_the_scan(topography):
     scan = topography.Topography(ROUGH, (24.0, 27.0), unit="nm")
-    got = HeightMap.from_topography(
+    got = rc.HeightMap.from_topography(
         scan, "substrate", unit="µm", detrend="none", center=(0.004, 0.006)
     )
     expected = untouched(ROUGH, spacing=(2.0, 3.0), unit="nm", center=(4.0, 6.0))
@@ -225,7 +220,7 @@ def test_given_lengths_may_be_in_another_unit_than_the_scan(topography):
 
 def test_a_line_scan_is_refused(topography):
     with pytest.raises(ValueError, match="must be a map of heights on a grid"):
-        HeightMap.from_topography(
+        rc.HeightMap.from_topography(
             topography.UniformLineScan(ROUGH[0], 9.0), "substrate"
         )
 
@@ -269,7 +264,7 @@ def test_text_files_have_lines_of_constant_y_and_sizes_in_the_header(
 ):
     file = tmp_path / "scan.txt"
     file.write_text(HEADER.replace("# ", mark) + matrix(ROUGH, delimiter))
-    got = HeightMap.from_topography(str(file), "substrate", detrend="none")
+    got = rc.HeightMap.from_topography(str(file), "substrate", detrend="none")
     assert got.spacing == pytest.approx((20.0, 30.0))
     window = got.heights((12, 9), 20.0, (-120.0, -120.0))[:, ::3]
     np.testing.assert_allclose(window, -10 * ROUGH[:, :6:2], rtol=0, atol=1e-9)
@@ -317,7 +312,7 @@ def test_text_without_header_needs_unit_and_spacing(tmp_path):
     file = tmp_path / "scan.txt"
     file.write_text("# nothing about lengths\n" + matrix(ROUGH))
     with pytest.raises(ValueError, match=r"the unit of .*scan.txt.* is not known"):
-        HeightMap.from_topography(file, "substrate")
+        rc.HeightMap.from_topography(file, "substrate")
     got = untouched(file, spacing=(2.0, 3.0), unit="nm")
     assert got == untouched(ROUGH, spacing=(2.0, 3.0), unit="nm")
 
@@ -391,7 +386,7 @@ def test_a_line_that_is_not_of_numbers_is_named(tmp_path):
 @pytest.mark.parametrize("hurst", [0.5, 0.8])
 @pytest.mark.parametrize("periodic", [True, False])
 def test_self_affine_parameters_of_a_scan_are_those_of_its_surface(hurst, periodic):
-    rough = SelfAffine(0.1, hurst, 4.0, 128.0, seed=2)
+    rough = rc.SelfAffine(0.1, hurst, 4.0, 128.0, seed=2)
     side = int(rough.side)
     heights = rough.heights((side, side), 1.0)
     scan = -heights if periodic else -heights[: side // 2, : side // 2]
@@ -413,7 +408,7 @@ def test_a_flat_scan_has_no_self_affine_parameters():
 
 
 def test_the_spectrum_of_a_scan_that_is_not_periodic_has_its_mean_square():
-    rough = SelfAffine(0.1, 0.8, 4.0, 32.0, seed=3)
+    rough = rc.SelfAffine(0.1, 0.8, 4.0, 32.0, seed=3)
     scan = untouched(rough.heights((128, 100), 1.0), spacing=(1.0, 1.0))
     q, density = scan.power_spectrum()
     # sum over all wave vectors, of which each ring has about 2 pi q dq / (2 pi)^2 A
@@ -423,7 +418,7 @@ def test_the_spectrum_of_a_scan_that_is_not_periodic_has_its_mean_square():
 
 def test_a_sphere_on_a_scan_is_on_the_place_that_was_chosen():
     surface = untouched(SCAN, center="highest")
-    sphere = RoughSphere(50.0, surface)
+    sphere = rc.RoughSphere(50.0, surface)
     assert sphere.heights((1, 1), 1.0)[0, 0] == -SCAN.max()
     assert sphere.heights((3, 3), 1.0, (-1.0, -1.0)).argmin() == 4
 
@@ -435,6 +430,6 @@ def test_files_of_netcdf_are_closed_without_a_warning(tmp_path, topography):
     )
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
-        HeightMap.from_topography(tmp_path / "scan.nc", "substrate")
+        rc.HeightMap.from_topography(tmp_path / "scan.nc", "substrate")
         gc.collect()
     assert not [each for each in found if "netcdf" in str(each.message)]
