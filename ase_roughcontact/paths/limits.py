@@ -41,6 +41,8 @@ class Check:
     constant : bool
         Whether the quantity is the same in all steps of a path, apart from a local
         work of adhesion.
+    attractive : bool or None
+        Whether it is a limit of walls with attraction, of others, or of all.
     """
 
     name: str
@@ -49,9 +51,12 @@ class Check:
     reason: str
     value: Callable[[RelaxedStep], float]
     constant: bool = False
+    attractive: bool | None = None
 
     def violation(self, step: RelaxedStep) -> str:
         """Return ``"quantity = value > limit"``; empty if the limit is kept."""
+        if self.attractive not in (None, step.contact.interaction.attractive):
+            return ""
         value = self.value(step)
         outside = value > self.limit if self.sign == ">" else value < self.limit
         if not outside:
@@ -120,8 +125,6 @@ def _slope(step: RelaxedStep) -> float:
 
 def _tension(step: RelaxedStep) -> float:
     halfspace = step.halfspace
-    if step.contact.interaction.attractive:
-        return math.nan
     load = 0.0
     if not step.run.support.fixed:
         load = step.run.support.load / halfspace.cell_area
@@ -130,17 +133,8 @@ def _tension(step: RelaxedStep) -> float:
 
 def _tip_zone(step: RelaxedStep) -> float:
     """Return the radius around a point contact in which the wall attracts, in a0."""
-    wall = step.contact.interaction
-    radius = step.problem.facts.radius
-    if not wall.attractive or radius == math.inf:
-        return math.nan
-    return math.sqrt(2.0 * radius * wall.attraction_range) / step.halfspace.spacing
-
-
-def _part_of_cell(step: RelaxedStep) -> float:
-    """Return the diameter of an adhesive contact over the side of its cell."""
-    attractive = step.contact.interaction.attractive
-    return step.part_of_cell if attractive else math.nan
+    reach = step.problem.facts.radius * step.contact.interaction.attraction_range
+    return math.sqrt(2.0 * reach) / step.halfspace.spacing
 
 
 def _part_of_period(step: RelaxedStep) -> float:
@@ -155,8 +149,6 @@ def _part_of_period(step: RelaxedStep) -> float:
 def _edge_zone(step: RelaxedStep) -> float:
     """Return the smallest width of Dugdale's zone at the edge of a contact, in a0."""
     wall, halfspace = step.contact.interaction, step.halfspace
-    if not wall.attractive:
-        return math.nan
     adhesion = step.contact.adhesion  # relative, None if it is uniform
     work = wall.work_of_adhesion * (1.0 if adhesion is None else adhesion.max())
     creep = step.problem.solid.creep  # the zone is narrowest in the relaxed solid
@@ -249,6 +241,7 @@ CHECKS = (
         0.0,
         "nothing holds the surfaces together without adhesion",
         _tension,
+        attractive=False,
     ),
     Check(
         "adhesive contact/cell",
@@ -256,7 +249,8 @@ CHECKS = (
         LARGEST_PART_OF_CELL,
         "the contact nearly touches its periodic images, and may be in another state "
         "than a single one",
-        _part_of_cell,
+        lambda s: s.part_of_cell,
+        attractive=True,
     ),
     Check(
         "cell/period of the roughness",
@@ -273,6 +267,7 @@ CHECKS = (
         "contact attracts, and the pull-off force may be wrong by more than 1 %",
         _tip_zone,
         constant=True,
+        attractive=True,
     ),
     Check(
         "adhesive zone at the edge/a0",
@@ -282,6 +277,7 @@ CHECKS = (
         "edge of a contact, and the pull-off force may be wrong by more than 1 %",
         _edge_zone,
         constant=True,
+        attractive=True,
     ),
     Check(
         "coupling by friction",
