@@ -45,16 +45,6 @@ def test_millimetre_sphere_of_an_elastomer_follows_jkr():
     assert_allclose(found.pull_off_force, 1.5 * np.pi * 0.044 * 1e-3, rtol=1e-12)
 
 
-def test_tip_between_the_limits_follows_maugis():
-    found = regime(0.0, 30.0, 10.0, work_of_adhesion=0.05, attraction_range=0.3)
-    assert found.law == "Maugis-Dugdale"
-    unit = np.pi * 0.05 * 30.0
-    assert 1.5 * unit < found.pull_off_force < 2 * unit
-    # Both parameters, for the tension w/D: lambda = (9/2 pi)^(1/3) mu.
-    ratio = found.maugis_parameter / found.tabor_parameter
-    assert_allclose(ratio, np.cbrt(4.5 / np.pi), rtol=1e-12)
-
-
 def test_smooth_sphere_may_be_pulled_as_far_as_pull_off():
     tip = {"work_of_adhesion": 0.05, "attraction_range": 0.3}
     pull_off = regime(0.0, 30.0, 10.0, **tip).pull_off_force
