@@ -32,8 +32,8 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_kinds import MOST_STEPS, PathKind
 from ase_roughcontact.scene.section import lengths
 
-# Number of maps in a figure.
-_MAPS = 4
+# Number of maps in a figure, and part of the friction below which a force is rounding.
+_MAPS, _ROUNDING = 4, 1e-6
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class Sliding(PathKind):
         key, _ = self.turns(bodies)
         time = "the time of friction is of the same order"
         if bodies.friction.coupled:
-            time = "that of friction and its coupling to the pressure is some times it"
+            time = "friction, coupled to the pressure, takes several times as long"
         return (
             f"Sliding in {self.count(bodies)} steps, {self.steps} between two of the "
             f"{key}. The states at the normal targets are planned; {time}:"
@@ -268,5 +268,7 @@ class Sliding(PathKind):
         """Return displacement and lateral force along the path."""
         at = self.towards @ [state.lateral_x, state.lateral_y] / UNITS["nm"]
         force = self.towards @ [state.lateral_force_x, state.lateral_force_y]
+        if abs(force) < _ROUNDING * state.largest_friction:
+            force = 0.0
         text = f"{round(at, 9) + 0.0:.3g} nm, {force / UNITS['nN']:.3g} nN"
         return text.replace("-", "\N{MINUS SIGN}")
