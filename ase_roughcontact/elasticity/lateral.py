@@ -74,7 +74,6 @@ class LateralHalfSpace:
             self._wrapped = padded_box(self.shape)
         self.pairs = 0.0
         self._compliance = self.spectrum(self.grid)
-        self._wrapped_stiffness = _inverse(self.spectrum(self._wrapped))
 
     def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
         """Return the Fourier transform of the Green's function on a grid.
@@ -91,7 +90,7 @@ class LateralHalfSpace:
         """
         return self._of_waves(grid) if self.periodic else self._of_cells(grid)
 
-    @property
+    @cached_property
     def self_compliance(self) -> float:
         """Displacement of a cell by unit traction on it alone (length/pressure)."""
         means = self._compliance[:2].mean(axis=(0, 1))  # over both components
@@ -143,14 +142,29 @@ class LateralHalfSpace:
             matrix[:, 0, 0] = 0.0
         return matrix
 
-    def stiffness(self, displacement: np.ndarray) -> np.ndarray:
-        """Return approximate tractions that cause a displacement.
+    def relative_displacement(self, tractions: np.ndarray) -> np.ndarray:
+        """Return `displacement` over the self-compliance, in single precision."""
+        self.pairs += 1.0
+        return _filtered(tractions, self._relative_compliance, self.grid)
+
+    def relative_stiffness(self, displacement: np.ndarray) -> np.ndarray:
+        """Return approximate tractions that cause a relative displacement.
 
         The Green's function is wrapped around the window. The operator is linear,
-        symmetric and positive definite; it takes and returns arrays (2, n, m).
+        symmetric and positive definite; it takes and returns arrays (2, n, m) of single
+        precision.
         """
         self.pairs += math.prod(self._wrapped) / math.prod(self.grid)
-        return _filtered(displacement, self._wrapped_stiffness, self._wrapped)
+        return _filtered(displacement, self._relative_stiffness, self._wrapped)
+
+    @cached_property
+    def _relative_compliance(self) -> np.ndarray:
+        return (self._compliance / self.self_compliance).astype(np.float32)
+
+    @cached_property
+    def _relative_stiffness(self) -> np.ndarray:
+        inverse = _inverse(self.spectrum(self._wrapped) / self.self_compliance)
+        return inverse.astype(np.float32)
 
     def _of_waves(self, grid: tuple[int, int]) -> np.ndarray:
         qx = 2 * np.pi * np.fft.fftfreq(grid[0], self.spacing)[:, None]
