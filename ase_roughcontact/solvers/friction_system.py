@@ -65,8 +65,14 @@ class FrictionSystem:
     def solve(self, error: float, max_steps: int) -> np.ndarray:
         """Return the change of the tractions, to a relative error of the residual."""
         state = self._state
-        right = np.zeros((2, state.problem.bound.size + 1), np.float32)
-        self._field(right)[:] = self._project(state.opening, self._direction)
+        opening = self._project(state.opening, self._direction)
+        if self._driven and not self._spring:  # without what a shift closes
+            axes = np.eye(2)[:, :, None, None]
+            shifts = [self._project(axis, self._direction).ravel() for axis in axes]
+            shift = np.linalg.lstsq(np.stack(shifts, 1), opening.ravel())[0]
+            opening = opening - np.reshape(shift @ shifts, opening.shape)
+        right = np.zeros((2, opening[0].size + 1), np.float32)
+        self._field(right)[:] = opening
         right[:, -1] = state.missing / self._size
         limit = error * norm(right)
         change = gcr(self._apply, self._precondition, right, limit, max_steps)
