@@ -22,7 +22,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from scipy.integrate import quad, trapezoid
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import ase_roughcontact as rc
@@ -51,9 +51,9 @@ def retraction(rate, roughness):
             steps.append(step)
             if not step.repulsive_atoms + step.attractive_atoms:
                 break
-    time, force, depth, power = (
+    time, force, depth, dissipated = (
         np.array([getattr(step, name) for step in steps])
-        for name in ("time", "normal_force", "penetration", "dissipation")
+        for name in ("time", "normal_force", "penetration", "dissipated_energy")
     )
     at = int(force.argmin())
     near = range(max(at - 4, 0), min(at + 5, len(steps) - 1))
@@ -61,7 +61,7 @@ def retraction(rate, roughness):
     speed = -np.polyfit(time[list(near)], radii, 1)[0]
     radius = jkr_radius(force[at], depth[at])
     work = RELAXED / (2.0 * np.pi * radius) * (radius**2 / RADIUS - depth[at]) ** 2
-    return speed, -force[at], work, trapezoid(power, time)
+    return speed, -force[at], work, dissipated[1:].sum()
 
 
 def jkr_radius(force, depth):

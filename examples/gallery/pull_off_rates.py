@@ -35,13 +35,13 @@ ROUGH = rc.SelfAffine(0.1, 0.8, 4 * A0, 32 * A0, domain=64 * A0, seed=1)
 WALL = rc.LennardJones93.adhesive(0.1 * MODULUS, A0, WORK)
 
 
-def contact(path, turn, tolerance, roughness=None):
+def contact(path, turn, roughness=None):
     """Return times, depths and forces until the contact is lost after a time (s)."""
     sphere, solid = rc.RoughSphere(RADIUS, roughness), rc.Viscoelastic(MODULUS, CREEP)
     atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0)
     atoms.calc = rc.RoughContact(sphere, solid=solid, interaction=WALL)
     curve = []
-    for step in rc.time_path(atoms, path, window="auto", tolerance=tolerance):
+    for step in rc.time_path(atoms, path, window="auto", tolerance=2e-3):
         curve.append((step.time, step.penetration, step.normal_force))
         if step.time > turn and not step.repulsive_atoms + step.attractive_atoms:
             break
@@ -51,14 +51,14 @@ def contact(path, turn, tolerance, roughness=None):
 def pull_off(rate, roughness=None):
     """Return depths and forces of a retraction after a dwell."""
     path = rc.Schedule(DEEPEST).hold(DWELL).ramp(FARTHEST, rate=rate)
-    times, *curve = contact(path, DWELL, 2e-3, roughness)
+    times, *curve = contact(path, DWELL, roughness)
     return [values[times >= DWELL] for values in curve]
 
 
 def hysteresis(rate, roughness=None):
     """Return the energy lost between approach and retraction (eV)."""
     path = rc.Schedule(-20.0).ramp(DEEPEST, rate=rate).ramp(FARTHEST, rate=rate)
-    _, depths, forces = contact(path, (DEEPEST + 20.0) / rate, 5e-4, roughness)
+    _, depths, forces = contact(path, (DEEPEST + 20.0) / rate, roughness)
     return trapezoid(forces, depths)
 
 
