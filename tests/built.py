@@ -1,4 +1,6 @@
-"""Atoms under an indenter, as most tests need them."""
+"""Atoms under an indenter, as most tests need them, and differences of their energy."""
+
+import numpy as np
 
 from ase_roughcontact import RoughContact, substrate
 
@@ -26,3 +28,20 @@ def atoms_under(
         heterogeneity=heterogeneity,
     )
     return atoms
+
+
+def up(atoms, index):
+    """Direction in which only one atom moves, along z."""
+    direction = np.zeros((len(atoms), 3))
+    direction[index, 2] = 1.0
+    return direction
+
+
+def force_along(atoms, direction, step=1e-5):
+    """Force along a direction of all atoms, by differences of the energy."""
+    positions, energies = atoms.positions.copy(), []
+    for sign in (1, -1):
+        atoms.positions = positions + sign * step * direction
+        energies.append(atoms.get_potential_energy())
+    atoms.positions = positions
+    return (energies[1] - energies[0]) / (2 * step)

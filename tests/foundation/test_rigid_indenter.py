@@ -7,7 +7,7 @@ from ase.constraints import FixAtoms
 from ase.io import read, write
 from ase.optimize import FIRE, LBFGS
 from ase.optimize.precon import PreconLBFGS
-from built import atoms_under
+from built import atoms_under, force_along
 from pair_crystal import A, pair_potential
 
 import ase_roughcontact as rc
@@ -32,15 +32,11 @@ def test_forces_are_minus_the_gradient(request, name):
     atoms.positions += np.random.default_rng(1).normal(size=(len(atoms), 3)) * 0.05
     atoms.positions[-1] -= [1.3, 0.4, 0.9]
     atoms.set_constraint()
-    forces, positions = atoms.get_forces(), atoms.positions.copy()
-    direction = np.random.default_rng(2).normal(size=forces.shape)
-    energies = []
-    for step in (1e-5, -1e-5):
-        atoms.positions = positions + step * direction
-        energies.append(atoms.get_potential_energy())
-    slope = (energies[1] - energies[0]) / 2e-5
-    assert np.sum(forces * direction) == pytest.approx(slope, rel=1e-6)
+    forces = atoms.get_forces()
     assert indenter.results["contact"].any()
+    direction = np.random.default_rng(2).normal(size=forces.shape)
+    expected = force_along(atoms, direction)
+    assert np.sum(forces * direction) == pytest.approx(expected, rel=1e-6)
     assert abs(forces[-1, :2]).min() > 1e-3  # slopes of the roughness
 
 
