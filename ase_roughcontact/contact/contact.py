@@ -254,21 +254,18 @@ class Contact:
             energies -= energies.mean()
         energies *= displacement
         energies *= -0.5
-        self._on_window(energies)[:] += self._wall_energy(state.gap, state.pressure)
+        on_window, wall, gap = self._on_window(energies), self.interaction, state.gap
+        if not wall.purely_hard:
+            gap = np.maximum(gap, 0.0) if wall.hard else gap
+            _add_energy(on_window, gap, self.adhesion, wall)
+        if wall.plastic:
+            on_window += self._plastic_energy(state.gap, state.pressure)
         energies *= state.cell_area
         return energies
 
     def _on_window(self, values: np.ndarray) -> np.ndarray:
         """Return the part of an array of the displaced atoms that is on the window."""
         return values[: self.halfspace.shape[0], : self.halfspace.shape[1]]
-
-    def _wall_energy(self, gap: np.ndarray, pressure: np.ndarray) -> np.ndarray | float:
-        """Return energy per area of the wall, with the work of the plastic flow."""
-        wall = self.interaction
-        if not wall.hard:
-            return self.wall(gap)[0]
-        energy = self.wall(np.maximum(gap, 0.0))[0] if wall.attractive else 0.0
-        return energy + self._plastic_energy(gap, pressure) if wall.plastic else energy
 
     def _evaluate_wall(
         self, gap: np.ndarray, elastic: np.ndarray, reaction: np.ndarray | None
@@ -384,3 +381,17 @@ def _evaluate_in_range(
     if near.any():
         local = None if adhesion is None else adhesion[near]
         energy[near], pressure[near], _ = scaled_attraction(wall, gap[near], local)
+
+
+@rowwise()
+def _add_energy(
+    energies: np.ndarray,
+    gap: np.ndarray,
+    adhesion: np.ndarray | None,
+    wall: Interaction,
+) -> None:
+    """Add ``V(g)`` where the wall is in range."""
+    near = gap < wall.cutoff
+    if near.any():
+        local = None if adhesion is None else adhesion[near]
+        energies[near] += scaled_attraction(wall, gap[near], local)[0]

@@ -115,7 +115,7 @@ def plan_path(
         except ValueError as error:
             steps.append(PlannedStep(target, count, problem=str(error)))
             continue
-        cost = memory_of(shape, points=points), seconds(grid)
+        cost = memory_of(shape, wall, solid, points=points), seconds(grid)
         steps.append(PlannedStep(target, count, text_of(shape), text_of(grid), *cost))
     largest = max(beyond, key=lambda error: error.radius, default=None)
     advice = (largest.advice, largest.domain) if largest else ()

@@ -93,8 +93,10 @@ def _mean_pressure(step: RelaxedStep) -> float:
 
 
 def _memory(step: RelaxedStep) -> float:
-    points = step.problem.facts.points(step.problem.spacing)
-    return memory_of(step.halfspace.shape, points=points)
+    problem = step.problem
+    points = problem.facts.points(problem.spacing)
+    shape = step.halfspace.shape
+    return memory_of(shape, problem.wall, problem.solid, points=points)
 
 
 Step = TypeVar("Step", bound="LoadStep")

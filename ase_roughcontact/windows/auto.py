@@ -83,7 +83,7 @@ class AutoWindow:
         self._contact_window_size = contact_window_size or CONTACT_WINDOW_SIZE
         indenter: Any = problem.indenter
         solid, spacing = problem.solid, problem.spacing
-        self._wall, self._modulus = problem.wall, solid.contact_modulus
+        self._wall, self._solid = problem.wall, solid
         self.footprint = Footprint(indenter, spacing, problem.offset)
         self.first_contact = self._wall.contact_distance - self.footprint.lowest
         # whether the surface rises above its plane somewhere
@@ -302,7 +302,7 @@ class AutoWindow:
         """Return an upper bound to the displacement of the atoms of a wider window."""
         pressure = state.pressure
         if contact.creep_pressure is not None:
-            softer = contact.halfspace.contact_modulus / self._modulus
+            softer = contact.halfspace.contact_modulus / self._solid.contact_modulus
             pressure = pressure + softer * contact.creep_pressure
         loaded = Box.bounding(pressure != 0.0, state.window.start) or wide
         pressure = carried(pressure, state.window, wide)
@@ -324,7 +324,7 @@ class AutoWindow:
     def _on(self, state: State, needed: Box) -> State:
         """Return the state on a window of a standard size."""
         window = self.footprint.standard_size(needed)
-        check_memory(window.shape)
+        check_memory(window.shape, self._wall, self._solid)
         return state.on(window)
 
     def _flattened(self, state: State, support: Support) -> State:

@@ -76,7 +76,7 @@ class ExpectedContact:
         if memory:
             level = contact_level(level, 0.0, self.wall, 1.0)
             side = math.ceil(2.0 * self._reach(level) / self.spacing)
-            check_memory((side, side), bound="at least ")
+            check_memory((side, side), self.wall, self.solid, bound="at least ")
 
     def coarsening(self, control: str, target: float) -> int:
         """Return the ratio of the spacings of a lattice for a plan and of the atoms.

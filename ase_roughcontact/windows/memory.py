@@ -8,24 +8,38 @@ from pathlib import Path
 
 import psutil
 
-# Bytes for each atom at the peak of a step, and for each one in the rectangle around
-# the tractions of friction, and if their coupling to the pressure is solved for.
-_PER_ATOM, _PER_LATERAL, _PER_COUPLED = 350, 900, 500
+from ase_roughcontact.elasticity.greens import ElasticSolid
+from ase_roughcontact.interactions import Interaction
+
+# Bytes for each atom at the peak of a step: of a hard wall, of a soft one without
+# attraction, and of others.
+_HARD, _REPULSIVE, _PER_ATOM = 190, 240, 350
+# Bytes for each atom in the rectangle around the tractions of friction, and if their
+# coupling to the pressure is solved for.
+_PER_LATERAL, _PER_COUPLED = 900, 500
 # Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
 # Bytes of Python and its libraries, and bytes beside them that are not checked: reading
 # the limits would take a tenth of a step in a small window.
-_BASE, _UNCHECKED = 160e6, 100e6
+_BASE, _UNCHECKED = 180e6, 100e6
 
 
-def memory_of(window: tuple[int, int], *, points: int = 0) -> float:
+def memory_of(
+    window: tuple[int, int],
+    wall: Interaction | None = None,
+    solid: ElasticSolid | None = None,
+    *,
+    points: int = 0,
+) -> float:
     """Estimate the peak memory of a process that calculates a step.
 
     Parameters
     ----------
     window : (int, int)
         Shape.
+    wall, solid : optional
+        By default those that need most.
     points : int
         Of a roughness synthesised from its spectrum; see `IndenterFacts.points`.
 
@@ -35,7 +49,10 @@ def memory_of(window: tuple[int, int], *, points: int = 0) -> float:
         Bytes, between 3/4 and 4/3 of the largest resident size of a fresh process.
         Measured height maps, and other data of the process, add to it.
     """
-    step = math.prod(window) * _PER_ATOM
+    per_atom = _PER_ATOM
+    if wall and solid and not wall.attractive and solid.creep is None:
+        per_atom = _HARD if wall.hard and not wall.plastic else _REPULSIVE
+    step = math.prod(window) * per_atom
     return _BASE + max(_PER_POINT_MADE * points, _PER_POINT_KEPT * points + step)
 
 
@@ -119,18 +136,24 @@ def check_roughness(points: int) -> None:
     )
 
 
-def check_memory(window: tuple[int, int], *, bound: str = "") -> None:
+def check_memory(
+    window: tuple[int, int],
+    wall: Interaction | None = None,
+    solid: ElasticSolid | None = None,
+    *,
+    bound: str = "",
+) -> None:
     """Raise `MemoryError` if a window exceeds the free memory.
 
     Parameters
     ----------
-    window : (int, int)
-        Shape.
+    window, wall, solid
+        See `memory_of`.
     bound : str
         Words before the size of the window in the message, such as "at least ".
     """
     _check(
-        memory_of(window),
+        memory_of(window, wall, solid),
         f"for a window of {bound}{window[0]} x {window[1]} atoms",
         "choose a smaller load, sphere or window",
     )
