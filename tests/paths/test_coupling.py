@@ -221,6 +221,16 @@ def test_conditions_of_friction_and_contact_hold_with_dense_matrices(poisson):
         assert work == pytest.approx(lost, abs=1e-6 * abs(lost).max())
 
 
+def test_work_of_a_sphere_that_sticks_is_stored():
+    depths = np.linspace(0.02, 0.4, 20)
+    stepper = stepper_of(20, Isotropic(1.0, 0.0))
+    steps = follow(stepper, depths, STICKS, np.zeros(20))
+    work = np.trapezoid([step.normal_force for step in steps], depths)
+    stored = [step.energy + step.lateral_energy for step in steps]
+    assert abs(steps[-1].lateral_energy) > 0.03 * stored[-1]
+    assert work == pytest.approx(stored[-1] - stored[0], rel=2e-3)
+
+
 def missing_energy(steps):
     """Return the work on the indenter that is neither stored nor dissipated."""
     turn = 0.4 * np.sin(np.linspace(0.0, 5.0, steps))

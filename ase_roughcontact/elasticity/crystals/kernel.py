@@ -212,12 +212,11 @@ def near_kernel(
         bessel = ive(n + half - 0.5, x) - ive(n + half + 0.5, x)
         turned = (m * np.exp(2j * (n + half) * angle)).real
         kernel += turned * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
-    if odd:
-        return kernel
-    # the images of the transform are far away: they shift all values by the same
-    # amount, or if their displacement is odd in x, in proportion to x
-    missing = distant_kernel(i[-1:], i, series, coupled) - kernel[-1]
-    return kernel + missing.mean() * (i[:, None] / i[-1] if coupled else 1.0)
+    # the images of the transform are far away and shift all values by the same amount
+    shift = 0.0
+    if not (odd or coupled):
+        shift = (distant_kernel(i[-1:], i, series) - kernel[-1]).mean()
+    return kernel + shift
 
 
 def _signs(size: int, coupled: bool) -> np.ndarray:
