@@ -212,6 +212,10 @@ def _filtered(
     spectra = fft(rfft(values, grid[1], workers=workers), grid[0], 1, workers=workers)
     x, y = spectra
     xx, yy, xy = matrix
-    spectra = np.stack([xx * x + xy * y, xy * x + yy * y])
-    rows = ifft(spectra, axis=1, workers=workers, overwrite_x=True)[:, :n]
+    products = np.empty_like(spectra)
+    np.multiply(xx, x, out=products[0])
+    np.multiply(yy, y, out=products[1])
+    spectra *= xy
+    products += spectra[::-1]
+    rows = ifft(products, axis=1, workers=workers, overwrite_x=True)[:, :n]
     return irfft(rows, grid[1], workers=workers)[:, :, :m]
