@@ -45,11 +45,12 @@ def time_path(
     cantilever : float, optional
         Stiffness of the cantilever (eV/Å^2), for `bases`.
     tolerance : float
-        Largest error of a time step, relative to the largest force of the path so far.
-        The steps follow from it; their errors add up while the solid remembers them.
+        Largest error of a time step, relative to the largest force of the path so far,
+        and of its energy balance, relative to work and dissipation. The steps follow
+        from it; their errors add up while the solid remembers them.
     validity, output
-        See `load_path`. Results are of the class `TimeStep`, with the time, the stored
-        energy and the power that is dissipated.
+        See `load_path`. Results are of the class `TimeStep`, with the time, and the
+        energies that are stored, dissipated and lost.
     **options
         `optimizer`, `fmax`, `accuracy`, `max_steps` and `window`; see `load_path`.
 
@@ -74,7 +75,7 @@ def time_path(
     The pressure is taken as linear in time during a step, which is then solved exactly,
     see `Creep.over`. An instability of the quasi-static contact is a fast motion here,
     which the steps resolve; one that remains at the instantaneous modulus is a jump at
-    a time.
+    a time, whose energy is the column ``lost_energy``.
 
     The z of the atoms is the displacement by the pressure of the moment, from which
     forces follow. In frames it is the surface, lower by the depth that the past adds,
