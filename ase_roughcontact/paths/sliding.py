@@ -140,8 +140,9 @@ def follow_sliding(
     coupled = None
     law: dict[str, Any] = {"friction": friction.todict(), "spring": spring or 0.0}
     if coupling == "solved":
-        coupled = Coupling(stepper.problem, stepper.accuracy)
         law["coupling"] = coupling
+        if stepper.problem.solid.coupling:  # none for a Poisson's ratio of 1/2
+            coupled = Coupling(stepper.problem, stepper.accuracy)
     elif TRACTION_DEPTH in stepper.state.history:
         raise ValueError(
             "the surface is displaced by tractions of a path with coupling='solved': "

@@ -99,5 +99,5 @@ class SlidingStep(LoadStep):
     alternations: int = column(
         lambda s: s.lateral.alternations,
         "solutions in turn of the normal and the lateral problem until they agree, 0 "
-        "if their coupling is neglected",
+        "without coupling",
     )
