@@ -120,10 +120,17 @@ def test_a_complete_case_is_not_calculated_again(tmp_path, monkeypatch):
     assert finish([SCENE], database).steps == 1
 
 
-def test_areas_are_averaged_at_the_ends_of_approach_and_dwell(tmp_path):
-    database = tmp_path / "e.db"
+@pytest.fixture(scope="module")
+def two_seeds(tmp_path_factory):
+    """Database of two realisations, and their scenes."""
+    database = tmp_path_factory.mktemp("two") / "e.db"
     scenes = product(SCENE, {"roughness.seed": range(2)})
-    finish(scenes, database)
+    assert finish(scenes, database).steps == 2
+    return database, scenes
+
+
+def test_areas_are_averaged_at_the_ends_of_approach_and_dwell(two_seeds):
+    database, scenes = two_seeds
     means = mean_areas(scenes, database)
     assert [mean.target for mean in means] == pytest.approx([0.5, 1.5])  # s
     columns = read_ensemble(database)
@@ -145,9 +152,9 @@ def test_realisations_are_added_while_the_error_is_large(tmp_path):
     assert cases == {*map(case_of, product(SCENE, {"roughness.seed": range(4)}))}
 
 
-def test_the_command_prints_means_over_time(tmp_path, capsys):
+def test_the_command_prints_means_over_time(two_seeds, tmp_path, capsys):
     (file := tmp_path / "rubber.toml").write_text(SCENE.toml)
-    database = ["--database", str(tmp_path / "e.db"), "--workers", "1"]
+    database = ["--database", str(two_seeds[0]), "--workers", "1"]
     assert main(["ensemble", str(file), "--set", "roughness.seed=0,1", *database]) == 0
     printed = capsys.readouterr().out
     assert "2/2 paths" in printed
