@@ -22,8 +22,9 @@ force, difference
     tractions from ours, relative to the largest of ours. Its displacements by its own
     tractions differ from ours by up to 10 % (64 cells), so that kernels differ, too
 
-Tamaas has friction too (Kato, Condat), for another problem: periodic, coupled to the
-pressure by a dilatant law, in one step. ``pip install ase-roughcontact[bench]`` brings
+Tamaas has friction too (Kato, Condat), for another problem: periodic, with the
+associated law, by which slip lifts the surface and changes the pressure, in one step.
+``pip install ase-roughcontact[bench]`` brings
 ASPHER; without it its rows are skipped.
 """
 

@@ -86,7 +86,7 @@ def test_a_force_beyond_friction_makes_the_contact_slide():
     assert "the contact slides" in found.message
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("stiffness", [0.0, 1e-3, 3.0])
 def test_random_problems_under_a_force_are_solved(seed, stiffness):
     """Tractions within bounds of all sizes carry forces of up to the limit.
