@@ -74,6 +74,11 @@ def build(scene: SceneFile) -> Bodies:
     with problems.of("substrate"):
         solid: Any = solid_of(substrate)
         creep = creep_of(scene.substrate)
+        if scene.friction and creep is not None:
+            raise ValueError(
+                "friction needs lateral displacements, which a viscoelastic solid has "
+                "not: leave out [friction], or relaxation_moduli and relaxation_times"
+            )
     problems.check()
 
     with problems.of("substrate"):

@@ -177,13 +177,12 @@ class FrictionConfig(Section):
     @property
     def coupled(self) -> bool:
         """Whether the coupling of normal and lateral motion is solved for."""
-        one_of(COUPLINGS, coupling=self.coupling)
         return self.coupling != COUPLINGS[0]
 
     @property
     def law(self) -> FrictionLaw:
         """Largest traction of an atom, the smaller one of two."""
-        _ = self.coupled  # raises if it is no choice
+        one_of(COUPLINGS, coupling=self.coupling)
         strength = self.shear_strength
         if strength is not None:
             positive(shear_strength=strength)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -30,6 +31,8 @@ from ase_roughcontact.scene.section import Problems, Section, kind_of, lengths
 #: Largest number of steps of a path, all of which are kept in memory.
 MOST_STEPS = 1_000_000
 _UNITS = {"load": "nN", "penetration": "Å", "height": "Å", "base": "Å"}
+
+AnyPath = TypeVar("AnyPath", bound="PathKind")
 
 #: Kinds of path by their `kind`; filled by the definition of a subclass of `PathKind`.
 PATHS: dict[str, type[PathKind]] = {}
@@ -58,6 +61,8 @@ class PathKind(Section):
     in_order : bool
         Whether states depend on those before: a preview has all of them, and area over
         load and force over depth are not drawn.
+    controls : tuple of str
+        Values that `control` may have.
     """
 
     title = "path"
@@ -66,6 +71,7 @@ class PathKind(Section):
     columns: ClassVar[Mapping[str, str]] = {}
     captions: ClassVar[Mapping[str, str]] = {}
     in_order: ClassVar[bool] = False
+    controls: ClassVar[tuple[str, ...]] = ("load", "penetration", "height")
 
     def __init_subclass__(cls) -> None:
         """Make the kind known to scene files."""
@@ -131,7 +137,8 @@ class PathKind(Section):
     @property
     def unit(self) -> str:
         """Unit of the targets, one of `UNITS`."""
-        return lookup(self.control, _UNITS, "control")
+        units = {control: _UNITS[control] for control in self.controls}
+        return lookup(self.control, units, "control")
 
     def units_of_targets(self, bodies: Bodies) -> Mapping[str, float]:
         """Return the units in which targets may be given, with their values."""
@@ -140,6 +147,27 @@ class PathKind(Section):
         area = bodies.nominal_area
         pressures = {} if math.isnan(area) else PRESSURES
         return FORCES | {name: area * p for name, p in pressures.items()}
+
+    def in_unit(self: AnyPath, keys: Iterable[str], bodies: Bodies) -> AnyPath:
+        """Return the path with targets that are numbers in `unit`.
+
+        Raises
+        ------
+        ValueError
+            See `Section.plain`; with the control that targets in other units need.
+        """
+        found, units = self.unit, self.units_of_targets(bodies)
+        try:
+            return self.plain(keys, units, found)
+        except ValueError as error:
+            control, of = "load", "forces"
+            if found in FORCES:
+                control, of = "penetration", "lengths"
+            other = self.changed("control", control)
+            with suppress(ValueError):
+                other.plain(keys, other.units_of_targets(bodies), other.unit)
+                error.args = (f'{error}; {of} need control = "{control}"',)
+            raise
 
     @property
     def along(self) -> str:
@@ -267,9 +295,8 @@ class Steps(PathKind):
 
     def targets(self, bodies: Bodies) -> FloatArray:
         """Return the targets of the steps; see `PathKind.targets`."""
-        keys, unit = ["first", "last", "values"], self.unit
-        path: Steps = self.plain(keys, self.units_of_targets(bodies), unit)
-        return UNITS[unit] * path._numbers()
+        path = self.in_unit(["first", "last", "values"], bodies)
+        return UNITS[self.unit] * path._numbers()
 
     def _numbers(self) -> FloatArray:
         """Return the targets in the units of the file."""

@@ -116,10 +116,10 @@ class Sliding(PathKind):
 
     def targets(self, bodies: Bodies) -> FloatArray:
         """Return the normal targets of the steps; see `PathKind.targets`."""
-        units, unit, key = self.units_of_targets(bodies), self.unit, self.control
+        unit, key = self.unit, self.control
         if self.values is None:
             raise ValueError(f"give values, the {key} while the indenter moves")
-        values = self.plain(["values"], units, unit).values
+        values = self.in_unit(["values"], bodies).values
         found = UNITS[unit] * np.atleast_1d(finite_array("values", values))
         name, turns = self.turns(bodies)
         if len(found) not in (1, len(turns)):

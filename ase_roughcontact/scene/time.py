@@ -63,6 +63,7 @@ class Timed(PathKind):
     record = TimeStep
     units = {"cantilever": "N/m", "times": "s", "dwell": "s", "frequency": "Hz"}
     in_order = True
+    controls = (*PathKind.controls, "base")
     captions = {
         "time.png": "Force and contact area over time and over depth; arrows: "
         "direction of the path.",
@@ -126,7 +127,7 @@ class Timed(PathKind):
             If a key is missing or invalid.
         """
         unit, units = self.unit, self.units_of_targets(bodies)
-        path: Timed = self.plain(["values", "deepest", "amplitude"], units, unit)
+        path = self.in_unit(["values", "deepest", "amplitude"], bodies)
         given = self._loop(bodies, path) if path.deepest is not None else path.values
         values = (UNITS[unit] * finite_array("values", list(given or ()))).tolist()
         if not values:

@@ -157,6 +157,7 @@ def test_rates_of_loads_are_in_nanonewtons():
         ({"dwell": -1.0}, "dwell must be"),
         ({"rate": "4 nN/s"}, 'such as "20 nm/s", got .4 nN/s'),
         ({"rate": [4.0]}, "one for each change from a value to the next: 2, got 1"),
+        ({"control": "load", "values": [0, "1 nm"]}, "lengths need control = .penet"),
         ({"values": [1.0]}, "two values or more"),
         ({"values": [1.0, 1.0]}, "takes no time"),
         ({"times": "1 s", "rate": None}, "times must be a list of numbers"),
