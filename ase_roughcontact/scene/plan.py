@@ -18,7 +18,7 @@ from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
 from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.scene.path_kinds import PathKind
 from ase_roughcontact.windows.expected import ExpectedContact, coarsened
-from ase_roughcontact.windows.memory import friction_memory
+from ase_roughcontact.windows.memory import frame_memory, friction_memory
 
 # Number of steps up to which an error lists them.
 _MOST_LISTED = 20
@@ -122,6 +122,15 @@ def plan_targets(
             for target, count in zip(targets.tolist(), counts.tolist(), strict=True)
         ),
     )
+
+
+def with_frames(plan: Plan) -> Plan:
+    """Return a plan with the memory of the frames that a run writes and draws."""
+    steps = (
+        replace(s, memory=s.memory + frame_memory(size_of(s.window))) if s.window else s
+        for s in plan.steps
+    )
+    return replace(plan, steps=tuple(steps))
 
 
 def with_friction(plan: Plan, coupled: bool = False) -> Plan:

@@ -40,7 +40,12 @@ from ase_roughcontact.scene.config import SECTIONS
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.scene.plan import check_targets, plan_targets, with_friction
+from ase_roughcontact.scene.plan import (
+    check_targets,
+    plan_targets,
+    with_frames,
+    with_friction,
+)
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.topography import HeightMap
@@ -393,6 +398,7 @@ class Scene(SceneFile):
             scene = replace(self, roughness=None)
         path = self.control, self.targets
         plan = plan_targets(*scene._on_grid, *path, expected, bool(self.shape))
+        plan = with_frames(plan)
         if self.friction:
             plan = with_friction(plan, self.friction.coupled)
         if self.scan is not None:

@@ -17,6 +17,8 @@ _HARD, _REPULSIVE, _PER_ATOM = 190, 240, 350
 # Bytes for each atom in the rectangle around the tractions of friction, and if their
 # coupling to the pressure is solved for.
 _PER_LATERAL, _PER_COUPLED = 900, 500
+# Bytes for each atom of the frames that a run writes and draws.
+_PER_FRAME = 200
 # Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
@@ -59,6 +61,11 @@ def memory_of(
 def friction_memory(atoms: int, coupled: bool = False) -> float:
     """Estimate the memory of friction beside that of a step, for a number of atoms."""
     return float((_PER_LATERAL + coupled * _PER_COUPLED) * atoms)
+
+
+def frame_memory(atoms: int) -> float:
+    """Estimate the memory of the frames of a run, for a number of atoms."""
+    return float(_PER_FRAME * atoms)
 
 
 def available_memory() -> float:

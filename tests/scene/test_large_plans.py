@@ -9,6 +9,7 @@ from ase_roughcontact._util.printing import plain
 from ase_roughcontact.cli import main
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.plan import with_frames
 
 HUGE_LOAD = "[path]\nvalues = [1e12]\n"
 LONG_RANGE = """
@@ -51,6 +52,13 @@ def test_windows_that_no_machine_holds_are_planned_within_ten_seconds(text):
     assert plan.steps[-1].memory > 1e12 and not plan.fits
 
 
+def test_the_plan_has_the_memory_of_the_frames_that_a_run_writes():
+    scene = Scene.parse("[substrate]\nshape = [64, 64]\n[path]\nvalues = [1.0]\n")
+    path = scene.problem, scene.start, scene.control, scene.targets
+    (calculated,) = plan_path(*path, "fixed").steps
+    assert scene.plan().steps[0].memory - calculated.memory == 200 * 64 * 64
+
+
 @pytest.mark.slow
 def test_a_roughness_of_many_points_is_not_synthesised_for_a_plan():
     start = time.perf_counter()
@@ -73,9 +81,8 @@ def test_windows_planned_on_a_coarser_lattice_are_about_the_same(length):
     """
     scene = Scene.parse(text)
     coarse = scene.plan()
-    exact = plan_path(
-        scene.problem, scene.start, scene.control, scene.targets, scene.window
-    )
+    path = scene.problem, scene.start, scene.control, scene.targets
+    exact = with_frames(plan_path(*path, scene.window))
     for found, step in zip(coarse.steps, exact.steps, strict=True):
         assert 0.8 < points(found.window) / points(step.window) < 1.25
     assert coarse.memory == pytest.approx(exact.memory, rel=0.05)
