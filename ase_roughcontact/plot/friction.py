@@ -75,7 +75,7 @@ def plot_friction_loop(
         add_arrow(axes, x[start : end + 1], along[start : end + 1], color)
     if abs(across).max() > _DRAWN * abs(along).max():
         axes.plot(x, across, ".-", color=ORANGE, label="across it")
-    axes.set(xlabel="displacement (nm)", ylabel="lateral force (nN)")
+    axes.set(xlabel=_label(towards), ylabel="lateral force (nN)")
     return axes
 
 
@@ -99,7 +99,7 @@ def plot_slip_areas(
     for name, colour in (("stick", BLUE), ("slip", ORANGE)):
         area = np.array([getattr(s, f"{name}_area") for s in steps]) / _NM**2
         axes.plot(x, area, ".-", color=colour, label=name)
-    axes.set(xlabel="displacement (nm)", ylabel="area (nm$^2$)")
+    axes.set(xlabel=_label(towards), ylabel="area (nm$^2$)")
     return axes
 
 
@@ -206,3 +206,10 @@ def _displacements(
 ) -> FloatArray:
     points = np.array([[s.lateral_x, s.lateral_y] for s in steps])
     return points @ towards / _NM
+
+
+def _label(towards: Sequence[float] | FloatArray) -> str:
+    """Return the label of displacements, with their direction unless it is x."""
+    angle = f"{np.degrees(np.arctan2(towards[1], towards[0])):.4g}"
+    where = {"0": "", "90": "along y "}.get(angle, f"at {angle}\N{DEGREE SIGN} from x ")
+    return f"displacement {where}(nm)"

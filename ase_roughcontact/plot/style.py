@@ -22,8 +22,6 @@ DASHES = ("--", ":", "-.")
 LINES = ("-", *DASHES)
 # Length of labels of which two are beside each other in a legend.
 _SHORT = 20
-# Part of a line over which an arrow shows its direction.
-_ARROW = 0.04
 
 
 def style() -> AbstractContextManager:
@@ -77,13 +75,14 @@ def letter(panels: Sequence[Any]) -> None:
 
 
 def add_arrow(axes: Any, x: FloatArray, y: FloatArray, colour: str) -> None:
-    """Draw an arrow at the middle of a line, in its direction."""
+    """Draw an arrow on the segment at the middle of a line."""
     steps = [np.diff(each) / (float(np.ptp(each)) or 1.0) for each in (x, y)]
     along = np.append(0.0, np.cumsum(np.hypot(*steps)))
     if not along[-1]:
         return
-    at = along[-1] * np.array([0.5 - _ARROW, 0.5 + _ARROW])
-    tail, head = np.transpose([np.interp(at, along, x), np.interp(at, along, y)])
+    after = int(np.searchsorted(along, 0.5 * along[-1]))
+    part = slice(after - 1, after + 1)  # one segment: no chord beside a curve
+    tail, head = (x[part][0], y[part][0]), (x[part].mean(), y[part].mean())
     arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", head, tail, arrowprops=arrow)
 

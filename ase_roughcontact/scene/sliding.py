@@ -216,7 +216,8 @@ class Sliding(PathKind):
         ratio = "the normal one is not defined, as the contact is at an instability"
         if normal > 0.0:
             ratio = f"{lateral / normal:.4g} times the normal one"
-        found["stiffness without slip"] = f"{with_unit(lateral, 'N/m')}, {ratio}"
+        along = " along x" * bool(self.direction)
+        found["stiffness without slip"] = f"{with_unit(lateral, 'N/m')}{along}, {ratio}"
         return found
 
     def draw(

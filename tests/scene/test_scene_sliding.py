@@ -104,7 +104,9 @@ def test_the_bound_that_is_drawn_is_that_of_the_repelled_atoms():
     # tractions at their bounds are nearly parallel
     assert upper.get_ydata()[1] == pytest.approx(force.get_ydata()[1], rel=1e-4)
     assert lower.get_ydata() == pytest.approx(-upper.get_ydata())
-    assert len(axes.texts) == 1  # an arrow for each way
+    (arrow,) = axes.texts  # one for each way
+    assert arrow.xy == pytest.approx(np.mean(force.get_xydata(), axis=0))
+    assert axes.get_xlabel() == "displacement (nm)"
     # the bound does not depend on whether atoms slip
     assert first.largest_friction == pytest.approx(last.largest_friction, rel=1e-3)
 
@@ -133,6 +135,10 @@ def test_direction_forces_and_changing_loads():
     assert forces == pytest.approx(turned, rel=1e-4)
     assert scene.targets == pytest.approx(np.linspace(20, 40, 5) * NN)
     assert steps[2].normal_force == pytest.approx(30.0 * NN, rel=1e-3)
+    stiffness = scene.path.summary(scene, steps)["stiffness without slip"]
+    assert " N/m along x, " in stiffness
+    axes = plot_friction_loop(Figure().subplots(), steps, scene.path.towards)
+    assert axes.get_xlabel() == "displacement at 30\N{DEGREE SIGN} from x (nm)"
 
 
 def test_bases_move_a_spring():
