@@ -17,7 +17,7 @@ from ase_roughcontact.atoms.history import same_history
 from ase_roughcontact.atoms.indenter import check_surface, indenter_fixed
 from ase_roughcontact.atoms.model import ContactModel
 from ase_roughcontact.atoms.parameters import checked
-from ase_roughcontact.atoms.sticking import Sticking, sticking_of
+from ase_roughcontact.atoms.sticking import Sticking, check_kept, sticking_of
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
@@ -308,6 +308,7 @@ class RoughContact(Calculator):
 
 
 def _constraints_of(atoms: Atoms) -> tuple[bool, Sticking | None]:
+    check_kept(atoms)
     return indenter_fixed(atoms), sticking_of(atoms)
 
 

@@ -14,6 +14,7 @@ from ase_roughcontact.atoms.grid import on_grid, set_lateral_displacement
 from ase_roughcontact.atoms.history import creep_of, history_of, set_history
 from ase_roughcontact.atoms.loading import AtomsPath, single_path
 from ase_roughcontact.atoms.sticking import (
+    STICKS,
     SlipError,
     Sticking,
     check_released,
@@ -21,7 +22,7 @@ from ase_roughcontact.atoms.sticking import (
 )
 from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTION_DEPTH
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
-from ase_roughcontact.interactions.friction import FrictionLaw
+from ase_roughcontact.interactions.friction import FrictionLaw, check_law
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.sliding import follow_sliding
@@ -38,18 +39,23 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
         From `substrate`, with a `RoughContact` calculator, relaxed or after a sliding
         path in which no atom slips. They get the constraint that is returned.
     friction : FrictionLaw
-        The atoms on which it acts at the present pressure stick.
+        The atoms on which it acts at the present pressure stick. Best `Tresca`: with
+        `Coulomb`, atoms at the edge, of almost no pressure, slip after a short way.
 
     Returns
     -------
     Sticking
-        Constraint of ASE; its method `move` moves the indenter.
+        Constraint of ASE; its method `move` moves the indenter. Keep it in the list
+        if you set others: ``atoms.set_constraint([sticking, ...])``.
 
     Raises
     ------
     ValueError
         If there are no such atoms, they stick already, their path has coupled normal
-        and lateral motion, or a free half space has no padding.
+        and lateral motion, or a free half space has no padding; at a calculation, if
+        the constraint was removed without `release`.
+    TypeError
+        If friction is no law.
     SlipError
         If atoms slip.
     NotImplementedError
@@ -84,6 +90,7 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
     >>> bool(LBFGS(atoms, logfile=None).run(fmax=1e-5))
     True
     """
+    check_law(friction)
     check_released(atoms)
     model = model_of(atoms)
     grid, halfspace = model.grid, model.lateral
@@ -102,7 +109,10 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
     bounds = friction.bounds(state.pressure, state.contact, grid.spacing, grid.origin)
     sticks, none = bounds > 0.0, np.zeros(grid.window)
     if not sticks.any():
-        raise ValueError("no atom is in contact so that friction acts on it")
+        raise ValueError(
+            "no atom is in contact so that friction acts on it: relax the atoms first, "
+            "or lower the indenter"
+        )
     shifts = np.stack([history.get(key, none) for key in SHIFTS])
     along = np.eye(2)[:, :, None, None] * np.ones(grid.window)
     tractions, *changes = (
@@ -114,7 +124,7 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
         raise SlipError(index[slips[sticks]], len(index), "already")
     moved = halfspace.displacement(on_grid(tractions, grid))
     set_lateral_displacement(atoms, grid, moved)
-    atoms.info[LATTICE]["axis"] = atoms.positions[-1, :2].tolist()
+    atoms.info[LATTICE] |= {"axis": atoms.positions[-1, :2].tolist(), STICKS: True}
     sticking = Sticking(
         atoms,
         index,
@@ -212,9 +222,10 @@ def sliding_path(
     stays at its x and y. Unless the coupling is solved, they leave the pressure as it
     is, too, which is exact for a Poisson's ratio of 1/2 (Goodman's approximation). The
     atoms move along x and y, but energy and forces depend on z only, unless atoms
-    `stick`. Their arrays ``traction_x``, ``traction_y`` (eV/Å^3) and ``slipping`` (1 or
-    0), and the displacements, are in frames, too; see `lateral_of`. The calculator's
-    `results` have the ``lateral_force``.
+    `stick`. They have the arrays ``traction_x``, ``traction_y`` (eV/Å^3) and
+    ``slipping`` (1 or 0), which frames have as compressed text in `info`:
+    ``ContactMap.from_frame(frame).lateral`` has them and the displacements. The
+    calculator's `results` have the ``lateral_force``.
 
     Examples
     --------

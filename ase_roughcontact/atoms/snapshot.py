@@ -38,7 +38,7 @@ from ase_roughcontact.atoms.history import (
     set_history,
 )
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
-from ase_roughcontact.atoms.sticking import sticking_of
+from ase_roughcontact.atoms.sticking import STICKS, sticking_of
 from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH, SHIFTS, SLIPPING
 from ase_roughcontact.elasticity.greens import ElasticSolid
@@ -102,6 +102,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         tags[state.contact & (history[SLIPPING] > 0.0)] = TAG_SLIPPING
         info["lateral_force"] = lateral_force.tolist()
         frame.info[LATTICE] = frame.info[LATTICE] | {"shape": list(grid.window)}
+        frame.info[LATTICE].pop(STICKS, None)
         forces[-1, :2] = -lateral_force
     frame.set_tags(np.append(tags, TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))

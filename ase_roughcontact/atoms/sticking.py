@@ -7,6 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.validation import finite_array, shown
+from ase_roughcontact.atoms.fields import LATTICE
+
+#: Key in the lattice of atoms of whether they stick, also without the constraint.
+STICKS = "sticks"
 # Relative excess of a bound, and distance of an atom from its place (Å), that count as
 # rounding.
 _ROUNDING, _DISTANCE = 1e-6, 1e-6
@@ -85,10 +90,18 @@ class Sticking:
 
         Raises
         ------
+        ValueError
+            If the displacement is not two finite numbers.
         SlipError
             If atoms slip there; nothing is moved then.
         """
-        place = atoms.positions[-1, :2] + displacement
+        step = finite_array("displacement", displacement)
+        if step.shape != (2,):
+            raise ValueError(
+                "displacement must be two numbers, along x and y, got "
+                f"{shown(displacement)}"
+            )
+        place = atoms.positions[-1, :2] + step
         self._check(place)
         self._set(atoms.positions, place)
 
@@ -183,8 +196,19 @@ def sticking_of(atoms: Atoms) -> Sticking | None:
     return next(found, None)
 
 
+def check_kept(atoms: Atoms) -> None:
+    """Raise `ValueError` if the constraint by which atoms stick was removed."""
+    if sticking_of(atoms) is None and atoms.info.get(LATTICE, {}).get(STICKS):
+        raise ValueError(
+            "the atoms stick to the indenter, but the constraint that stick returned "
+            "is not among atoms.constraints: keep it in the list that set_constraint "
+            "gets, or end it by release(atoms)"
+        )
+
+
 def check_released(atoms: Atoms) -> None:
     """Raise `ValueError` if atoms stick, which our solvers and paths do not support."""
+    check_kept(atoms)
     if sticking_of(atoms) is not None:
         raise ValueError(
             "the atoms stick to the indenter: relax them by an optimizer of ASE on the "

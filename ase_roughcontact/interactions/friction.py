@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import positive
+from ase_roughcontact._util.validation import positive, shown
 
 
 class FrictionLaw(ABC):
@@ -80,6 +80,14 @@ class FrictionLaw(ABC):
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, which identify the law in files."""
         return {"name": type(self).__name__, **vars(self)}
+
+
+def check_law(friction: Any) -> None:
+    """Raise `TypeError` unless friction is a law."""
+    if not isinstance(friction, FrictionLaw):
+        raise TypeError(
+            f"friction must be a law such as Coulomb(0.3), got {shown(friction)}"
+        )
 
 
 @dataclass(frozen=True)

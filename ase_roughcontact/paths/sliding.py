@@ -22,12 +22,12 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import finite_array, one_of, positive, shown
+from ase_roughcontact._util.validation import finite_array, one_of, positive
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
-from ase_roughcontact.interactions.friction import FrictionLaw
+from ase_roughcontact.interactions.friction import FrictionLaw, check_law
 from ase_roughcontact.paths.coupling import COUPLINGS, Coupling
 from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_steps import LastStep, NumberedSteps
@@ -117,10 +117,7 @@ def follow_sliding(
         )
     if spring is not None:
         positive(spring=spring)
-    if not isinstance(friction, FrictionLaw):
-        raise TypeError(
-            f"friction must be a law such as Coulomb(0.3), got {shown(friction)}"
-        )
+    check_law(friction)
     normal = finite_array(stepper.control, targets)
     path = finite_array(control, lateral)
     if path.ndim == 1:

@@ -26,6 +26,7 @@ from ase_roughcontact import (
     stick,
     substrate,
 )
+from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.atoms.snapshot import lateral_of
 from ase_roughcontact.atoms.sticking import SlipError
 from ase_roughcontact.elasticity import Cubic, Isotropic, Layer
@@ -196,6 +197,10 @@ def test_frames_have_the_lateral_forces(tmp_path):
         assert frame.info["lateral_force"] == pytest.approx(force)
         tractions = 2.5**2 * lateral_of(frame)["traction_x"].sum()
         assert tractions == pytest.approx(force[0], rel=1e-4)
+        in_info = {"traction_x", "traction_y", "slipping"}
+        assert in_info <= frame.info.keys() - frame.arrays.keys()
+        fields = ContactMap.from_frame(frame).lateral
+        assert fields.keys() == in_info | {"displacement_x", "displacement_y"}
 
 
 def test_atoms_that_would_slip_are_named():
@@ -285,9 +290,67 @@ def test_what_does_not_support_atoms_that_stick_says_so():
             kind(soft)
 
 
+def test_a_constraint_that_is_removed_without_release_is_an_error():
+    atoms = pressed(0.1, shape=(8, 8))
+    last, law = len(atoms) - 1, Tresca(0.1)
+    base = atoms.positions[-1] + np.array([0.02, 0.0, 0.0])
+    others = [
+        FixCartesian(last, (False, False, True)),
+        Hookean(last, base, k=0.5, rt=0.0),
+    ]
+    sticking, before = stick(atoms, law), atoms.positions.copy()
+    copy, frame = atoms.copy(), snapshot(atoms)
+    atoms.set_constraint(others)
+    for call in (
+        lambda: LBFGS(atoms, logfile=None).run(fmax=1e-6),
+        lambda: stick(atoms, law),
+        lambda: load_path(atoms, [0.2]),
+    ):
+        with pytest.raises(ValueError, match=r"not among atoms\.constraints: keep it"):
+            call()
+    assert (atoms.positions == before).all()
+    atoms.set_constraint([sticking, *others])
+    assert LBFGS(atoms, logfile=None).run(fmax=1e-6)
+    force, moved = atoms.calc.results["lateral_force"][0], atoms.positions - before
+    assert force == pytest.approx(0.5 * (0.02 - moved[-1, 0]), rel=1e-4)
+    assert force > 1e-3
+    for other in (copy, frame):  # the frame is no longer stuck
+        other.calc = RoughContact(SPHERE, solid=ISOTROPIC, interaction=HardWall())
+        assert other.get_potential_energy() > 0.0
+    atoms.set_constraint(others)
+    release(atoms)
+    assert (atoms.get_forces(apply_constraint=False)[:, :2] == 0.0).all()
+
+
+def test_frames_of_an_optimizer_stick_again_after_release(tmp_path):
+    atoms = pressed(0.1, shape=(8, 8))
+    stick(atoms, LAW).move(atoms, MOVE)
+    LBFGS(atoms, trajectory=tmp_path / "a.traj", logfile=None).run(fmax=1e-7)
+    frame = read(tmp_path / "a.traj")
+    frame.calc = RoughContact(SPHERE, solid=ISOTROPIC, interaction=HardWall())
+    with pytest.raises(ValueError, match=r"or end it by release"):
+        frame.get_potential_energy()
+    release(frame)
+    stick(frame, LAW)
+    frame.get_potential_energy()
+    expected = atoms.calc.results["lateral_force"]
+    assert frame.calc.results["lateral_force"] == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("displacement", [0.05, (0.1,), (np.nan, 0.0), (0, 0, 0)])
+def test_a_move_needs_two_finite_numbers(displacement):
+    atoms = pressed(0.1, shape=(8, 8))
+    sticking, before = stick(atoms, LAW), atoms.positions.copy()
+    with pytest.raises(ValueError, match="displacement must be"):
+        sticking.move(atoms, displacement)
+    assert (atoms.positions == before).all()
+
+
 def test_what_cannot_stick_says_why():
-    with pytest.raises(ValueError, match="no atom is in contact so that friction"):
-        stick(pressed(-5.0), LAW)
+    with pytest.raises(ValueError, match=r"so that friction acts on it: relax the"):
+        stick(atoms_on(), LAW)
+    with pytest.raises(TypeError, match=r"law such as Coulomb\(0\.3\), got 0\.3"):
+        stick(pressed(), 0.3)
     with pytest.raises(NotImplementedError, match="Layer"):
         stick(pressed(solid=Layer(0.8, 20.0, 0.05)), LAW)
     coupled, _ = slid([0.0, 0.008], coupling="solved")
