@@ -12,10 +12,16 @@ from ase_roughcontact._util.validation import FloatArray
 
 # Distance of the ends of a closed loop, relative to the range of the path.
 _CLOSED = 1e-3
+# Relative change of the load below which a contact slides under the same one.
+_SAME_LOAD = 1e-2
 
 
 def static_friction(steps: Sequence[Any]) -> float:
-    """Return the largest lateral force until all atoms in contact slip.
+    """Return the largest lateral force of the first slide.
+
+    That is until the indenter turns back, or the load changes by 1 %, after the first
+    step in which all atoms in contact slip. It is at most `largest_friction`, which it
+    approaches: tractions of atoms that have just begun to slip are not yet parallel.
 
     Parameters
     ----------
@@ -24,14 +30,20 @@ def static_friction(steps: Sequence[Any]) -> float:
     Returns
     -------
     float
-        eV/Å; NaN if in no step all atoms in contact slip. The smaller the steps, the
-        smaller its error.
+        eV/Å; NaN if in no step all atoms in contact slip.
     """
-    forces = [np.hypot(s.lateral_force_x, s.lateral_force_y) for s in steps]
-    for number, step in enumerate(steps):
-        if step.slip_area > 0.0 and step.stick_area == 0.0:
-            return float(max(forces[: number + 1]))
-    return float("nan")
+    slides = [s.slip_area > 0.0 and s.stick_area == 0.0 for s in steps]
+    if not any(slides):
+        return float("nan")
+    start = end = slides.index(True)
+    forces = np.array([[s.lateral_force_x, s.lateral_force_y] for s in steps])
+    points = np.array([[s.lateral_x, s.lateral_y] for s in steps])
+    onward = np.diff(points, axis=0) @ forces[start] >= 0.0
+    loads = np.array([s.normal_force for s in steps])
+    same = abs(loads - loads[start]) <= _SAME_LOAD * abs(loads[start])
+    while end + 1 < len(steps) and onward[end] and same[end + 1]:
+        end += 1
+    return float(np.hypot(*forces[: end + 1].T).max())
 
 
 def loop_energies(steps: Sequence[Any]) -> FloatArray:

@@ -29,6 +29,8 @@ _SHOWN_ERROR = 0.001
 _WIDTH = 7
 # Rounding of times, relative; and values, in printed units, that are rounding errors.
 _ROUNDING, _ZERO = 1e-12, 1e-12
+# Part of the largest friction below which a lateral force is a rounding error.
+_NO_FORCE = 1e-9
 # Number of rows of a path in time, and the least one for each part of its schedule.
 _ROWS, _LEAST_ROWS = 30, 3
 # Time after which the next step of a path in time has a row (s).
@@ -301,7 +303,11 @@ def _failure(scene: Scene, step: LoadStep) -> str:
 def _printed(step: LoadStep, column: str, unit: str) -> float:
     """Return the value of a column in the unit in which it is printed."""
     value = getattr(step, column) / UNITS[unit]
-    return 0.0 if abs(value) < _ZERO else value
+    zero = _ZERO
+    if column.startswith("lateral_force"):
+        largest: float = getattr(step, "largest_friction", 0.0)
+        zero = max(zero, _NO_FORCE * largest / UNITS[unit])
+    return 0.0 if abs(value) < zero else value
 
 
 def _ratio(value: float, reference: float, digits: int = 4) -> str:

@@ -121,6 +121,8 @@ class Sliding(PathKind):
             raise ValueError(f"give values, the {key} while the indenter moves")
         values = self.in_unit(["values"], bodies).values
         found = UNITS[unit] * np.atleast_1d(finite_array("values", values))
+        if key == "load" and bodies.wall.hard and not bodies.wall.attractive:
+            self._check_loads(found, np.atleast_1d(np.array(self.values, object)))
         name, turns = self.turns(bodies)
         if len(found) not in (1, len(turns)):
             raise ValueError(
@@ -128,6 +130,16 @@ class Sliding(PathKind):
                 f"{name}, got {len(found)}"
             )
         return self._between(np.broadcast_to(found, turns.shape))
+
+    def _check_loads(self, loads: FloatArray, given: np.ndarray) -> None:
+        """Raise an error for a tension, which a wall without attraction can't carry."""
+        if loads.min() < 0.0:
+            least = given[loads.argmin()]
+            text = least if isinstance(least, str) else f"{least:g} {self.unit}"
+            raise ValueError(
+                "values must be loads >= 0, as a hard wall without attraction carries "
+                f"no tension, got {text}"
+            )
 
     def _between(self, turns: FloatArray) -> FloatArray:
         """Return the values at all steps."""

@@ -33,14 +33,14 @@ from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.solvers.friction_problem import (
     FrictionProblem,
     FrictionState,
-    bounded,
 )
 from ase_roughcontact.solvers.friction_system import FrictionSystem
 
 # Factor by which a step is shortened, and how often before the gradient replaces it.
 _SHORTER, _MOST_SHORTENED = 0.25, 3
-# Largest part of the sum of the bounds that a force is balanced with: then all slide.
-_LARGEST_FORCE = 1.0 - 1e-9
+# Relative distance of a force to the largest friction from which the contact slides:
+# all atoms slip, and displacements grow without limit as their tractions turn parallel.
+_AT_LARGEST = 5e-7
 
 
 @dataclass(frozen=True)
@@ -59,9 +59,12 @@ class Drive:
     stiffness: float = 0.0
 
     def excess(self, bound: np.ndarray) -> float:
-        """Return the part of a force without spring that friction does not carry."""
+        """Return the part of a force that friction does not carry, negative below it.
+
+        Minus infinity with a spring, or without a force.
+        """
         size, largest = float(np.hypot(*self.force)), float(bound.sum())
-        return 1.0 - largest / size if size > largest and not self.stiffness else 0.0
+        return 1.0 - largest / size if size and not self.stiffness else -np.inf
 
 
 @dataclass(frozen=True)
@@ -168,13 +171,11 @@ def solve_friction(
     tractions = np.zeros(imposed.shape) if start is None else start
     residual, message = 0.0, ""
     if drive is not None:
-        force, residual = np.array(drive.force), drive.excess(bound)
-        slides = residual > options.tolerance
+        force, excess = np.array(drive.force), drive.excess(bound)
+        slides, residual = excess > -_AT_LARGEST, max(excess, 0.0)
         if slides:
             tractions = (force / np.hypot(*force))[:, None, None] * bound
         else:
-            if not drive.stiffness:
-                force = bounded(force, _LARGEST_FORCE * bound.sum())
             problem = replace(problem, force=force, spring=unit * drive.stiffness)
     state = problem.at(problem.feasible(tractions, problem.force), np.zeros(2))
     while not slides and state.residual > options.tolerance:
@@ -190,6 +191,11 @@ def solve_friction(
             f"the contact slides: friction does not carry {100.0 * residual:.3g} % of "
             "the lateral load"
         )
+        if residual <= _AT_LARGEST:
+            message = (
+                "the contact slides: the lateral force is the largest friction, at "
+                "which it has no definite displacement"
+            )
         if not bound.any():
             message = "no atom in contact can carry the lateral force"
     return FrictionSolution(

@@ -15,12 +15,14 @@ from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import loop_energies, static_friction
 from ase_roughcontact.cli import main
+from ase_roughcontact.cli.report import table_columns
 from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.elasticity.named_materials import combined_poisson
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.plot import plot_friction_loop, style
 from ase_roughcontact.scene import Scene, Sliding
 from ase_roughcontact.scene.preview import preview
+from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.scene.tradeoff import tradeoff
 
 NM, NN, GPA = (UNITS[unit] for unit in ("nm", "nN", "GPa"))
@@ -71,6 +73,40 @@ def test_no_loop_and_no_static_friction_without_them():
     assert loop_energies(there).size == 0
     with pytest.raises(ValueError, match="steps of a sliding path, got none"):
         loop_energies([])
+
+
+def test_static_friction_is_the_largest_force_of_the_first_slide():
+    values = {"friction__coupling": "solved", "path__displacements": [0, 2, -2]}
+    scene = scene_with(**values, path__steps=8)
+    steps = list(scene.relax(validity="ignore"))
+    first = next(s for s in steps if s.stick_area == 0.0)
+    assert first.lateral_force_x < 0.9995 * steps[8].lateral_force_x
+    assert static_friction(steps) == steps[8].lateral_force_x
+    # a higher load is another contact
+    loaded = [*steps[:9], replace(steps[8], normal_force=2.0, lateral_force_x=9.0)]
+    assert static_friction(loaded) == steps[8].lateral_force_x
+
+
+def test_tension_on_a_hard_wall_is_refused_before_the_run():
+    for given, shown in ((-20, "-20 nN"), ("-0.02 µN", "-0.02 µN")):
+        scene = scene_with(path__values=[given])
+        with pytest.raises(ValueError, match=f"values must be loads .*got {shown}$"):
+            scene.plan()
+    wall = {"interaction__kind": "adhesive", "interaction__work_of_adhesion": 0.1}
+    assert scene_with(path__values=[-1], **wall).targets.max() < 0.0
+
+
+def test_forces_of_rounding_are_printed_as_zero():
+    scene = scene_with(path__displacements=[0, 0.1], path__steps=1)
+    first, last = scene.relax(validity="ignore")
+    noise = replace(first, lateral_force_x=-1e-10 * first.largest_friction)
+    (value_of,) = (
+        value_of
+        for head, value_of in table_columns(reference_for(scene))
+        if "force x" in head
+    )
+    assert value_of(noise) == "0"
+    assert value_of(last) != "0"
 
 
 def test_no_ratio_of_stiffnesses_at_an_instability():

@@ -8,9 +8,9 @@ from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.solvers.friction import (
     Drive,
     FrictionOptions,
-    bounded,
     solve_friction,
 )
+from ase_roughcontact.solvers.friction_problem import bounded
 
 
 def dense_tractions(matrix, bound, imposed):
@@ -84,6 +84,18 @@ def test_a_force_beyond_friction_makes_the_contact_slide():
     )
     assert not found.converged
     assert "the contact slides" in found.message
+
+
+@pytest.mark.parametrize("part", [1.0 - 1e-7, 1.0 - 1e-12, 1.0, 1.0 + 1e-12])
+def test_a_force_equal_to_the_largest_friction_makes_the_contact_slide(part):
+    shape, _ = hertz(16, 6.0)
+    half = LateralHalfSpace((16, 16), 1.0, Isotropic(1.0, 0.3))
+    found = solve_friction(
+        half, shape, np.zeros((2, 16, 16)), drive=Drive((part * shape.sum(), 0.0))
+    )
+    assert "the lateral force is the largest friction" in found.message
+    assert found.slipping[shape > 0.0].all()
+    assert not found.shift.any()
 
 
 @pytest.mark.parametrize("seed", range(2))
