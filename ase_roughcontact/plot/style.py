@@ -22,6 +22,9 @@ DASHES = ("--", ":", "-.")
 LINES = ("-", *DASHES)
 # Length of labels of which two are beside each other in a legend.
 _SHORT = 20
+# Part of a line of which an arrow shows the mean direction, and size of its head,
+# larger than the points of the line.
+_ARROW, _HEAD = 0.04, 14
 
 
 def style() -> AbstractContextManager:
@@ -75,16 +78,17 @@ def letter(panels: Sequence[Any]) -> None:
 
 
 def add_arrow(axes: Any, x: FloatArray, y: FloatArray, colour: str) -> None:
-    """Draw an arrow on the segment at the middle of a line."""
+    """Draw the head of an arrow at the middle of a line, in its direction."""
     steps = [np.diff(each) / (float(np.ptp(each)) or 1.0) for each in (x, y)]
     along = np.append(0.0, np.cumsum(np.hypot(*steps)))
     if not along[-1]:
         return
-    after = int(np.searchsorted(along, 0.5 * along[-1]))
-    part = slice(after - 1, after + 1)  # one segment: no chord beside a curve
-    tail, head = (x[part][0], y[part][0]), (x[part].mean(), y[part].mean())
-    arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", head, tail, arrowprops=arrow)
+    at = along[-1] * np.array([0.5 - _ARROW, 0.5, 0.5 + _ARROW])
+    before, tip, after = np.transpose([np.interp(at, along, each) for each in (x, y)])
+    # the shaft, a chord beside the line, is not drawn
+    arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0, "lw": 0}
+    tail = tip - (after - before)
+    axes.annotate("", tip, tail, arrowprops={**arrow, "mutation_scale": _HEAD})
 
 
 def legend_below(figure: Any, panels: Sequence[Any]) -> None:

@@ -142,6 +142,7 @@ def test_the_bound_that_is_drawn_is_that_of_the_repelled_atoms():
     assert lower.get_ydata() == pytest.approx(-upper.get_ydata())
     (arrow,) = axes.texts  # one for each way
     assert arrow.xy == pytest.approx(np.mean(force.get_xydata(), axis=0))
+    assert arrow.arrow_patch.get_linewidth() == 0.0  # the head alone, on the line
     assert axes.get_xlabel() == "displacement (nm)"
     # the bound does not depend on whether atoms slip
     assert first.largest_friction == pytest.approx(last.largest_friction, rel=1e-3)
