@@ -126,6 +126,9 @@ class Coulomb(FrictionLaw):
 class Tresca(FrictionLaw):
     """Friction of a shear strength on all atoms in contact, whatever the pressure.
 
+    Its bound jumps at the edge of the contact: steps with ``coupling="solved"`` may
+    have no solution, and do not converge. `Coulomb` with the strength has no jump.
+
     Parameters
     ----------
     strength : float

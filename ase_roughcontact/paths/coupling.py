@@ -163,6 +163,6 @@ def _disagreement(number: int, change: float, stays: bool) -> str:
     if stays:
         message += (
             " (strong friction, or a bound that jumps at the edge of the contact, may "
-            "have no solution)"
+            "have no solution: with a shear strength, give a friction coefficient, too)"
         )
     return message

@@ -165,6 +165,11 @@ def _coupling(step: RelaxedStep) -> float:
     return step.problem.solid.coupling * friction
 
 
+def _new_contact(step: RelaxedStep) -> float:
+    coupled = step.lateral is not None and step.lateral.alternations
+    return step.lateral.new_contact if coupled else math.nan
+
+
 def _slip(step: RelaxedStep) -> float:
     """Return the largest slip over the shortest wave; without one, over the radius."""
     if step.lateral is None or not step.touches:
@@ -288,6 +293,14 @@ CHECKS = (
         "smooth sphere that slides has its center of pressure off by 5 % of its "
         "radius, and the load by 0.2 %",
         _coupling,
+    ),
+    Check(
+        "new area/contact area",
+        ">",
+        0.1,
+        "coupled atoms stick as if in contact since the beginning of the step, a "
+        "smooth sphere in an area 8 % too small about this limit: load in more steps",
+        _new_contact,
     ),
     Check(
         "slip/shortest wavelength",

@@ -73,6 +73,9 @@ class LateralState:
     alternations : int
         How often the normal and the lateral problem were solved in turn; 0 if their
         coupling is neglected.
+    new_contact : float
+        Part of the atoms with friction that had no tractions before the step: under
+        coupling, that came into contact in it.
     """
 
     box: Box
@@ -86,6 +89,7 @@ class LateralState:
     by_pressure: np.ndarray | float = 0.0
     stiffness: float = np.nan
     alternations: int = 0
+    new_contact: float = 0.0
 
     @property
     def force(self) -> np.ndarray:

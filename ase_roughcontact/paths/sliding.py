@@ -255,6 +255,8 @@ class _Sliding(NumberedSteps):
         The tolerance is at least that of `FrictionOptions`.
         """
         bounds, box, start = self._on_box(relaxed, before)
+        touching = bounds > 0.0
+        new = touching & (np.hypot(*start) == 0.0)  # coupled atoms have tractions
         halfspace = self._halfspace(box.shape)
         imposed = (
             halfspace.displacement(start) if start.any() else np.zeros(start.shape)
@@ -292,6 +294,7 @@ class _Sliding(NumberedSteps):
             solution=solution,
             cell_area=area,
             by_pressure=by_pressure,
+            new_contact=float(new.sum() / touching.sum()) if new.any() else 0.0,
         )
 
     def _on_box(

@@ -383,6 +383,7 @@ def test_bounds_that_jump_may_have_no_solution():
     (step,) = follow(stepper, 0.6, Tresca(0.01), [0.0])
     assert not step.converged
     assert "a bound that jumps" in step.message
+    assert "give a friction coefficient, too" in step.message
     assert step.alternations < 20
 
 
@@ -421,3 +422,15 @@ def test_coupling_is_a_limit_if_it_is_neglected(solid):
     value = f"coupling by friction = {0.6 * solid.coupling:.3g} > 0.1"
     assert value in found[0][-1].validity
     assert "coupling" not in found[1][-1].validity
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.5])
+def test_area_that_comes_into_contact_in_a_coupled_step_is_a_limit(poisson):
+    stepper, depths = stepper_of(32, Isotropic(1.0, poisson)), [0.2, 0.6, 0.62, 0.62]
+    steps = follow(stepper, depths, Coulomb(MU), np.zeros(4))
+    marked = ["new area/contact area" in step.validity for step in steps]
+    assert marked == ([True, True, False, False] if poisson == 0.0 else [False] * 4)
+    if poisson == 0.0:
+        areas = [step.stick_area + step.slip_area for step in steps]
+        part = f"new area/contact area = {1.0 - areas[0] / areas[1]:.3g} > 0.1"
+        assert part in steps[1].validity
