@@ -193,11 +193,11 @@ def solve_friction(
         )
         if residual <= _AT_LARGEST:
             message = (
-                "the contact slides: the lateral force is the largest friction, at "
+                "the contact slides: the lateral load is the largest friction, at "
                 "which it has no definite displacement"
             )
         if not bound.any():
-            message = "no atom in contact can carry the lateral force"
+            message = "no atom in contact can carry the lateral load"
     return FrictionSolution(
         state.tractions,
         bound > 0.0 if slides else state.slipping,

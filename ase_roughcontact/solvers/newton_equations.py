@@ -6,21 +6,26 @@ For the changes :math:`x` of the pressure and :math:`z` of the height; see
 .. math:: x + D (G x + z) = r, \qquad \sum x - s z = t .
 
 With the circulant model :math:`C` in place of :math:`G` they are solved to a tenth of
-the residual, which takes a single exact convolution.
+the residual, which takes a single exact convolution. If the exact equations are not
+satisfied well enough then, they are solved with the model as the preconditioner.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import total
+from ase_roughcontact._util.kernels import linear_combination, norm, total
 from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
+from ase_roughcontact.solvers.gcr import gcr
 from ase_roughcontact.solvers.increments import Increment
 from ase_roughcontact.solvers.newton_system import NewtonSystem
 
-# Largest number of Krylov steps.
-_STEPS = 40
+# Largest number of Krylov steps with the model, and with the exact Green's function.
+_STEPS, _EXACT_STEPS = 40, 10
+# Relative residual of the exact equations that an increment may leave. Beyond it the
+# model misleads: of 70 walls with strong attraction, one would stall.
+_LARGEST_RESIDUAL = 1.0
 
 
 class NewtonEquations:
@@ -70,7 +75,9 @@ class NewtonEquations:
         change = self._solution(reduction)
         if change is None:
             return None
-        return self._increment(change)
+        increment = self._increment(change)
+        refined = self._refined(change, increment.opening, reduction)
+        return increment if refined is change else self._increment(refined)
 
     def inverse_step(self, reduction: float) -> EnergyState | None:
         """Return the next state of one that is linearised in the pressures.
@@ -94,6 +101,29 @@ class NewtonEquations:
     def _solution(self, reduction: float) -> np.ndarray | None:
         """Return the flat change that solves the equations of the model."""
         return self._system.solve(self._right, self._load, reduction, _STEPS)
+
+    def _refined(
+        self, change: np.ndarray, opening: np.ndarray, reduction: float
+    ) -> np.ndarray:
+        """Solve the exact equations better, unless their residual is within a limit.
+
+        The change of the opening by the given change is known.
+        """
+        system, inside = self._system, self._inside
+        image = system.applied(change, opening[inside])
+        left = linear_combination([(1.0, self._right), (-1.0, image)])
+        accepted = _LARGEST_RESIDUAL * max(norm(self._right), norm(image))
+        if system.exact or norm(left) <= accepted:
+            return change
+
+        def apply(change: np.ndarray) -> np.ndarray:
+            return system.applied(change, self._increment(change).opening[inside])
+
+        def precondition(residual: np.ndarray) -> np.ndarray:
+            change = system.solve(residual, 0.0, reduction, _STEPS)
+            return np.append(residual, 0.0) if change is None else change
+
+        return change + gcr(apply, precondition, left, accepted, _EXACT_STEPS)
 
     def _increment(self, change: np.ndarray) -> Increment:
         """Return the increment of a flat change of pressure and height."""

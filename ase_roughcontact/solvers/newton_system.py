@@ -83,6 +83,7 @@ class NewtonSystem:
         spring: float | None,
     ) -> None:
         self._model, self._stiffness, self._spring = model, stiffness, spring
+        self.exact = model.exact
         self._inside = box.slices_in(model.box)
         self._d = self._embedded(stiffness, model.self_compliance)
         self._weight = 1.0 / np.sqrt(1.0 + np.maximum(self._d, 0.0))
@@ -91,6 +92,11 @@ class NewtonSystem:
         if count := total(self._stiff):
             softness = dot(self._stiff * self._weight, self._weight) / count
             self._inverse = model.preconditioner(softness)
+
+    @property
+    def work(self) -> int:
+        """Grid points that the model has transformed, forward and back."""
+        return self._model.work
 
     def scaled(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``W r``.
@@ -105,6 +111,21 @@ class NewtonSystem:
         """
         stiffness = self._model.self_compliance * np.maximum(self._stiffness, 0.0)
         return (pressure / np.sqrt(1.0 + stiffness)).reshape(-1)
+
+    def applied(self, change: np.ndarray, opening: np.ndarray) -> np.ndarray:
+        """Return ``W [x + D (G x + z)]`` for the exact opening ``G x``.
+
+        Parameters
+        ----------
+        change : ndarray, shape (k + 1,)
+        opening : ndarray, shape of the box
+
+        Returns
+        -------
+        ndarray, shape (k,)
+        """
+        x, z = change[:-1].reshape(opening.shape), float(change[-1])
+        return self.scaled(x + self._stiffness * (opening + z))
 
     def solve(
         self, right: np.ndarray, load: float, reduction: float, max_steps: int

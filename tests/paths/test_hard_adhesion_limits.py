@@ -67,6 +67,14 @@ def pull_off(radius, work, reach):
     return min(forces)
 
 
+def test_a_large_contact_under_attraction_takes_few_transforms():
+    """Newton's steps with the exact Green's function, without which it takes 318."""
+    atoms = atoms_under(rc.RoughSphere(1000.0), rc.DugdaleWall(0.1, 1.0), (16, 16))
+    options = {"window": "auto", "validity": "ignore"}
+    (step,) = rc.load_path(atoms, penetrations=[0.445], **options)
+    assert step.converged and step.pairs < 250  # 125
+
+
 @pytest.mark.slow  # up to 188 x 188 atoms
 def test_dugdale_wall_tends_to_the_pull_off_of_jkr():
     """Ranges that the atoms resolve; theory deviates from JKR by the square of them."""

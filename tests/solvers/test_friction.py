@@ -93,7 +93,7 @@ def test_a_force_equal_to_the_largest_friction_makes_the_contact_slide(part):
     found = solve_friction(
         half, shape, np.zeros((2, 16, 16)), drive=Drive((part * shape.sum(), 0.0))
     )
-    assert "the lateral force is the largest friction" in found.message
+    assert "the lateral load is the largest friction" in found.message
     assert found.slipping[shape > 0.0].all()
     assert not found.shift.any()
 
