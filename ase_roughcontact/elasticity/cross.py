@@ -10,18 +10,13 @@ energy :math:`\tfrac12 t \cdot G * t + t \cdot C * p + \tfrac12 p\, G_{zz} * p` 
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from scipy.fft import irfft2, rfft2
 
-from ase_roughcontact._util.threads import available_threads
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
-
-# Smallest number of grid points for which several threads are worth their start.
-_LEAST_SHARED = 256 * 256
+from ase_roughcontact.elasticity.lateral import cell_vectors, wave_vectors, workers_of
 
 
 class CrossResponse:
@@ -54,22 +49,18 @@ class CrossResponse:
             self.shape if periodic else FreeHalfSpace.padded_shape(self.shape)
         )
         if periodic:
-            qx = 2 * np.pi * np.fft.fftfreq(n, spacing)[:, None]
-            qy = 2 * np.pi * np.fft.rfftfreq(m, spacing) + 0.0 * qx
-            qy[0, 0] = 1.0 / spacing  # any finite wave: the mean displaces nothing
-            self._compliance = solid.cross_wave_compliance(qx, qy)
-            self._compliance[:, 0, 0] = 0.0
+            waves = wave_vectors(self.grid, spacing)
+            self._compliance = solid.cross_wave_compliance(*waves)
+            self._compliance[:, 0, 0] = 0.0  # the mean displaces nothing
             # an odd function has no wave that changes sign from cell to cell
             if n % 2 == 0:
                 self._compliance[0, n // 2] = 0.0
             if m % 2 == 0:
                 self._compliance[1, :, m // 2] = 0.0
         else:
-            i, j = (np.fft.fftfreq(k, 1.0 / k).round() for k in self.grid)
-            cells = solid.cross_cell_compliance(i[:, None], j, spacing)
+            cells = solid.cross_cell_compliance(*cell_vectors(self.grid), spacing)
             self._compliance = rfft2(cells).imag  # of the odd part
-        shared = math.prod(self.grid) >= _LEAST_SHARED
-        self._workers = available_threads() if shared else 1
+        self._workers = workers_of(self.grid)
 
     def lateral(self, pressure: np.ndarray) -> np.ndarray:
         """Return the displacement along x and y by a pressure.

@@ -167,18 +167,35 @@ class LateralHalfSpace:
         return inverse.astype(np.float32)
 
     def _of_waves(self, grid: tuple[int, int]) -> np.ndarray:
-        qx = 2 * np.pi * np.fft.fftfreq(grid[0], self.spacing)[:, None]
-        qy = 2 * np.pi * np.fft.rfftfreq(grid[1], self.spacing) + 0.0 * qx
-        qy[0, 0] = 1.0 / self.spacing  # any finite wave: set below
-        spectrum = self.solid.lateral_wave_compliance(qx, qy)
+        spectrum = self.solid.lateral_wave_compliance(*wave_vectors(grid, self.spacing))
         least = _UNIFORM * float(spectrum[:2].max())
         spectrum[:, 0, 0] = least, least, 0.0
         return _without_edges(spectrum, grid)
 
     def _of_cells(self, grid: tuple[int, int]) -> np.ndarray:
-        i, j = (np.fft.fftfreq(n, 1.0 / n).round() for n in grid)
-        cells = self.solid.lateral_cell_compliance(i[:, None], j, self.spacing)
+        cells = self.solid.lateral_cell_compliance(*cell_vectors(grid), self.spacing)
         return rfft2(_without_edges(cells, grid)).real
+
+
+def wave_vectors(
+    grid: tuple[int, int], spacing: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return qx and qy of the waves of a grid; any finite wave in place of zero."""
+    qx = 2 * np.pi * np.fft.fftfreq(grid[0], spacing)[:, None]
+    qy = 2 * np.pi * np.fft.rfftfreq(grid[1], spacing) + 0.0 * qx
+    qy[0, 0] = 1.0 / spacing
+    return qx, qy
+
+
+def cell_vectors(grid: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lattice vectors (i, j) of the cells of a grid from the first one."""
+    i, j = (np.fft.fftfreq(n, 1.0 / n).round() for n in grid)
+    return i[:, None], j
+
+
+def workers_of(grid: tuple[int, int]) -> int:
+    """Return the number of threads of a transform."""
+    return available_threads() if math.prod(grid) >= _LEAST_SHARED else 1
 
 
 def _without_edges(values: np.ndarray, grid: tuple[int, int]) -> np.ndarray:
@@ -207,7 +224,7 @@ def _filtered(
 ) -> np.ndarray:
     """Multiply two fields on a window of a grid by a 2 x 2 matrix of their spectra."""
     _, n, m = values.shape
-    workers = available_threads() if math.prod(grid) >= _LEAST_SHARED else 1
+    workers = workers_of(grid)
     # rows first: those of the padding are zero
     spectra = fft(rfft(values, grid[1], workers=workers), grid[0], 1, workers=workers)
     x, y = spectra

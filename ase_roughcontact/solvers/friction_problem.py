@@ -198,7 +198,7 @@ class FrictionState:
 
     @cached_property
     def error(self) -> float:
-        """Return it relative to all tractions, or to the force if it is larger."""
+        """What the sums lack, relative to all tractions, or to a larger force."""
         if self.problem.force is None:
             return 0.0
         sizes = np.hypot(*self.tractions).sum(), np.hypot(*self.problem.force)

@@ -113,7 +113,7 @@ class FrictionSystem:
         return result
 
     def _stiffened(self, values: np.ndarray) -> np.ndarray:
-        """Return about the tractions by a displacement."""
+        """Return approximate tractions that cause a displacement."""
         smooth = self._halfspace.relative_stiffness(self._weight * values)
         return self._project(
             self._weight * smooth + self._diagonal * values, self._normal
