@@ -22,15 +22,13 @@ from ase_roughcontact.atoms.path_atoms import PathAtoms, relaxer_of
 from ase_roughcontact.atoms.sticking import check_released
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.optimize.constraints import Indenter
-from ase_roughcontact.paths.accuracy import accuracy_of
-from ase_roughcontact.paths.grids import grid_for
-from ase_roughcontact.paths.hardness import hardness_for
+from ase_roughcontact.paths.accuracy import accuracy_of, grid_for
 from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import CONTROLS, FREE, StepOptions
-from ase_roughcontact.paths.validity import Validity
+from ase_roughcontact.paths.validity import Validity, hardness_for
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
 from ase_roughcontact.windows.regrid import GridChange
 
@@ -182,7 +180,7 @@ class AtomsPath:
         output: Output | None = None,
         **options: Any,
     ) -> None:
-        self.validity = Validity.of(validity)
+        self.validity = Validity(validity) if isinstance(validity, str) else validity
         _check(atoms, control)
         lattice = SurfaceGrid.of(atoms)
         problem = problem_for(lattice, atoms.calc.parameters)

@@ -1,4 +1,4 @@
-"""Accuracy of a path: an allowed relative error, and the force tolerance it requires.
+"""Accuracy of a path: the force tolerance and the grid that a relative error requires.
 
 The error is that of the answer to the question asked: for the model of atoms that of
 the solver, for the continuum also that of the grid, see `grid_for`. It does not cover
@@ -7,26 +7,31 @@ the wall and its cutoff.
 
 from __future__ import annotations
 
+import math
+from contextlib import suppress
 from dataclasses import dataclass
 
-import numpy as np
-
 from ase_roughcontact._util.validation import positive, unknown
-from ase_roughcontact.contact import ContactState
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography.facts import IndenterFacts
+from ase_roughcontact.windows.regrid import GridChange
 
 # Largest ratio of the relative error in the normal force to the relative tolerance of
 # the forces on atoms. No ratio is safe at an instability.
 _ERROR_PER_TOLERANCE = 4.0
-# Force on an atom in contact before any is known, in units of E* a0^2: about that on
-# self-affine surfaces of a rms slope of 0.1.
-_TYPICAL_FORCE = 0.05
-# Smallest tolerance in units of E* a0^2: rounding errors of the forces.
-_ROUNDING = 1e-13
-# A tolerance is this part of the one that the mean force in the last state requires,
-# since that of the next state may be smaller. A reduced tolerance is this part of the
-# required one, so that the next state does not need another reduction.
-_MARGIN = 0.8
-_REDUCTION = 0.5
+# Errors of the area and the points on the shortest wave for which they were measured,
+# at contact radii above 32 times that wave: see examples/benchmarks/answer_errors.py.
+_POINTS = {0.05: 4, 0.01: 8, 0.002: 16}
+# Smallest error that is attempted, with twice the points for half the error.
+_SMALLEST = 5e-4
+# Spacings on the shortest wave of a surface whose wavelengths are not known.
+_UNKNOWN_WAVE = 4.0
+# Largest coarsening under hard, soft and attractive walls. The range of a soft wall is
+# about a spacing of the atoms, and the edge of an adhesive contact must be resolved.
+_COARSEST = {"hard": 8, "soft": 2, "attractive": 1}
+# Tolerance within which a number is whole.
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -94,67 +99,55 @@ def accuracy_of(wanted: str | float, continuum: bool = False) -> Accuracy:
     return Accuracy(error, part * error / _ERROR_PER_TOLERANCE)
 
 
-class ForceTolerance:
-    r"""Tolerance of forces relative to the mean magnitude of those in contact.
-
-    .. math:: f_\max = \max\left(t \, \frac{\sum_{i \le n} |p_i| a_0^2}{n},\,
-              10^{-13} E^* a_0^2\right)
-
-    with the relative tolerance :math:`t` and the :math:`n` atoms in contact, some of
-    which are under tension if a hard wall attracts, or all atoms on which the wall acts
-    if their mean force is larger. The mean force is that of the state relaxed last.
+def grid_for(
+    error: float,
+    indenter: Surface,
+    wall: Interaction,
+    spacing: float,
+    shape: tuple[int, int] | None = None,
+) -> GridChange:
+    """Return the grid with which the area of the continuum has a wanted error.
 
     Parameters
     ----------
-    relative : float
-        The relative tolerance.
-    unit : float
-        ``E* a0^2`` (force).
+    error : float
+        Relative error of the contact area.
+    indenter : Surface
+        Its shortest wavelength is resolved.
+    wall : Interaction
+    spacing : float
+        Distance of the atoms (length).
+    shape : (int, int), optional
+        Of a fixed window of atoms.
+
+    Returns
+    -------
+    GridChange
+        Of a grid that is finer by a power of two, or a coarser one if it divides the
+        window and the period of the indenter.
+
+    Raises
+    ------
+    ValueError
+        If the error is smaller than 5e-4.
     """
-
-    def __init__(self, relative: float, unit: float) -> None:
-        self._relative = relative
-        self._mean_force = _TYPICAL_FORCE * unit
-        self._smallest = _ROUNDING * unit
-
-    def expected(self, load: float) -> float:
-        """Return the tolerance for a state that is not known yet.
-
-        Parameters
-        ----------
-        load : float
-            Load on the indenter, if positive: a single atom carries no more.
-
-        Returns
-        -------
-        float
-        """
-        mean_force = _MARGIN * self._mean_force
-        return self._for(min(mean_force, load) if load > 0.0 else mean_force)
-
-    def reduced(self, tolerance: float, state: ContactState) -> float | None:
-        """Return the tolerance with which to continue; None if the last one suffices.
-
-        Parameters
-        ----------
-        tolerance : float
-            To which the state was relaxed.
-        state : ContactState
-
-        Returns
-        -------
-        float or None
-        """
-        if not state.repulsive_atoms:
-            return None
-        # atoms that are about to lose contact carry nothing
-        magnitude = abs(state.pressure)
-        mean = float(magnitude.sum()) / max(int(np.count_nonzero(magnitude)), 1)
-        self._mean_force = max(state.contact_pressure, mean) * state.cell_area
-        required = self._for(self._mean_force)
-        if tolerance <= required:
-            return None
-        return max(_REDUCTION * required, self._smallest)
-
-    def _for(self, mean_force: float) -> float:
-        return max(self._relative * mean_force, self._smallest)
+    if error < _SMALLEST:
+        raise ValueError(
+            f"an accuracy of the continuum is at least {_SMALLEST:g}, got {error:g}; "
+            "with a grid of your own (refine, coarsen) it is that of the solver"
+        )
+    smallest = min(_POINTS)
+    sufficient = [points for level, points in _POINTS.items() if level <= error]
+    points = min(sufficient, default=_POINTS[smallest] * smallest / error)
+    wave = IndenterFacts(indenter).short_wavelength
+    if math.isnan(wave):
+        wave = _UNKNOWN_WAVE * spacing
+    coarsest = min(wave / points / spacing, _COARSEST[wall.family])
+    power = math.floor(math.log2(coarsest) + _ROUNDING)
+    for coarser in range(power, -1, -1):
+        change = GridChange(1, 2**coarser)
+        with suppress(ValueError):  # unless it divides the window and the period
+            change.shape(shape or 2 * (max(_COARSEST.values()),))
+            change.surface(indenter, spacing)
+            return change
+    return GridChange(2 ** max(-power, 0))

@@ -1,12 +1,20 @@
-"""Warnings and errors about steps outside of the validity of the model."""
+"""Steps outside of the validity of the model, and the hardness to compare with."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ase_roughcontact._util.callers import warn
-from ase_roughcontact._util.validation import one_of
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import one_of, positive
+from ase_roughcontact.contact import Problem
+from ase_roughcontact.elasticity import Layer
+from ase_roughcontact.elasticity.material import HARDNESS, fcc_spacing
 from ase_roughcontact.paths.limits import failed_checks
+
+# Relative difference of a spacing from that of the crystal of its name.
+_SAME_SPACING = 0.02
 
 
 class ValidityWarning(UserWarning):
@@ -50,11 +58,6 @@ class Validity:
 
     action: str = "warn"
     hardness: float | None = None
-
-    @classmethod
-    def of(cls, validity: str | Validity) -> Validity:
-        """Return the settings for an action, or the given ones."""
-        return cls(validity) if isinstance(validity, str) else validity
 
     def __post_init__(self) -> None:
         """Check the action."""
@@ -107,3 +110,39 @@ class ValidityReport:
         if self._action == "raise":
             raise RuntimeError(text)
         warn(text, ValidityWarning)
+
+
+def hardness_of(symbol: str, spacing: float) -> float:
+    """Return the hardness of an element in `HARDNESS` (eV/Å^3).
+
+    NaN if it is not known, or if the spacing is not that of the element's crystal, as
+    in other units.
+    """
+    try:
+        crystal = fcc_spacing(symbol)
+    except ValueError:  # neither fcc nor diamond: any spacing may be meant
+        crystal = spacing
+    if not math.isclose(spacing, crystal, rel_tol=_SAME_SPACING):
+        return math.nan
+    return HARDNESS.get(symbol, math.nan) * UNITS["GPa"]
+
+
+def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -> float:
+    """Return the hardness with which the pressures of a problem are compared (eV/Å^3).
+
+    It is that of the wall, if it has one, or the given one; else that of the element,
+    unless the solid is a layer.
+
+    Raises
+    ------
+    ValueError
+        If the hardness is not positive.
+    """
+    if problem.wall.plastic:  # what is plastic is within the model
+        return problem.wall.hardness
+    if hardness is None:
+        layer = isinstance(problem.solid.elastic, Layer)
+        return math.nan if layer else hardness_of(symbol, problem.spacing)
+    if hardness != math.inf and not math.isnan(hardness):
+        positive(hardness=hardness)
+    return hardness

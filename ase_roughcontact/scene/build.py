@@ -20,7 +20,7 @@ from ase_roughcontact.elasticity.named_materials import (
     work_of_adhesion,
 )
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
-from ase_roughcontact.paths.hardness import hardness_of
+from ase_roughcontact.paths.validity import hardness_of
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.config import SubstrateConfig
 from ase_roughcontact.scene.file import SceneFile

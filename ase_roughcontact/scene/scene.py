@@ -19,10 +19,8 @@ from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.path_atoms import ProblemAtoms, relaxer_of
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.accuracy import LEVELS, Accuracy, accuracy_of
+from ase_roughcontact.paths.accuracy import LEVELS, Accuracy, accuracy_of, grid_for
 from ase_roughcontact.paths.flat_record import FlatStep
-from ase_roughcontact.paths.grids import grid_for
-from ase_roughcontact.paths.hardness import hardness_for
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
 from ase_roughcontact.paths.output import Output
@@ -32,7 +30,7 @@ from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT, ScanErrors
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import FREE, StepOptions
-from ase_roughcontact.paths.validity import ValidityReport
+from ase_roughcontact.paths.validity import ValidityReport, hardness_for
 from ase_roughcontact.scene.advice import warnings_of
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.build import build

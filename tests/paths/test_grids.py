@@ -3,7 +3,7 @@
 import pytest
 
 import ase_roughcontact as rc
-from ase_roughcontact.paths.grids import grid_for
+from ase_roughcontact.paths.accuracy import grid_for
 
 SOFT = rc.LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = rc.DugdaleWall(0.01, 0.5)
