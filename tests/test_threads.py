@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import ase_roughcontact as rc
+from ase_roughcontact._util import kernels
 from ase_roughcontact._util.threads import threads
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.fft import Blocking
@@ -23,8 +24,9 @@ WALLS = {
 
 
 @pytest.fixture(autouse=True)
-def small_blocks():
-    with threads(2, block_size=200):
+def small_blocks(monkeypatch):
+    monkeypatch.setattr(kernels, "BLOCK_SIZE", 200)
+    with threads(2):
         yield
 
 
@@ -56,7 +58,7 @@ def relaxed(contact, load=20.0):
 def test_results_do_not_depend_on_the_number_of_threads(kind, wall):
     states = []
     for count in (1, 3):
-        with threads(count, block_size=200):
+        with threads(count):
             states.append(relaxed(contact_of(kind, WALLS[wall])))
     one, three = states
     assert one.converged

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from itertools import zip_longest
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 if sys.version_info >= (3, 11):
     import tomllib as tomllib
@@ -23,8 +23,6 @@ PathName = str | os.PathLike
 
 # Errors of a file system without locks.
 _NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP}
-# Files that this process has locked.
-_held: set[IO[bytes]] = set()
 
 
 @contextmanager
@@ -69,7 +67,8 @@ def lock(name: PathName) -> Iterator[bool]:
     OSError
         If the file system has no locks, or the file is a symbolic link.
     """
-    with open_file(name, "ab") as file:
+    refuse_link(name)
+    with open(name, "ab") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             # the process that held the lock may have removed the file meanwhile
@@ -79,23 +78,11 @@ def lock(name: PathName) -> Iterator[bool]:
         except OSError:
             Path(name).unlink(missing_ok=True)
             raise
-        if free:
-            _held.add(file)
         try:
             yield free
         finally:
-            if free and not file.closed:  # closed in a forked process
-                _held.remove(file)
+            if free:
                 Path(name).unlink(missing_ok=True)
-
-
-def _close_inherited() -> None:
-    """Close the locks in a forked process, which would keep them otherwise."""
-    for file in _held:
-        file.close()
-
-
-os.register_at_fork(after_in_child=_close_inherited)
 
 
 @contextmanager
@@ -151,7 +138,7 @@ def table_writer(
     refuse_link(file)
     with closed_at_end(file) as stack:
         with replaced(file) as new:
-            text = open_file(new, "w", newline="", encoding="utf-8")
+            text = open(new, "w", newline="", encoding="utf-8")  # noqa: SIM115
             opened = stack.enter_context(text)
             table = csv.DictWriter(opened, list(columns), extrasaction="ignore")
             table.writerow(columns)
@@ -188,12 +175,6 @@ def closed_at_end(file: PathName) -> Iterator[ExitStack]:
     finally:
         with named_in_errors(file):
             stack.close()
-
-
-def open_file(file: PathName, mode: str, **options: Any) -> IO[Any]:
-    """Open a file for writing, but raise `OSError` for a symbolic link."""
-    refuse_link(file)
-    return open(file, mode, **options)
 
 
 def refuse_link(file: PathName) -> None:

@@ -13,13 +13,11 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from ase_roughcontact._util.threads import (
-    available_threads,
-    block_size,
-    split,
-    thread_map,
-)
+from ase_roughcontact._util.threads import available_threads, split, thread_map
 
+#: Array elements per block: larger blocks leave the cache of a processor, and smaller
+#: ones are dominated by the overhead of NumPy's calls.
+BLOCK_SIZE = 131072
 # Length of vectors up to which BLAS does not start threads, 10 000 for OpenBLAS.
 _SINGLE_THREAD = 8192
 
@@ -45,40 +43,28 @@ def rowwise(
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
         @wraps(function)
-        def call(*args: P.args, **kwargs: P.kwargs) -> T:
-            first = args[0]
-            if not isinstance(first, np.ndarray):
-                first = _first_array(first)
-            size = block_size() * (2 if first.itemsize <= 4 else 1)  # of equal memory
+        def call(*args: P.args, **kwargs: P.kwargs) -> Any:
+            first: Any = args[0]
+            while not isinstance(first, np.ndarray):  # the first of nested lists
+                first = first[0]
+            size = BLOCK_SIZE * (2 if first.itemsize <= 4 else 1)  # of equal memory
             if first.size <= size:  # as is: small arrays are worth no more
                 return function(*args, **kwargs)
             blocks = split(len(first), size * len(first) // first.size)
-            results = thread_map(
+            results: list[Any] = thread_map(
                 lambda rows: function(*_block(args, rows), **kwargs),
                 blocks,
                 # a thread with a single block starts too late to help
                 min(available_threads(), len(blocks) // 2),
             )
-            return _combined(combine, results)
+            if combine is None:
+                return None
+            combined = combine.reduce(results, axis=0).tolist()
+            return tuple(combined) if isinstance(combined, list) else combined
 
         return call
 
     return decorate
-
-
-def _combined(combine: np.ufunc | None, results: list[Any]) -> Any:
-    """Return the results for the blocks as one result."""
-    if combine is None:
-        return None
-    combined = combine.reduce(results, axis=0).tolist()
-    return tuple(combined) if isinstance(combined, list) else combined
-
-
-def _first_array(argument: Any) -> np.ndarray:
-    """Return the first array in nested lists."""
-    while not isinstance(argument, np.ndarray):
-        argument = argument[0]
-    return argument
 
 
 def _block(argument: Any, rows: slice) -> Any:

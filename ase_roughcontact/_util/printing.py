@@ -7,6 +7,7 @@ import math
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
+from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # rich is imported when something is printed
@@ -18,6 +19,9 @@ if TYPE_CHECKING:  # rich is imported when something is printed
 _WIDTH = 80
 # Range of numbers that are printed without an exponent.
 _SMALL, _LARGE = 1e-3, 1e7
+_YEAR = 365.25 * 86400.0
+# Time above which years are printed (s).
+_LONG = 100.0 * _YEAR
 
 
 def number(value: float, digits: int = 4) -> str:
@@ -30,6 +34,13 @@ def number(value: float, digits: int = 4) -> str:
         return f"{value:.{digits - 1}e}"
     decimals = digits - 1 - math.floor(math.log10(abs(value)))
     return f"{value:.{max(decimals, 0)}f}"
+
+
+def duration(seconds: float) -> str:
+    """Return a time (s) as hours, minutes and seconds, or as years if very long."""
+    if seconds > _LONG:
+        return f"{seconds / _YEAR:.2g} years"
+    return str(timedelta(seconds=round(seconds)))
 
 
 def table(

@@ -28,7 +28,6 @@ from ase_roughcontact._util.files import (
     PathName,
     closed_at_end,
     named_in_errors,
-    open_file,
     replaced,
 )
 from ase_roughcontact.paths.record import LoadStep
@@ -206,7 +205,7 @@ def trajectory_writer(
             stack.close()
             with replaced(file) as new:
                 # ASE would count an incomplete frame when it closes the file
-                opened = stack.enter_context(open_file(new, "wb"))
+                opened = stack.enter_context(open(new, "wb"))  # noqa: SIM115
                 trajectory = Trajectory(opened, "w", comm=DummyMPI())
                 for old in islice(read_frames(file), kept if keep == "all" else 0):
                     trajectory.write(old)

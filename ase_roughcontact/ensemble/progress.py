@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ase_roughcontact._util.text import duration
+from ase_roughcontact._util.printing import duration
 from ase_roughcontact.scene import Scene
 
 # Cost of a load step without contact, in atoms in contact. Measured for copper and a

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.printing import entries, number, table
-from ase_roughcontact._util.text import duration
+from ase_roughcontact._util.printing import duration, entries, number, table
 from ase_roughcontact.paths.record import size_of
 
 # Size of an atom in a trajectory, and of a step in the one for viewing (bytes).

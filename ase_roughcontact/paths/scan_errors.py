@@ -107,11 +107,10 @@ class ScanErrors:
     def _at_targets(self) -> tuple[FloatArray, FloatArray]:
         """Normal forces of the targets, in this order, and errors, one row each."""
         rough = self.problem.facts.roughness
-        copies = rough.copies()
         chosen = np.linspace(0, len(self.targets) - 1, TARGETS).round().astype(int)
         # a path may have one target only, as one of sliding
         targets = list(dict.fromkeys(np.asarray(self.targets)[chosen].tolist()))
-        groups = [rough], copies.coarser, copies.noisy, copies.seamless
+        groups = [rough], *rough.copies().values()
         number, total = count(1), sum(map(len, groups))
         results = list[FloatArray]()
         for maps in groups:

@@ -12,10 +12,9 @@ from typing import Any
 from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact.scene.section import Section
 from ase_roughcontact.topography import HeightMap
-from ase_roughcontact.topography.map_statistics import edge_step, has_edge_step
 from ase_roughcontact.topography.scan import ROLES, in_angstrom
 from ase_roughcontact.topography.scan_files import TEXT
-from ase_roughcontact.topography.spectrum import statistics
+from ase_roughcontact.topography.spectrum import edge_step, has_edge_step, statistics
 
 # Limits beyond which a scan is doubtful: share of missing points, rms slopes, share
 # of the noise in the mean square slope, and size.

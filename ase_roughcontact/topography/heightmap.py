@@ -26,15 +26,16 @@ from ase_roughcontact.topography.interpolation import (
     interpolated,
     spline_coefficients,
 )
-from ase_roughcontact.topography.map_statistics import has_edge_step, pressed_statistics
-from ase_roughcontact.topography.measurement import Copies, Measurement
+from ase_roughcontact.topography.measurement import Measurement
 from ase_roughcontact.topography.noise import Noise, outliers
 from ase_roughcontact.topography.scan import Length, Scan, in_angstrom, position
 from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
 from ase_roughcontact.topography.spectrum import (
     Statistics,
     axis_spacings,
+    has_edge_step,
     power_spectrum,
+    pressed_statistics,
     smooth_component,
 )
 from ase_roughcontact.topography.tip_fit import TipFit
@@ -247,16 +248,13 @@ class HeightMap:
         surface.measurement = measured
         return surface
 
-    def copies(self) -> Copies[HeightMap]:
-        """Return copies of a scan that show its errors; none of any other map."""
-        if self.measurement is None:
-            return Copies()
-        placed: Any = self.periodic, self.center
-        coarser, noisy, seamless = (
-            [HeightMap(*each, *placed) for each in group]
-            for group in vars(self.measurement.copies()).values()
-        )
-        return Copies(coarser, noisy, seamless)
+    def copies(self) -> dict[str, list[HeightMap]]:
+        """Return copies of a scan that show its errors; see `Measurement.copies`."""
+        groups = self.measurement.copies() if self.measurement else {}
+        return {
+            kind: [HeightMap(*each, self.periodic, self.center) for each in group]
+            for kind, group in groups.items()
+        }
 
     @property
     def pixel(self) -> float:

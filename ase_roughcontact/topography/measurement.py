@@ -7,25 +7,23 @@ A copy has half the pixels, as much noise again, or edges that fit each other.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Generic, TypeVar
 
 import numpy as np
 from scipy import ndimage
 
 from ase_roughcontact._util.validation import FloatArray, Point
 from ase_roughcontact.topography.interpolation import interpolated
-from ase_roughcontact.topography.map_statistics import has_edge_step, pressed_statistics
 from ase_roughcontact.topography.noise import Noise
 from ase_roughcontact.topography.spectrum import (
     Statistics,
+    has_edge_step,
     power_spectrum,
+    pressed_statistics,
     smooth_component,
 )
-
-Map = TypeVar("Map")
 
 # Noise is neglected if its rms slope is below this part of that of the map.
 _LEAST_NOISE = 1e-3
@@ -40,25 +38,6 @@ _DEVIATION = math.sqrt(math.log(2.0) / 2.0) / math.pi
 _DISTINCT = 3.5
 #: Numbers of noisy copies, and of successive halvings of the number of pixels.
 NOISY, HALVINGS = 4, 2
-
-
-@dataclass(frozen=True)
-class Copies(Generic[Map]):
-    """Copies of a scan that show its errors.
-
-    Attributes
-    ----------
-    coarser : sequence of HeightMap
-        With half and a quarter of the pixels along each side.
-    noisy : sequence of HeightMap
-        With as much noise again; none if there is hardly any.
-    seamless : sequence of HeightMap
-        With edges that fit each other, where they should and do not.
-    """
-
-    coarser: Sequence[Map] = ()
-    noisy: Sequence[Map] = ()
-    seamless: Sequence[Map] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,14 +96,19 @@ class Measurement:
         )
         return 1.0 - math.sqrt(max(after, 0.0) / before) if before > after else 0.0
 
-    def copies(self) -> Copies[tuple[FloatArray, Point]]:
-        """Return heights and spacings of copies that show the errors of the scan."""
+    def copies(self) -> dict[str, list[tuple[FloatArray, Point]]]:
+        """Return heights and spacings of copies that show the errors of the scan.
+
+        "coarser" ones have half and a quarter of the pixels along each side, "noisy"
+        ones as much noise again, none if there is hardly any, and "seamless" ones edges
+        that fit each other, where they should and do not.
+        """
         noisy, seamless, pressed = [], [], self.pressed
         if self.noise_slope > _LEAST_NOISE * self.statistics.rms_slope:
             noisy = [(each, self.spacing) for each in self.noisy()]
         if self.periodic and has_edge_step(pressed):
             seamless = [(pressed - smooth_component(pressed), self.spacing)]
-        return Copies(list(self.coarser()), noisy, seamless)
+        return {"coarser": list(self.coarser()), "noisy": noisy, "seamless": seamless}
 
     def noisy(self) -> Iterator[FloatArray]:
         """Yield the heights with as much noise again as they have."""

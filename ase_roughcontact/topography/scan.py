@@ -18,6 +18,7 @@ from __future__ import annotations
 import os
 import warnings
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -94,15 +95,20 @@ class Scan:
             lookup(name or "A", LENGTHS, "unit of length")
             for name in (raw.unit or unit, unit or raw.unit)
         )
+        found = raw.spacing and (raw.spacing[0] * of_scan, raw.spacing[1] * of_scan)
+        steps = found
         if spacing is not None:
             steps = axis_spacings(in_angstrom("spacing", spacing, given))
-            if raw.spacing is not None:
-                _warn_of_other_spacing(steps, np.multiply(raw.spacing, of_scan))
-        elif raw.spacing is not None:
-            steps = raw.spacing[0] * of_scan, raw.spacing[1] * of_scan
-        else:
+        if steps is None:
             raise ValueError(
                 "the distance between the points of the scan is not known: give spacing"
+            )
+        if found and not np.allclose(steps, found, rtol=_SAME_SPACING):
+            sizes = (f"{x / 10:.4g} x {y / 10:.4g}" for x, y in (steps, found))
+            warnings.warn(
+                "the spacing {} nm is given and used, but the file has {} nm: leave "
+                "spacing out, unless the file is wrong".format(*sizes),
+                stacklevel=2,
             )
         periodic = raw.periodic if periodic is None else bool(periodic)
         return cls(raw.heights * of_scan, steps, periodic), given
@@ -144,8 +150,9 @@ class Scan:
 
         See `HeightMap.from_topography`. Missing points are not taken into account.
         """
-        trends = {"mean": polynomial(0), "plane": polynomial(1)}
-        trends |= {"curvature": polynomial(2), "lines": _lines, "none": np.zeros_like}
+        degrees = {"mean": 0, "plane": 1, "curvature": 2}
+        trends: dict[str, Any] = {"lines": _lines, "none": np.zeros_like}
+        trends |= {k: partial(polynomial, degree=n) for k, n in degrees.items()}
         trend = lookup(detrend, trends, "way to detrend")
         return replace(self, heights=self.heights - trend(self.heights))
 
@@ -192,17 +199,6 @@ class Scan:
         return -self.heights[::-1], place
 
 
-def _warn_of_other_spacing(given: Point, found: FloatArray) -> None:
-    """Warn of a given spacing that is not that of the file (Å)."""
-    if not np.allclose(given, found, rtol=_SAME_SPACING):
-        sizes = (" x ".join(f"{x / 10:.4g}" for x in steps) for steps in (given, found))
-        warnings.warn(
-            "the spacing {} nm is given and used, but the file has {} nm: leave "
-            "spacing out, unless the file is wrong".format(*sizes),
-            stacklevel=2,
-        )
-
-
 def position(center: Any, unit: float) -> Point:
     """Return a place (x, y) in Å, after checks."""
     try:
@@ -234,35 +230,24 @@ def in_angstrom(name: str, value: Any, unit: float) -> Any:
     return value * unit
 
 
-def polynomial(degree: int) -> Any:
-    """Return a function that fits a polynomial in x and y to the known heights.
-
-    It returns the polynomial at all points.
-    """
-
-    def trend(heights: FloatArray) -> FloatArray:
-        x, y = (np.linspace(-1.0, 1.0, n) for n in heights.shape)
-        powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
-        terms = np.array([x[:, None] ** i * y**j for i, j in powers])
-        known = ~np.isnan(heights)
-        fit, *_ = np.linalg.lstsq(terms[:, known].T, heights[known], rcond=None)
-        return np.tensordot(fit, terms, 1)
-
-    return trend
+def polynomial(heights: FloatArray, degree: int) -> FloatArray:
+    """Return the polynomial in x and y that fits the known heights, at all points."""
+    x, y = (np.linspace(-1.0, 1.0, n) for n in heights.shape)
+    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+    terms = np.array([x[:, None] ** i * y**j for i, j in powers])
+    known = ~np.isnan(heights)
+    fit, *_ = np.linalg.lstsq(terms[:, known].T, heights[known], rcond=None)
+    return np.tensordot(fit, terms, 1)
 
 
 def _lines(heights: FloatArray) -> FloatArray:
     """Return the straight lines that fit the scan lines (along x) best."""
-    x = np.linspace(-1.0, 1.0, len(heights))[:, None]
-    known = ~np.isnan(heights)
-    count = np.maximum(known.sum(axis=0), 1)
-    x_mean = np.where(known, x, 0.0).sum(axis=0) / count
-    mean = np.nansum(heights, axis=0) / count
-    distance = np.where(known, x - x_mean, 0.0)
-    square = (distance**2).sum(axis=0)
-    product = np.nansum(distance * (heights - mean), axis=0)
-    slope = np.divide(product, square, out=np.zeros_like(product), where=square > 0.0)
-    return mean + slope * (x - x_mean)
+    places = np.linspace(-1.0, 1.0, len(heights))[:, None] + np.zeros_like(heights)
+    known, x = (np.ma.array(each, mask=np.isnan(heights)) for each in (heights, places))
+    distance, middle = x - x.mean(axis=0), known.mean(axis=0)
+    slope = (distance * (known - middle)).sum(axis=0) / (distance**2).sum(axis=0)
+    lines = middle + np.ma.filled(slope, 0.0) * (places - x.mean(axis=0))
+    return np.ma.filled(lines, 0.0)
 
 
 def _harmonic(heights: FloatArray, missing: np.ndarray, periodic: bool) -> FloatArray:

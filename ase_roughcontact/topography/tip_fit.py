@@ -71,7 +71,7 @@ class TipFit:
         _explained, curvature = max(fits)
         if curvature <= 0.0:
             return cls()
-        rest = heights - polynomial(2)(heights)
+        rest = heights - polynomial(heights, 2)
         whole = 1.0 - float(rest.var() / heights.var())
         return cls(1.0 / curvature, min(share, whole))
 

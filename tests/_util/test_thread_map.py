@@ -12,7 +12,6 @@ from numpy.testing import assert_array_equal
 
 from ase_roughcontact._util.threads import (
     available_threads,
-    block_size,
     processors,
     split,
     thread_map,
@@ -102,27 +101,19 @@ def test_an_error_in_any_thread_is_raised(count):
     assert thread_map(abs, list(range(count)), count) == list(range(count))
 
 
-def test_items_are_done_once_if_no_thread_can_be_started():
+def test_items_are_done_once_if_no_thread_can_be_started(monkeypatch):
     queued, done = [], []
 
-    class Full(ThreadPoolExecutor):
-        """Queues a task, then finds that there is no thread for it."""
+    def full(_, *arguments):
+        """Queue a task, then find that there is no thread for it."""
+        queued.append(arguments)
+        raise RuntimeError("can't start new thread")
 
-        def submit(self, *arguments):
-            queued.append(arguments)
-            raise RuntimeError("can't start new thread")
-
-    items = [0, 1, 2]
-    assert thread_map(lambda k: done.append(k) or k, items, 3, Full()) == items
+    monkeypatch.setattr(ThreadPoolExecutor, "submit", full)
+    assert thread_map(lambda k: done.append(k) or k, [0, 1, 2], 3) == [0, 1, 2]
     for work, *arguments in queued:  # a thread becomes available later
         work(*arguments)
-    assert done == items
-
-
-def test_a_pool_that_was_shut_down_is_replaced_by_the_caller():
-    pool = ThreadPoolExecutor(2)
-    pool.shutdown()
-    assert thread_map(abs, [0, 1, 2], 3, pool) == [0, 1, 2]
+    assert done == [0, 1, 2]
 
 
 def process_ids(count):
@@ -159,18 +150,7 @@ def test_threads_are_set_for_one_thread_only_and_reset(monkeypatch):
     assert available_threads() == 3
 
 
-def test_block_size_is_set_with_the_threads_and_reset():
-    before = block_size()
-    with threads(1, block_size=16):
-        assert block_size() == 16
-    assert block_size() == before
-
-
-@pytest.mark.parametrize(
-    "options", [{"count": 0}, {"count": 1, "block_size": 0}], ids=str
-)
-def test_numbers_of_threads_and_elements_must_be_positive(options):
-    name = "block_size" if "block_size" in options else "threads"
-    message = f"{name} must be an integer >= 1"
-    with pytest.raises(ValueError, match=message), threads(**options):
+def test_number_of_threads_must_be_positive():
+    message = "threads must be an integer >= 1, got 0"
+    with pytest.raises(ValueError, match=message), threads(0):
         pass

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import HeightMap, SelfAffine
-from ase_roughcontact.topography.map_statistics import edge_step, has_edge_step
 from ase_roughcontact.topography.noise import Noise, outliers
+from ase_roughcontact.topography.spectrum import edge_step, has_edge_step
 
 SURFACE = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=3, domain=256.0)
 HEIGHTS = SURFACE.heights((256, 256), 1.0)
@@ -46,7 +46,7 @@ def test_a_filtered_scan_that_is_made_periodic_has_no_noise_at_its_edges():
     flat = scanned(HEIGHTS[:100, :90], **options).made_periodic()
     assert flat.edge_change > 0.0
     assert flat.measurement.noise_slope == 0.0
-    assert flat.copies().noisy == []
+    assert flat.copies()["noisy"] == []
 
 
 def test_a_given_noise_replaces_the_estimate():
@@ -113,7 +113,7 @@ def test_copies_with_fewer_pixels_are_samples_of_the_same_surface(shape, periodi
     x, y = np.arange(n)[:, None] / n, np.arange(m) / m
     wave = np.sin(4.0 * np.pi * (x + y) + 0.3)
     surface = scanned(wave, periodic=periodic, detrend="none")
-    half, quarter = surface.copies().coarser
+    half, quarter = surface.copies()["coarser"]
     place = (11, 9), 1.37, (-7.3, -4.1)
     expected = surface.heights(*place)
     for each, pixels in ((half, 2), (quarter, 4)):
@@ -134,11 +134,11 @@ def test_the_edges_of_a_part_of_a_scan_do_not_fit_and_those_of_its_period_do():
 
 def test_a_copy_of_a_part_declared_periodic_has_edges_that_fit():
     part = scanned(HEIGHTS[:100, :60], periodic=True)
-    (copy,) = part.copies().seamless
+    (copy,) = part.copies()["seamless"]
     place = (100, 60), 1.0, (-50.0, -30.0)
     assert has_edge_step(part.heights(*place))
     assert not has_edge_step(copy.heights(*place))
-    assert not scanned(HEIGHTS, periodic=True).copies().seamless
+    assert not scanned(HEIGHTS, periodic=True).copies()["seamless"]
 
 
 def test_a_part_of_a_scan_declared_periodic_keeps_slope_and_curvature():
