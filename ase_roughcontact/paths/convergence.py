@@ -20,7 +20,7 @@ from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
 from ase_roughcontact.paths.step_options import StepOptions
-from ase_roughcontact.solvers.default import default_relaxer
+from ase_roughcontact.solvers.newton import default_relaxer
 from ase_roughcontact.solvers.relaxation import Run, Start, Support, largest_error
 
 # Force on an atom in contact before any is known, in units of E* a0^2: about that on

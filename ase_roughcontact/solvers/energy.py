@@ -8,25 +8,45 @@ half space, the height :math:`Z` of the indenter, its surface :math:`h` and the 
 
 has the gradient :math:`-a_0^2 G r` in :math:`q`, with the residual :math:`r = p - q`
 and the pressure :math:`p = -V'(g)` of the wall, and :math:`-(a_0^2 \sum p + F)` in
-:math:`Z`, with the force :math:`F = -U'` of load and springs on the indenter. For
-derivatives along increments see `increments`.
+:math:`Z`, with the force :math:`F = -U'` of load and springs on the indenter.
+
+A hard wall with attraction is a constraint, :math:`g \ge 0`, on top of the function
+:math:`V(g)` of its attraction. The constraint is treated by an augmented Lagrangian:
+with the reaction :math:`\lambda` at every atom and a stiffness :math:`D`,
+
+.. math:: V(g) + \frac{\max(\lambda - D g, 0)^2 - \lambda^2}{2 D}
+
+replaces :math:`V`; the pressure is :math:`-V' + \max(\lambda - D g, 0)`. The minimum is
+that of the constrained problem if :math:`\lambda = \max(\lambda - D g, 0)`, which is
+also how :math:`\lambda` is updated after a minimisation (method of multipliers).
+
+References
+----------
+D. P. Bertsekas, Constrained Optimization and Lagrange Multiplier Methods (1982), Ch. 3.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import dot, scale
+from ase_roughcontact._util.kernels import dot, max_abs, scale
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.local_wall import LocalWall
+from ase_roughcontact.interactions import Interaction, scaled_attraction
+from ase_roughcontact.interactions.base import Profile
 from ase_roughcontact.solvers.relaxation import External
 
 # Rounding error of an energy, relative to the sum of the magnitudes of its terms.
 _ROUNDING = 1e-14
+# Stiffness D of the augmented Lagrangian times the self-compliance of an atom.
+_STIFFNESS = 5.0
+# The same at least in units of the negative stiffness of the attraction at contact,
+# without which the constrained minimum would not be one of the augmented Lagrangian.
+_CURVATURES = 3.0
 
 
 @dataclass(frozen=True)
@@ -71,47 +91,57 @@ class EnergyState:
     residual_norm: float
 
     @property
-    def by_pressure(self) -> bool:
-        """Whether the wall is linearised at the gaps at which it has the pressures."""
-        return self.residual_norm < math.inf
-
-    @property
     def error(self) -> float:
         """Largest force on an atom or the indenter."""
         return max(self.surface_error, abs(self.load_residual))
 
 
+@dataclass(frozen=True, eq=False)
 class ContactEnergy:
-    """Energy of a contact and its derivatives, at states and along increments.
+    """Energy of a contact and its gradient.
 
-    Parameters
+    Attributes
     ----------
     contact : Contact
         Contact with a soft wall, or a hard one with attraction.
-    external : callable, optional
-        Energy and upward force of load and springs on the indenter at a height; by
-        default the height is fixed.
-    wall : LocalWall, optional
-        Wall of the contact with a reaction; by default without.
+    support : callable or None
+        Energy and upward force of load and springs on the indenter at a height; None
+        if the height is fixed.
+    stiffness : float
+        D of a hard wall (pressure per length); zero for others.
+    reaction : ndarray, shape (n, m), or None
+        lambda (pressure); None stands for zero.
     """
 
-    def __init__(
-        self,
-        contact: Contact,
-        external: External | None,
-        wall: LocalWall | None = None,
-    ) -> None:
-        self.contact = contact
-        self.wall = wall or LocalWall.of(contact)
-        self.area = contact.halfspace.cell_area
-        self.attractive = contact.interaction.attractive
-        self.invertible = contact.interaction.invertible
-        self.loaded = external is not None
-        self.external = external or (lambda height: (0.0, 0.0))
+    contact: Contact
+    support: External | None
+    stiffness: float = 0.0
+    reaction: np.ndarray | None = None
 
-    def on(self, contact: Contact, wall: LocalWall | None = None) -> ContactEnergy:
-        """Return the energy of a contact or wall with the same load and springs."""
-        return ContactEnergy(contact, self.external if self.loaded else None, wall)
+    @classmethod
+    def of(cls, contact: Contact, support: External | None) -> ContactEnergy:
+        """Return the energy without a reaction."""
+        wall, stiffness = contact.interaction, 0.0
+        if wall.hard:
+            factor = 1.0 if contact.adhesion is None else float(contact.adhesion.max())
+            curvature = -factor * float(wall.evaluate(np.zeros(1))[2][0])
+            least = _STIFFNESS / contact.halfspace.self_compliance
+            stiffness = max(least, _CURVATURES * curvature)
+        return cls(contact, support, stiffness)
+
+    @property
+    def wall(self) -> Interaction:
+        """Wall of the contact."""
+        return self.contact.interaction
+
+    @cached_property
+    def area(self) -> float:
+        """Area of an atom."""
+        return self.contact.halfspace.cell_area
+
+    def external(self, height: float) -> tuple[float, float]:
+        """Return energy and upward force of load and springs at a height."""
+        return self.support(height) if self.support else (0.0, 0.0)
 
     def opening(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``G q``, the opening of the gap by a pressure: one convolution."""
@@ -148,59 +178,42 @@ class ContactEnergy:
         """
         if opening is None:
             opening, exact = self.opening(pressure), True
-        linearise = self.wall.at_pressures if by_pressure else self.wall.at_gaps
-        wall = linearise(pressure, opening, height)
-        residual = wall.residual
-        if self.contact.halfspace.periodic and wall.active.all() and not by_pressure:
+        gap = self._gap(opening, height)
+        active = gap < self.wall.cutoff
+        active |= pressure != 0.0
+        near = np.flatnonzero(active)
+        g, q = gap.take(near), pressure.take(near)
+        energies, wall_pressure, d = self._profile(g, near)
+        r, norm = wall_pressure - q, math.inf
+        error = float(abs(r).max(initial=0.0))
+        if by_pressure:
+            r, d, norm = self._linearised_at(q, g)
+        residual, stiffness = np.zeros((2, *gap.shape))
+        residual.put(near, r)
+        stiffness.put(near, d)
+        if self.contact.halfspace.periodic and active.all() and not by_pressure:
             # the energy does not depend on the mean of q: set it to that of p
             shift = float(residual.mean())
             pressure, residual = pressure + shift, residual - shift
         elastic = 0.5 * self.area * dot(pressure, opening)
+        stored = self.area * (float(energies.sum()) - self._constant)
+        magnitude = self.area * (float(abs(energies).sum()) + self._constant)
         outside, force = self.external(height)
-        magnitudes = elastic + self.area * wall.magnitude + abs(outside)
+        unbalanced = force + self.area * float(wall_pressure.sum())
         return EnergyState(
             pressure=pressure,
             opening=opening,
             height=height,
-            box=Box.bounding(wall.active) or self._lowest_gap(opening),
-            stiffness=wall.stiffness,
+            box=Box.bounding(active) or _lowest(gap),
+            stiffness=stiffness,
             residual=residual,
-            load_residual=force + self.area * wall.force if self.loaded else 0.0,
-            surface_error=self.area * wall.error,
-            energy=elastic + self.area * wall.energy + outside,
-            rounding=_ROUNDING * magnitudes,
+            load_residual=unbalanced if self.support else 0.0,
+            surface_error=self.area * error,
+            energy=elastic + stored + outside,
+            rounding=_ROUNDING * (elastic + magnitude + abs(outside)),
             exact=exact,
-            residual_norm=wall.norm,
+            residual_norm=norm,
         )
-
-    def with_reaction(self, state: EnergyState) -> ContactEnergy:
-        """Return the energy with the reaction of a hard wall from the pressure."""
-        wall = self.wall.with_reaction(state.pressure, state.opening, state.height)
-        return self.on(self.contact, wall)
-
-    def updated(self, state: EnergyState) -> tuple[ContactEnergy, float]:
-        """Return the energy with an updated reaction of a hard wall.
-
-        Returns
-        -------
-        energy : ContactEnergy
-        violation : float
-            Largest violation of the constraint: overlap, or gap of an atom under a
-            reaction; zero without reactions (length).
-        """
-        if self.wall.reaction is None:
-            return self, 0.0
-        wall, violation = self.wall.updated(state.opening, state.height)
-        return self.on(self.contact, wall), violation
-
-    def stiffer(self, factor: float) -> ContactEnergy:
-        """Return the energy with a stiffer augmented Lagrangian of a hard wall."""
-        wall = replace(self.wall, stiffness=factor * self.wall.stiffness)
-        return self.on(self.contact, wall)
-
-    def recomputed(self, state: EnergyState) -> EnergyState:
-        """Return the same state with its opening from a new convolution."""
-        return self.state(state.pressure, state.height)
 
     def reevaluated(
         self,
@@ -221,16 +234,98 @@ class ContactEnergy:
             by_pressure=by_pressure,
         )
 
+    def with_reaction(self, state: EnergyState) -> ContactEnergy:
+        """Return the energy with the reaction of a hard wall that balances a pressure.
+
+        That is ``max(q - p_a, 0)``, with the attraction ``p_a`` at ``max(g, 0)``.
+        """
+        gap = np.maximum(self._gap(state.opening, state.height), 0.0)
+        attraction = scaled_attraction(self.wall, gap, self.contact.adhesion)[1]
+        return replace(self, reaction=np.maximum(state.pressure - attraction, 0.0))
+
+    def updated(self, state: EnergyState) -> tuple[ContactEnergy, float]:
+        """Return the energy with the reaction of a hard wall ``max(lambda - D g, 0)``.
+
+        Returns
+        -------
+        energy : ContactEnergy
+        violation : float
+            Largest violation of the constraint: overlap, or gap of an atom under a
+            reaction; zero without reactions (length).
+        """
+        if self.reaction is None:
+            return self, 0.0
+        gap = self._gap(state.opening, state.height)
+        reaction = np.maximum(self.reaction - self.stiffness * gap, 0.0)
+        change = max_abs(reaction - self.reaction)
+        return replace(self, reaction=reaction), change / self.stiffness
+
+    def wall_force(self, shape: np.ndarray, height: float) -> float:
+        """Return the force of the wall at the gaps ``Z + shape``."""
+        near = np.flatnonzero(shape < self.wall.cutoff - height)
+        pressure = self._profile(height + shape.take(near), near)[1]
+        return self.area * float(pressure.sum())
+
     def spring_stiffness(self, height: float) -> float:
         """Return the stiffness of the springs, by a difference of forces."""
-        if not self.loaded:
-            return 0.0
         d = 1e-4 * self.contact.halfspace.spacing
         difference = self.external(height - d)[1] - self.external(height + d)[1]
         return max(difference / (2.0 * d), 0.0)
 
-    def _lowest_gap(self, opening: np.ndarray) -> Box:
-        """Return a box with the atom of the smallest gap."""
+    @cached_property
+    def _constant(self) -> float:
+        """Sum of ``lambda^2/2D``."""
+        if self.reaction is None:
+            return 0.0
+        return dot(self.reaction, self.reaction) / (2.0 * self.stiffness)
+
+    def _gap(self, opening: np.ndarray, height: float) -> np.ndarray:
         gap = self.contact.heights + opening
-        i, j = np.unravel_index(gap.argmin(), gap.shape)
-        return Box((int(i), int(j)), (1, 1))
+        gap += height
+        return gap
+
+    def _profile(self, gap: np.ndarray, atoms: np.ndarray) -> Profile:
+        """Return energy, without its constant, pressure and stiffness at some atoms."""
+        if not gap.size:
+            return gap, gap, gap
+        adhesion = self.contact.adhesion
+        factor = None if adhesion is None else adhesion.take(atoms)
+        profile = scaled_attraction(self.wall, gap, factor)
+        if not self.wall.hard:
+            return profile
+        energy, pressure, stiffness = profile
+        core = -self.stiffness * gap
+        if self.reaction is not None:
+            core += self.reaction.take(atoms)
+        np.maximum(core, 0.0, out=core)
+        return (
+            energy + core**2 / (2.0 * self.stiffness),
+            pressure + core,
+            np.where(core > 0.0, self.stiffness, stiffness),
+        )
+
+    def _linearised_at(
+        self, q: np.ndarray, g: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return residual, stiffness and norm of a wall linearised at its pressures.
+
+        With the gaps w at which ``p = max(q, 0)``, the residual is
+        ``p + D (w - g) - q``. Where ``p + min(D, 1/c) (w - g) < 0``, with the
+        self-compliance c, the wall loses contact: ``r = -q`` and ``D = 0``. The norm is
+        that of ``r / sqrt(1 + c D)``.
+        """
+        compliance = self.contact.halfspace.self_compliance
+        w, r, d = self.wall.inverse(np.maximum(q, 0.0))
+        w -= g
+        held = r + np.minimum(d, 1.0 / compliance) * w > 0.0
+        d *= held
+        r += w * d
+        r *= held
+        r -= q
+        return r, d, dot(r / (1.0 + compliance * d), r) ** 0.5
+
+
+def _lowest(gap: np.ndarray) -> Box:
+    """Return a box with the atom of the smallest gap."""
+    i, j = np.unravel_index(gap.argmin(), gap.shape)
+    return Box((int(i), int(j)), (1, 1))

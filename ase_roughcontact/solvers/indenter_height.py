@@ -54,10 +54,9 @@ def carrying_height(
     shape = energy.contact.heights + opening
 
     def force(height: float) -> float:
-        pushed = energy.area * energy.wall.force(shape, height)
-        return pushed + energy.external(height)[1]
+        return energy.wall_force(shape, height) + energy.external(height)[1]
 
-    high = low = min(float(energy.contact.interaction.cutoff - shape.min()), highest)
+    high = low = min(float(energy.wall.cutoff - shape.min()), highest)
     if force(high) >= 0.0:
         return None
     spacing = energy.contact.halfspace.spacing
@@ -71,18 +70,23 @@ def carrying_height(
     return None
 
 
-def foundation_height(energy: ContactEnergy, load: float) -> float:
-    """Return the height at which independent springs carry a load.
+def first_height(energy: ContactEnergy, height: float) -> float:
+    """Return a height at which a flat surface, or one of springs, carries the load.
 
-    They are those of `winkler_depth`, in series with an invertible wall at its
-    contact distance.
+    If the inverse of the wall is known, and no spring holds the indenter, the surface
+    is one of the independent springs of `winkler_depth`, in series with the wall at its
+    contact distance. If no height carries the load, it is the given one.
     """
-    contact, wall = energy.contact, energy.contact.interaction
-    softness = 1.0 / float(wall.inverse(np.zeros(1))[2][0])
-    compliance = contact.halfspace.self_compliance + softness
-    above = contact.heights - contact.heights.min()
-    depth = winkler_depth(above, load / energy.area, compliance)
-    return contact.first_contact - depth
+    contact, wall = energy.contact, energy.wall
+    load = -energy.external(height)[1]
+    if wall.invertible and load > 0.0 and not energy.spring_stiffness(height) > 0.0:
+        softness = 1.0 / float(wall.inverse(np.zeros(1))[2][0])
+        compliance = contact.halfspace.self_compliance + softness
+        above = contact.heights - contact.heights.min()
+        depth = winkler_depth(above, load / energy.area, compliance)
+        return contact.first_contact - depth
+    carrying = carrying_height(energy)
+    return height if carrying is None else carrying
 
 
 def balance_load(
@@ -109,7 +113,7 @@ def balance_load(
     for _ in range(_LOAD_STEPS):
         force = state.load_residual
         only_load = state.surface_error <= tolerance < abs(force)
-        if energy.attractive or not only_load:
+        if energy.wall.attractive or not only_load:
             break
         # of wall and springs against a change of height, a0^2 sum V'' + U''
         stiffness = energy.area * float(state.stiffness.sum())

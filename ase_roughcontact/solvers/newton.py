@@ -29,13 +29,13 @@ import numpy as np
 
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.solvers.active_set import check_height
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.solvers.active_set import active_set, check_height
 from ase_roughcontact.solvers.coarsening import can_coarsen, coarsen, refine
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
 from ase_roughcontact.solvers.indenter_height import (
     balance_load,
-    carrying_height,
-    foundation_height,
+    first_height,
     supports_indenter,
 )
 from ase_roughcontact.solvers.newton_step import NewtonStepper
@@ -43,6 +43,7 @@ from ase_roughcontact.solvers.options import NewtonKrylovOptions
 from ase_roughcontact.solvers.relaxation import (
     External,
     Relaxation,
+    SolverRelaxer,
     checked_start,
     force_per_gap,
     gap_tolerance,
@@ -119,10 +120,21 @@ def newton_krylov(
         window, a number is not finite, or no load reaches the height of a periodic
         surface with a hard wall.
     """
-    _check(contact, height, external is None, tolerance)
+    if contact.interaction.purely_hard:
+        raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
+    finite(height=height)
+    positive(tolerance=tolerance)
+    if contact.interaction.hard and external is None:
+        check_height(contact, height)
     start = checked_start(contact, start)
-    energy = ContactEnergy(contact, external)
-    state, pairs = _initial_state(energy, height, start, options)
+    energy, pairs = ContactEnergy.of(contact, external), 0.0
+    state = None
+    if start is not None:
+        state = energy.state(start, height, by_pressure=contact.interaction.invertible)
+        pairs = 1.0
+    if state is None or _is_far(energy, state, options):
+        state, coarse_pairs = _cold_start(energy, height, options)
+        pairs += coarse_pairs
     if contact.interaction.hard:
         energy = energy.with_reaction(state)
         state = energy.reevaluated(state)
@@ -133,74 +145,45 @@ def newton_krylov(
         pairs = 0.0
 
 
-def _check(contact: Contact, height: float, fixed: bool, tolerance: float) -> None:
-    if contact.interaction.purely_hard:
-        raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
-    finite(height=height)
-    positive(tolerance=tolerance)
-    if contact.interaction.hard and fixed:
-        check_height(contact, height)
-
-
-def _initial_state(
-    energy: ContactEnergy,
-    height: float,
-    start: np.ndarray | None,
-    options: NewtonKrylovOptions,
-) -> tuple[EnergyState, float]:
-    """Return the state to start from, and the FFT pairs that it costs."""
-    pairs = 0.0
-    invertible = energy.invertible
-    if start is not None:
-        state = energy.state(start, height, by_pressure=invertible)
-        if not _is_far(energy, state, options):
-            return state, 1.0
-        pairs = 1.0
-    start, height, coarse_pairs = _cold_start(energy, height, options)
-    state = energy.state(start, height, by_pressure=invertible)
-    return state, pairs + coarse_pairs + 1.0
+def default_relaxer(wall: Interaction) -> SolverRelaxer:
+    """Return `active_set` for a hard wall without attraction, else `newton_krylov`."""
+    return SolverRelaxer(active_set if wall.purely_hard else newton_krylov)
 
 
 def _is_far(
     energy: ContactEnergy, state: EnergyState, options: NewtonKrylovOptions
 ) -> bool:
     """Return whether coarser grids are a better start, since the load differs much."""
-    if not energy.loaded:
+    if energy.support is None:
         return False
-    contact = energy.contact
-    load = -energy.external(state.height)[1]
-    if energy.attractive:
-        distance = abs(state.load_residual) / indenter_stiffness(contact)
-        return distance > options.max_indenter_move * contact.halfspace.spacing
+    if energy.wall.attractive:
+        distance = abs(state.load_residual) / indenter_stiffness(energy.contact)
+        return distance > options.max_indenter_move * energy.contact.halfspace.spacing
+    load = energy.external(state.height)[1]
     return abs(state.load_residual) > options.max_load_change * abs(load)
 
 
 def _cold_start(
     energy: ContactEnergy, height: float, options: NewtonKrylovOptions
-) -> tuple[np.ndarray, float, float]:
-    """Return an initial pressure and height, and the FFT pairs that they cost."""
-    contact = energy.contact
-    if not can_coarsen(contact, options.coarsest):
-        load = -energy.external(height)[1]
-        held = energy.spring_stiffness(height) > 0.0
-        if energy.loaded and energy.invertible and load > 0.0 and not held:
-            height = foundation_height(energy, load)
-            return np.zeros(contact.heights.shape), height, 0.0
-        carrying = carrying_height(energy) if energy.loaded else None
-        height = height if carrying is None else carrying
-        return np.zeros(contact.heights.shape), height, 0.0
-    coarse = energy.on(coarsen(contact))
-    start, height, pairs = _cold_start(coarse, height, options)
-    halfspace = coarse.contact.halfspace
-    residual = _COARSE_RESIDUAL * halfspace.contact_modulus
-    tolerance = residual * halfspace.cell_area
-    first = coarse.state(start, height, by_pressure=coarse.invertible)
-    states = _relax(coarse, first, tolerance, options)
-    for state in islice(states, _COARSE_STEPS):
-        pairs += state.pairs
-    share = start.size / contact.heights.size
-    pressure = refine(state.pressure, contact.heights.shape)
-    return pressure, state.height, (pairs + 1.0) * share
+) -> tuple[EnergyState, float]:
+    """Return the state found on coarser grids, and the FFT pairs that it costs."""
+    contact, pairs = energy.contact, 0.0
+    if can_coarsen(contact, options.coarsest):
+        coarse = ContactEnergy.of(coarsen(contact), energy.support)
+        state, pairs = _cold_start(coarse, height, options)
+        halfspace = coarse.contact.halfspace
+        tolerance = _COARSE_RESIDUAL * halfspace.contact_modulus * halfspace.cell_area
+        for relaxed in islice(_relax(coarse, state, tolerance, options), _COARSE_STEPS):
+            pairs += relaxed.pairs
+        pairs *= relaxed.pressure.size / contact.heights.size
+        pressure = refine(relaxed.pressure, contact.heights.shape)
+        height = relaxed.height
+    else:
+        pressure = np.zeros(contact.heights.shape)
+        if energy.support is not None:
+            height = first_height(energy, height)
+    invertible = energy.wall.invertible
+    return energy.state(pressure, height, by_pressure=invertible), pairs + 1.0
 
 
 def _relax(
@@ -230,12 +213,11 @@ def _relax(
     restarted = False
     reaction = _ReactionUpdates(energy, tolerance, options)
     while True:
-        target = reaction.target
-        if state.error <= target and reaction.is_last and not state.exact:
-            state = energy.recomputed(state)
+        if state.error <= reaction.target and reaction.is_last and not state.exact:
+            state = energy.state(state.pressure, state.height)
             state = balance_load(energy, state, tolerance)
             progress.keep(state)
-        if state.error <= target:
+        if state.error <= reaction.target:
             energy, finished = reaction.updated(energy, state)
             if finished:
                 yield report(converged=True)
@@ -249,7 +231,7 @@ def _relax(
         yield report()
         new = newton.step(energy, state, tolerance)
         if new is None:
-            held = not energy.loaded or supports_indenter(energy, state)
+            held = energy.support is None or supports_indenter(energy, state)
             progress.obstacle = (
                 "no step lowers the energy" if held else "nothing holds the indenter"
             )
@@ -270,7 +252,7 @@ def _relax(
 
 
 class _ReactionUpdates:
-    """Updates of the reaction of a hard wall between Newton steps; see `local_wall`.
+    """Updates of the reaction of a hard wall between Newton steps; see `energy`.
 
     Attributes
     ----------
@@ -286,7 +268,7 @@ class _ReactionUpdates:
         halfspace, self._tolerance = energy.contact.halfspace, tolerance
         self._gap = gap_tolerance(halfspace, tolerance, options.largest_gap)
         self._forcing = _REACTION_FORCING * force_per_gap(halfspace)
-        self.is_last = energy.wall.reaction is None
+        self.is_last = energy.reaction is None
         self._violations: list[float] = []
         self._aim(_FIRST_VIOLATION * halfspace.spacing)
 
@@ -296,7 +278,7 @@ class _ReactionUpdates:
         """Return the updated energy, and whether it and the state were the solution."""
         energy, violation = energy.updated(state)
         if self._violations and violation > _SLOW_UPDATE * self._violations[-1]:
-            energy = energy.stiffer(_STIFFER)
+            energy = replace(energy, stiffness=_STIFFER * energy.stiffness)
         self._violations.append(violation)
         solved = self.is_last and violation <= self._gap
         self.is_last = violation <= self._gap

@@ -7,7 +7,7 @@ from contacts import solve
 from scipy.optimize import minimize
 
 import ase_roughcontact as rc
-from ase_roughcontact.solvers.local_wall import LocalWall
+from ase_roughcontact.solvers.energy import ContactEnergy
 from ase_roughcontact.solvers.response import height_response
 
 WALLS = {
@@ -125,7 +125,7 @@ def test_stiffness_of_the_augmented_lagrangian_follows_the_strongest_attraction(
     factors = np.ones((32, 32))
     factors[3, 4] = 2.5
     short = rc.ExponentialWall(0.05, 0.05)
-    stiffness = LocalWall.of(contact_of(short, adhesion=factors)).stiffness
+    stiffness = ContactEnergy.of(contact_of(short, adhesion=factors), None).stiffness
     assert stiffness > 2.5 * 0.05 / 0.05**2
 
 

@@ -8,12 +8,8 @@ from contacts import constant, contact_of, solve, spring
 
 from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.solvers.energy import ContactEnergy
-from ase_roughcontact.solvers.increments import (
-    Increment,
-    combine,
-    line_search,
-)
 from ase_roughcontact.solvers.indenter_height import balance_load
+from ase_roughcontact.solvers.newton_step import Increment, combine, line_search
 
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.005)
@@ -28,7 +24,7 @@ def scene(wall=REPULSIVE, *, heights=None, **options):
 
 
 def state_and_increments(rng, wall, solid):
-    energy = ContactEnergy(scene(wall, solid=solid), constant(5.0))
+    energy = ContactEnergy.of(scene(wall, solid=solid), constant(5.0))
     pressure = np.maximum(0.05 * rng.standard_normal((32, 32)), 0.0)
     state = energy.state(pressure, 0.3)
     changes = 0.1 * rng.standard_normal((3, 32, 32))
@@ -46,7 +42,7 @@ def out_of_balance(wall, held, solid):
     """Energy, and its relaxed state with the indenter slightly too low."""
     contact = scene(wall, solid=solid)
     last = solve(contact, held, tolerance=1e-10)
-    energy = ContactEnergy(contact, held)
+    energy = ContactEnergy.of(contact, held)
     return energy, energy.state(last.pressure, last.height - 5e-9), last
 
 
