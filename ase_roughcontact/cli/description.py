@@ -9,7 +9,6 @@ from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.solid import label_of
-from ase_roughcontact.scene.sphere_limits import sphere_limits
 from ase_roughcontact.topography import SelfAffine
 from ase_roughcontact.windows.regrid import lost_text
 
@@ -72,7 +71,7 @@ def bodies(scene: Scene) -> dict[str, str]:
 def theory(reference: Reference) -> dict[str, str]:
     """Return descriptions of the theory with which a scene is compared."""
     scene, smooth = reference.scene, reference.smooth
-    found, limits = {}, sphere_limits(reference.scene.bodies)
+    found, limits = {}, reference.scene.bodies.sphere_limits
     if reference.explanation:
         found["theory"] = reference.explanation
         found["theory"] += ", at the instantaneous modulus" if limits else ""

@@ -27,7 +27,6 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.fit import Fit
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.smooth_fit import SmoothFit
-from ase_roughcontact.scene.sphere_limits import forces_over_depth
 from ase_roughcontact.scene.tradeoff_result import Tradeoff
 from ase_roughcontact.theory import SphereTheory
 from ase_roughcontact.topography import SelfAffine
@@ -273,8 +272,8 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     curves = {curve.label: curve for curve in _smooth(reference)}
     theory = {
         label: (first_contact - depth if by_height else depth, force)
-        for label, (depth, force) in forces_over_depth(
-            scene.bodies, curves, steps
+        for label, (depth, force) in scene.bodies.forces_over_depth(
+            curves, steps
         ).items()
     }
     with written(file, 3.4) as figure:

@@ -122,7 +122,7 @@ class Creep:
         ValueError
             If the series is not valid.
         """
-        given = _terms(moduli=moduli, times=times)
+        given = _terms(relaxation_moduli=moduli, relaxation_times=times)
         if sum(given[0]) > 1.0 + _ROUNDING:
             raise ValueError(
                 "relaxation moduli are relative to the instantaneous modulus, so that "

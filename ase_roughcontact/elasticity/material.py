@@ -108,7 +108,7 @@ def crystal_constants(symbol: str) -> tuple[float, float, float]:
     if symbol not in CRYSTALS:
         raise ValueError(
             f"the elastic constants of {symbol!r} are not known, but those of "
-            f"{', '.join(CRYSTALS)}"
+            f"{', '.join(CRYSTALS)}: give them, or the contact modulus"
         )
     return CRYSTALS[symbol]
 

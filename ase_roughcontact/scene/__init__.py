@@ -21,18 +21,17 @@ scene.
 """
 
 from ase_roughcontact.scene.config import (
-    HeterogeneityConfig,
     InteractionConfig,
-    RoughnessConfig,
     SolverConfig,
     SphereConfig,
     SubstrateConfig,
-    TopographyConfig,
 )
 from ase_roughcontact.scene.file import default_text
 from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.optimizers import OPTIMIZERS, on_modes
 from ase_roughcontact.scene.path_kinds import PathKind, Steps
+from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
+from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.scene import NANONEWTON, Scene
 from ase_roughcontact.scene.sliding import Sliding
 from ase_roughcontact.scene.time import Timed

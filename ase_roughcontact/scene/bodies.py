@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,11 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
-from ase_roughcontact._util.validation import Shape
+from ase_roughcontact._util.validation import FloatArray, Shape
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.topography import HeightMap
+
+# Extent of a curve of theory relative to that of the steps.
+_EXTENT = 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +129,7 @@ class Bodies:
         wall = self.wall
         return wall.work_of_adhesion, wall.attraction_range, self.kappa_repulsive
 
-    def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
+    def hertz_area(self, normal_force: ArrayLike) -> FloatArray:
         """Return the contact area of a smooth sphere without adhesion.
 
         Parameters
@@ -137,10 +142,11 @@ class Bodies:
         ndarray
             Areas (Å^2).
         """
-        hertz = theory.Hertz(self.radius, self.contact_modulus)
-        return hertz.contact_area(normal_force)
+        return theory.Hertz(self.radius, self.contact_modulus).contact_area(
+            normal_force
+        )
 
-    def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
+    def predicted_area(self, normal_force: ArrayLike) -> FloatArray:
         """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
 
         Adhesion changes kappa. The area is NaN if `inverse_kappa` is not positive. With
@@ -173,7 +179,7 @@ class Bodies:
             rough.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
         )
 
-        def fraction(nominal: np.ndarray) -> np.ndarray:
+        def fraction(nominal: FloatArray) -> FloatArray:
             if hardness == math.inf:
                 return theory.contact_fraction(nominal, pressure)
             return theory.plastic_contact_fraction(nominal, pressure, hardness)[0]
@@ -183,3 +189,43 @@ class Bodies:
             return nominal * fraction(np.asarray(normal_force) / nominal)
         sphere = self.radius, self.contact_modulus
         return theory.predicted_area(normal_force, *sphere, fraction)
+
+    @property
+    def sphere_limits(self) -> dict[str, theory.SphereTheory]:
+        """Theories with the instantaneous and the relaxed modulus, by these words.
+
+        There are none for an elastic solid or a flat, and a fluid has no relaxed
+        modulus.
+        """
+        creep, wall = self.solid.creep, self.wall
+        if creep is None or self.is_flat:
+            return {}
+        parts = {"instantaneous": 1.0, "relaxed": creep.relaxed}
+        adhesion = wall.work_of_adhesion, wall.attraction_range
+        return {
+            name: theory.sphere_theory(
+                self.radius, part * self.contact_modulus, *adhesion
+            )
+            for name, part in parts.items()
+            if part
+        }
+
+    def forces_over_depth(
+        self, theories: Mapping[str, theory.SphereTheory], steps: Sequence[LoadStep]
+    ) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Return penetrations (Å) and forces (eV/Å) of theories in the range of steps.
+
+        There are none for a rough sphere, whose penetration is relative to its highest
+        peak, not its mean.
+        """
+        if self.rough is not None or self.whole_tip is not None:
+            return {}
+        area = max(getattr(step, step.area_column) for step in steps)
+        largest_force = max(step.normal_force for step in steps)
+        found = {}
+        for label, each in theories.items():
+            # wider than the atoms under pressure: with the rim under tension
+            highest = max(largest_force, -each.pull_off_force)
+            radius = max(float(each.contact_radius(highest)), math.sqrt(area / math.pi))
+            found[label] = each.curve(_EXTENT * radius + self.spacing)
+        return found

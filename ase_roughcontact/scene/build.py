@@ -9,15 +9,11 @@ from typing import Any
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.contact import Problem
-from ase_roughcontact.elasticity import Creep, ElasticSolid, Viscoelastic
-from ase_roughcontact.elasticity.greens import Isotropic
-from ase_roughcontact.elasticity.named_materials import (
-    ATTRACTION_RANGE,
-    combined_modulus,
-    combined_poisson,
-    dundurs_parameter,
-    material,
-    work_of_adhesion,
+from ase_roughcontact.elasticity import (
+    ElasticSolid,
+    Isotropic,
+    Viscoelastic,
+    named_materials,
 )
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.paths.validity import hardness_of
@@ -76,8 +72,8 @@ def build(scene: SceneFile) -> Bodies:
         creep = creep_of(scene.substrate)
         if scene.friction and creep is not None:
             raise ValueError(
-                "friction needs lateral displacements, which a viscoelastic solid has "
-                "not: leave out [friction], or relaxation_moduli and relaxation_times"
+                "there is no friction on a viscoelastic solid: leave out [friction], "
+                "or relaxation_moduli and relaxation_times"
             )
     problems.check()
 
@@ -89,7 +85,12 @@ def build(scene: SceneFile) -> Bodies:
             poisson = poisson_of(scene.substrate) if scene.friction else None
             solid = replace(solid, poisson=poisson)
     with problems.of("sphere"):
-        solid = _with_tip(solid, scene.sphere.material, creep)
+        substrate_modulus = solid.contact_modulus
+        if scene.sphere.material:
+            solid = _with_tip(solid, scene.sphere.material)
+        if creep is not None:  # the tip is elastic
+            part = solid.contact_modulus / substrate_modulus
+            solid = Viscoelastic(solid, creep.scaled(part))
     rough: SelfAffine | HeightMap | None = None
     if scene.topography is not None:
         with problems.of("topography"):
@@ -159,34 +160,28 @@ def _hardness(substrate: SubstrateConfig, symbol: str, spacing: float) -> float:
     return given * UNITS["GPa"]
 
 
-def _with_tip(solid: ElasticSolid, name: str, creep: Creep | None) -> ElasticSolid:
-    """Return the solid that deforms as both bodies do, if the tip has a material.
-
-    The tip is elastic also if the substrate creeps.
-    """
-    if not name:
-        return solid if creep is None else Viscoelastic(solid, creep)
+def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:
+    """Return the solid that deforms as it and a tip of a material do."""
     if not isinstance(solid, Isotropic):
         raise ValueError(
             "the material of the sphere needs an isotropic substrate, got "
             f"{solid!r}: leave it out"
         )
-    tip = material(name).contact_modulus * UNITS["GPa"]
-    poisson, beta, of_tip = None, None, material(name).poisson
-    if solid.poisson is not None:
-        if of_tip is None:
-            raise ValueError(
-                f"Poisson's ratio of the material {name!r} is not known, which "
-                "friction needs: leave it out"
-            )
-        first = solid.contact_modulus, solid.poisson
-        poisson = combined_poisson(first, (tip, of_tip))
-        beta = dundurs_parameter(first, (tip, of_tip))
-    both = Isotropic(combined_modulus(solid.contact_modulus, tip), poisson, beta)
-    if creep is None:
-        return both
-    return Viscoelastic(
-        both, creep.scaled(both.contact_modulus / solid.contact_modulus)
+    tip = named_materials.material(name)
+    modulus, poisson = tip.contact_modulus * UNITS["GPa"], tip.poisson
+    both = named_materials.combined_modulus(solid.contact_modulus, modulus)
+    if solid.poisson is None:
+        return Isotropic(both)
+    if poisson is None:
+        raise ValueError(
+            f"Poisson's ratio of the material {name!r} is not known, which friction "
+            "needs: leave it out"
+        )
+    bodies = (solid.contact_modulus, solid.poisson), (modulus, poisson)
+    return Isotropic(
+        both,
+        named_materials.combined_poisson(*bodies),
+        named_materials.dundurs_parameter(*bodies),
     )
 
 
@@ -199,9 +194,9 @@ def _wall(
     missing -= parameters.keys()
     materials = scene.substrate.material, scene.sphere.material
     if "work_of_adhesion" in missing and all(materials):
-        parameters["work_of_adhesion"] = work_of_adhesion(*materials)
+        parameters["work_of_adhesion"] = named_materials.work_of_adhesion(*materials)
     if "attraction_range" in missing and all(materials):
-        parameters["attraction_range"] = f"{ATTRACTION_RANGE} nm"
+        parameters["attraction_range"] = f"{named_materials.ATTRACTION_RANGE} nm"
     if "hardness" in missing and not math.isnan(hardness):
         parameters["hardness"] = hardness / UNITS["GPa"]
     return make_wall(kind, solid.contact_modulus, spacing, parameters)
@@ -216,9 +211,7 @@ def _local_adhesion(
     if not wall.attractive:
         kind = scene.interaction.kind
         raise ValueError(f"needs a wall with a work of adhesion, got kind = {kind!r}")
-    in_range = (
-        0.0
-        if radius == math.inf
-        else math.sqrt(2.0 * radius * (wall.cutoff - wall.contact_distance))
-    )
+    in_range = 0.0
+    if radius < math.inf:
+        in_range = math.sqrt(2.0 * radius * (wall.cutoff - wall.contact_distance))
     return local_adhesion(scene.heterogeneity, spacing, _ROOM * in_range)

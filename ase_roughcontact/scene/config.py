@@ -12,9 +12,6 @@ from ase_roughcontact._util.validation import grid_shape, lookup, one_of, positi
 from ase_roughcontact.interactions import WALLS, wall_parameters
 from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
 from ase_roughcontact.paths.coupling import COUPLINGS
-from ase_roughcontact.scene.path_kinds import PathKind
-from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
-from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.section import Section, kind_of, plain_values
 from ase_roughcontact.windows.regrid import GridChange
 
@@ -215,19 +212,3 @@ class SolverConfig(Section):
     accuracy: float | str = "normal"
     fmax: float | None = None
     max_steps: int = 10_000
-
-
-SECTIONS: dict[str, type[Section]] = {
-    section.title: section
-    for section in (
-        SubstrateConfig,
-        SphereConfig,
-        RoughnessConfig,
-        TopographyConfig,
-        HeterogeneityConfig,
-        InteractionConfig,
-        FrictionConfig,
-        PathKind,
-        SolverConfig,
-    )
-}

@@ -8,24 +8,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 from ase_roughcontact._util.files import tomllib
 from ase_roughcontact._util.identity import canonical, identity
 from ase_roughcontact._util.validation import lookup, shown
-from ase_roughcontact.scene.config import (
-    SECTIONS,
-    FrictionConfig,
-    HeterogeneityConfig,
-    InteractionConfig,
-    RoughnessConfig,
-    SolverConfig,
-    SphereConfig,
-    SubstrateConfig,
-    TopographyConfig,
-)
+from ase_roughcontact.scene import config
 from ase_roughcontact.scene.path_kinds import PathKind, Steps
-from ase_roughcontact.scene.section import Problems, Section
+from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
+from ase_roughcontact.scene.scan import TopographyConfig
+from ase_roughcontact.scene.section import Problems, Section, members
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
 
@@ -58,15 +50,17 @@ def read_text(file: str | Path) -> str:
 class SceneFile:
     """Sections of a scene file; see `Scene`."""
 
-    substrate: SubstrateConfig = field(default_factory=SubstrateConfig)
-    sphere: SphereConfig = field(default_factory=SphereConfig)
+    substrate: config.SubstrateConfig = field(default_factory=config.SubstrateConfig)
+    sphere: config.SphereConfig = field(default_factory=config.SphereConfig)
     roughness: RoughnessConfig | None = None
     topography: TopographyConfig | None = None
     heterogeneity: HeterogeneityConfig | None = None
-    interaction: InteractionConfig = field(default_factory=InteractionConfig)
-    friction: FrictionConfig | None = None
+    interaction: config.InteractionConfig = field(
+        default_factory=config.InteractionConfig
+    )
+    friction: config.FrictionConfig | None = None
     path: PathKind = field(default_factory=Steps)
-    solver: SolverConfig = field(default_factory=SolverConfig)
+    solver: config.SolverConfig = field(default_factory=config.SolverConfig)
 
     def __post_init__(self) -> None:
         """Ask for the continuum if a surface was measured, unless the file says."""
@@ -120,13 +114,15 @@ class SceneFile:
         return cls(**sections)
 
     @classmethod
-    def read(cls: type[AnyFile], file: str | Path) -> AnyFile:
+    def read(cls: type[AnyFile], file: str | Path, copied: bool = False) -> AnyFile:
         """Read a scene file.
 
         Parameters
         ----------
         file : path
             TOML, see ``ase-roughcontact scene``.
+        copied : bool
+            See `parse`.
 
         Returns
         -------
@@ -138,33 +134,14 @@ class SceneFile:
             If the file can't be read, is not TOML, or has an invalid value. The error
             names file, section and key.
         """
-        return cls._read(Path(file))
+        scene = cls.parse(read_text(file), str(file), copied)
+        scene.check(str(file))
+        return scene
 
     @classmethod
     def of_results(cls: type[AnyFile], folder: str | Path) -> AnyFile:
-        """Read the scene of a folder of results, with the files copied to it.
-
-        Parameters
-        ----------
-        folder : path
-            With ``scene.toml``; see `Scene.run`.
-
-        Returns
-        -------
-        Scene
-
-        Raises
-        ------
-        ValueError
-            See `read`.
-        """
-        return cls._read(Path(folder) / "scene.toml", copied=True)
-
-    @classmethod
-    def _read(cls: type[AnyFile], file: Path, copied: bool = False) -> AnyFile:
-        scene = cls.parse(cls.text_of(file), str(file), copied)
-        scene.check(str(file))
-        return scene
+        """Read the scene of a folder of results; see `Scene.run` and `read`."""
+        return cls.read(Path(folder) / "scene.toml", copied=True)
 
     text_of = staticmethod(read_text)
 
@@ -309,3 +286,9 @@ def _toml(value: Any) -> str:
     if isinstance(value, float) and value == math.inf:
         return "inf"  # of JSON "Infinity"
     return json.dumps(value, ensure_ascii=False)
+
+
+#: Classes of the sections by title.
+SECTIONS: dict[str, type[Section]] = {
+    title: members(hint)[0] for title, hint in get_type_hints(SceneFile).items()
+}

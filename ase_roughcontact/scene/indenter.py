@@ -47,9 +47,17 @@ def radius_of(
         scan = topography.surface
         return math.inf if is_flat(scan, topography.role) else scan.tip.radius
     if given is None:
-        if topography is not None and topography.role == "indenter":
-            raise ValueError(_missing_radius(topography.surface))
-        return DEFAULT_RADIUS * spacing
+        if topography is None or topography.role != "indenter":
+            return DEFAULT_RADIUS * spacing
+        tip = topography.surface.tip
+        shape = "the scan does not say whether it is that of a whole tip"
+        if tip.is_tip:
+            nm = f"{tip.radius / UNITS['nm']:.3g} nm"
+            shape = f"the scan itself has a radius of about {nm} at its highest point"
+        raise ValueError(
+            f"{shape}: give radius = inf if it is the whole tip, or the radius of the "
+            "sphere that it is the roughness of"
+        )
     radius = sphere.plain(["radius"], lengths(spacing), "a0", sphere.unit).radius
     if not (isinstance(given, str) and 0.0 < radius < math.inf):
         positive(radius=given)
@@ -61,18 +69,6 @@ def radius_of(
     return radius * spacing
 
 
-def _missing_radius(scan: HeightMap) -> str:
-    """Return why a scanned indenter needs a radius."""
-    shape = "the scan does not say whether it is that of a whole tip"
-    if scan.tip.is_tip:
-        nm = f"{scan.tip.radius / UNITS['nm']:.3g} nm"
-        shape = f"the scan itself has a radius of about {nm} at its highest point"
-    return (
-        f"{shape}: give radius = inf if it is the whole tip, or the radius of the "
-        "sphere that it is the roughness of"
-    )
-
-
 def is_flat(scan: HeightMap, role: str) -> bool:
     """Return whether a scan without a sphere is a rough flat, and no whole tip.
 
@@ -81,15 +77,15 @@ def is_flat(scan: HeightMap, role: str) -> bool:
     ValueError
         If the scan is that of a tip with its height reversed.
     """
-    if role == "substrate" or scan.periodic or scan.tip.is_tip:
-        return role == "substrate" or scan.periodic
-    if scan.turned.tip.is_tip:
+    if role == "substrate" or scan.periodic:
+        return True
+    if not scan.tip.is_tip and scan.turned.tip.is_tip:
         raise ValueError(
             "radius = inf means that the scan is the whole tip or a rough flat, but it "
             "is not convex around its highest point: is the height reversed? Else give "
             "the radius of the sphere"
         )
-    return True
+    return not scan.tip.is_tip
 
 
 def flat_cell(

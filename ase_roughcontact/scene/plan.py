@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -12,16 +14,28 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import Crystal, Isotropic
-from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
 from ase_roughcontact.paths.record import size_of
+from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT
 from ase_roughcontact.scene.path_kinds import PathKind
-from ase_roughcontact.windows.expected import ExpectedContact, coarsened
+from ase_roughcontact.topography.facts import IndenterFacts
+from ase_roughcontact.windows.expected import (
+    LARGEST_DOMAIN,
+    ExpectedContact,
+    coarsened,
+)
 from ase_roughcontact.windows.memory import frame_memory, friction_memory
 
 # Number of steps up to which an error lists them.
 _MOST_LISTED = 20
+# What paths with friction leave out, and the second also unless it is coupled.
+_SLIDING_LEFT_OUT = (
+    "changes of the heights by sliding, which must be small compared to the roughness"
+)
+_COUPLING_LEFT_OUT = (
+    ", and of the pressure by lateral tractions: none for a Poisson's ratio of 1/2"
+)
 
 
 def check_targets(
@@ -46,20 +60,19 @@ def check_targets(
     steps, control = np.sort(targets), f"{path.control}s"
     if control == "heights":  # the deepest one last
         steps = steps[::-1]
-    problems = dict[int, ValueError | MemoryError]()
 
-    def fails(number: int) -> bool:
+    def problem(number: int) -> ValueError | MemoryError | None:
         try:
             expected.check(control, float(steps[number]))
         except (ValueError, MemoryError) as error:
-            problems[number] = error
-        return number in problems
+            return error
+        return None
 
-    if fails(len(steps) - 1):
-        first = bisect_left(range(len(steps)), True, key=fails)
-        error = problems[len(steps) - 1]  # what the others need is less
-        kind = MemoryError if isinstance(error, MemoryError) else ValueError
-        raise kind(_without(path, targets, steps[first:], str(error))) from error
+    worst = problem(len(steps) - 1)  # what the others need is less
+    if worst is not None:
+        first = bisect_left(range(len(steps)), True, key=lambda n: bool(problem(n)))
+        kind = MemoryError if isinstance(worst, MemoryError) else ValueError
+        raise kind(_without(path, targets, steps[first:], str(worst))) from worst
 
 
 def _without(
@@ -78,88 +91,62 @@ def _without(
     return f"{text}; or give values = [{', '.join(f'{k:.6g}' for k in kept)}]"
 
 
-def plan_targets(
-    problem: Problem,
-    window: Box,
-    control: str,
-    targets: FloatArray,
-    expected: ExpectedContact,
-    fixed: bool,
-) -> Plan:
-    """Return the windows, memory and time of the steps of a path.
+def plan_of(scene: Any) -> Plan:
+    """Return the windows, memory and time of the path of a `Scene`.
 
     Very large automatic windows and roughnesses are planned on a coarser lattice.
-
-    Parameters
-    ----------
-    problem, window, control
-        See `plan_path`.
-    targets : ndarray
-    expected : ExpectedContact
-    fixed : bool
-        Whether all steps have the same window.
-
-    Returns
-    -------
-    Plan
     """
-    planner = partial(plan_path, indenter=expected.indenter, spacing=expected.spacing)
-    if fixed:
-        return planner(problem, window, control, targets, "fixed")
-    targets, counts = thinned(targets)
-    ratios = np.array([expected.coarsening(control, t) for t in targets.tolist()])
+    expected, friction = scene.expected_contact, scene.friction
+    planner = partial(
+        plan_path,
+        start=scene.start,
+        control=scene.control,
+        window=scene.window,
+        indenter=expected.indenter,
+        spacing=expected.spacing,
+    )
+    if not scene.shape:
+        plan = _on_lattices(planner, scene, expected)
+    elif IndenterFacts(expected.indenter).points(expected.spacing) > LARGEST_DOMAIN**2:
+        plan = planner(replace(scene, roughness=None).problem, targets=scene.targets)
+    else:
+        plan = planner(scene.problem, targets=scene.targets)
+    steps, left_out = list(plan.steps), plan.left_out
+    if friction:  # steps with equal targets are one
+        counts = dict.fromkeys((step.target for step in steps), 0)
+        for step in steps:
+            counts[step.target] += step.count
+        distinct = {step.target: step for step in steps}
+        steps = [replace(step, count=counts[t]) for t, step in distinct.items()]
+        sliding = _SLIDING_LEFT_OUT + _COUPLING_LEFT_OUT * (not friction.coupled)
+        left_out = sliding, *(text for text in left_out if text != LATERAL_LEFT_OUT)
+    for number, step in enumerate(steps):
+        atoms = size_of(step.window) if step.window else 0
+        memory = step.memory + frame_memory(atoms)
+        if friction:
+            memory += friction_memory(atoms, friction.coupled)
+        steps[number] = replace(step, memory=memory)
+    if scene.scan is not None:
+        left_out = *left_out, COPIES_LEFT_OUT
+    return replace(plan, steps=tuple(steps), left_out=left_out)
+
+
+def _on_lattices(
+    planner: Callable[..., Plan], scene: Any, expected: ExpectedContact
+) -> Plan:
+    """Return the plan of automatic windows, each on a lattice that suits its size."""
+    targets, counts = thinned(scene.targets)
+    coarsening = partial(expected.coarsening, scene.control)
+    ratios = np.array([coarsening(target) for target in targets.tolist()])
     plans, planned = {}, dict[float, PlannedStep]()
     for ratio in np.unique(ratios).tolist():
-        lattice = problem if ratio <= 1 else _coarse_problem(expected, ratio)
-        part = targets[ratios == ratio]
-        plans[ratio] = planner(lattice, window, control, part, "auto")
+        lattice = scene.problem if ratio <= 1 else _coarse_problem(expected, ratio)
+        plans[ratio] = planner(lattice, targets=targets[ratios == ratio])
         planned |= {step.target: step for step in plans[ratio].steps}
     failing = next((p for p in reversed(plans.values()) if p.advice), plans[ratio])
-    return replace(
-        failing,
-        steps=tuple(
-            replace(planned[target], count=count)
-            for target, count in zip(targets.tolist(), counts.tolist(), strict=True)
-        ),
-    )
-
-
-def with_frames(plan: Plan) -> Plan:
-    """Return a plan with the memory of the frames that a run writes and draws."""
-    steps = (
-        replace(s, memory=s.memory + frame_memory(size_of(s.window))) if s.window else s
-        for s in plan.steps
-    )
-    return replace(plan, steps=tuple(steps))
-
-
-def with_friction(plan: Plan, coupled: bool = False) -> Plan:
-    """Return a plan with the memory of friction, and what this leaves out.
-
-    Steps with equal targets are one. The coupling of normal and lateral motion is left
-    out unless it is solved for.
-    """
-    distinct = {step.target: step for step in plan.steps}
-    sizes = {t: size_of(step.window) for t, step in distinct.items() if step.window}
-    steps = (
-        replace(
-            step,
-            count=sum(s.count for s in plan.steps if s.target == target),
-            memory=step.memory + friction_memory(sizes.get(target, 0), coupled),
-        )
-        for target, step in distinct.items()
-    )
-    left_out = (
-        "changes of the heights by sliding, which must be small compared to the "
-        "roughness"
-    )
-    if not coupled:
-        left_out += (
-            ", and of the pressure by lateral tractions: none for a Poisson's ratio of "
-            "1/2"
-        )
-    others = (text for text in plan.left_out if text != LATERAL_LEFT_OUT)
-    return replace(plan, steps=tuple(steps), left_out=(left_out, *others))
+    steps = zip(targets.tolist(), counts.tolist(), strict=True)
+    found = tuple(replace(planned[target], count=count) for target, count in steps)
+    return replace(failing, steps=found)
 
 
 def _coarse_problem(expected: ExpectedContact, ratio: int) -> Problem:

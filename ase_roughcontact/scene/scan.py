@@ -9,7 +9,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ase_roughcontact._util.units import LENGTHS, UNITS
+from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.scene.section import Section
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.scan import ROLES, in_angstrom
@@ -89,21 +92,32 @@ class TopographyConfig(Section):
     def summary(self) -> str:
         """Size, missing points, statistics and place of the scan as a line."""
         surface, nm = self.surface, UNITS["nm"]
-        (n, m), (width, height) = surface.shape, _size(surface)
-        missing = _measurement(surface).missing
-        name = "µm" if max(width, height) >= _IN_MICROMETRES else "nm"
-        unit = UNITS[name]
+        measured: Any = surface.measurement
+        (n, m), size = surface.shape, _size(surface)
+        name = "µm" if size.max() >= _IN_MICROMETRES else "nm"
+        width, height = size / UNITS[name]
         x, y = surface.center
         if self.role == "indenter":  # it was turned over
             x = (n - 1) * surface.spacing[0] - x
         place = "highest" if self.center == "highest" else "axis"
+        pressed = surface.statistics()
+        points = statistics(measured.heights, surface.spacing, periodic=False)
+        missing, noise = measured.missing, measured.noise
         parts = [
-            f"{width / unit:.4g} x {height / unit:.4g} {name}",
+            f"{width:.4g} x {height:.4g} {name}",
             f"{n} x {m} points{self._order}",
             f"{missing} ({100.0 * missing / (n * m):.2g} %) missing",
-            *_measured(surface),
-            f"{place} at ({x / unit:.4g}, {y / unit:.4g}) {name}",
+            f"rms height {pressed.rms_height / nm:.3g} nm",
+            f"rms slope {pressed.rms_slope:.3g} as pressed ({points.rms_slope:.3g} "
+            "between measured points)",
+            f"rms curvature {pressed.rms_curvature * nm:.3g} /nm "
+            f"({points.rms_curvature * nm:.3g})",
+            f"noise {noise.points / nm:.2g} nm, of lines {noise.lines / nm:.2g} nm",
         ]
+        if measured.cutoff:
+            parts.append(f"filtered below {measured.cutoff / nm:.3g} nm")
+        x, y = x / UNITS[name], y / UNITS[name]
+        parts.append(f"{place} at ({x:.4g}, {y:.4g}) {name}")
         if surface.tip.is_tip:
             parts.append(
                 f"curvature of the scan itself: radius {surface.tip.radius / nm:.3g} nm"
@@ -134,8 +148,8 @@ class TopographyConfig(Section):
         list of str
         """
         surface, nm = self.surface, UNITS["nm"]
-        n, m = surface.shape
-        missing, size = _measurement(surface).missing / (n * m), max(_size(surface))
+        measured: Any = surface.measurement
+        missing, size = measured.missing / math.prod(surface.shape), max(_size(surface))
         pressed, found = surface.statistics(), []
         low, high = _SLOPES
         if missing > _MOST_MISSING:
@@ -181,7 +195,7 @@ class TopographyConfig(Section):
     def _doubts_about_noise(self) -> Iterator[str]:
         """Yield warnings about outliers, noise and edges, with keys that help."""
         surface, nm = self.surface, UNITS["nm"]
-        measured = _measurement(surface)
+        measured: Any = surface.measurement
         noise, slope = measured.noise, surface.statistics().rms_slope
         if measured.outliers and not self.remove_outliers:
             yield (
@@ -225,29 +239,5 @@ def _read(config: TopographyConfig, changed: int) -> HeightMap:
     return HeightMap.from_topography(options.pop("file"), **options)
 
 
-def _measurement(surface: HeightMap) -> Any:
-    return surface.measurement
-
-
-def _measured(surface: HeightMap) -> list[str]:
-    """Return the statistics of a scan, its noise, and its filter."""
-    measured = _measurement(surface)
-    pressed, nm = surface.statistics(), UNITS["nm"]
-    points = statistics(measured.heights, surface.spacing, periodic=False)
-    found = [
-        f"rms height {pressed.rms_height / nm:.3g} nm",
-        f"rms slope {pressed.rms_slope:.3g} as pressed ({points.rms_slope:.3g} between "
-        "measured points)",
-        f"rms curvature {pressed.rms_curvature * nm:.3g} /nm "
-        f"({points.rms_curvature * nm:.3g})",
-        f"noise {measured.noise.points / nm:.2g} nm, of lines "
-        f"{measured.noise.lines / nm:.2g} nm",
-    ]
-    if measured.cutoff:
-        found.append(f"filtered below {measured.cutoff / nm:.3g} nm")
-    return found
-
-
-def _size(surface: HeightMap) -> tuple[float, float]:
-    (n, m), (x, y) = surface.shape, surface.spacing
-    return n * x, m * y
+def _size(surface: HeightMap) -> FloatArray:
+    return np.multiply(surface.shape, surface.spacing)

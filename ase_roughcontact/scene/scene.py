@@ -26,7 +26,7 @@ from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT, ScanErrors
+from ase_roughcontact.paths.scan_errors import ScanErrors
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import FREE, StepOptions
@@ -34,21 +34,15 @@ from ase_roughcontact.paths.validity import ValidityReport, hardness_for
 from ase_roughcontact.scene.advice import warnings_of
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.build import build
-from ase_roughcontact.scene.config import SECTIONS
-from ase_roughcontact.scene.file import SceneFile
+from ase_roughcontact.scene.file import SECTIONS, SceneFile
 from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.scene.plan import (
-    check_targets,
-    plan_targets,
-    with_frames,
-    with_friction,
-)
+from ase_roughcontact.scene.plan import check_targets, plan_of
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.facts import IndenterFacts
-from ase_roughcontact.windows.expected import LARGEST_DOMAIN, ExpectedContact
+from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.footprint import Footprint
 from ase_roughcontact.windows.memory import check_memory, check_roughness
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
@@ -390,18 +384,7 @@ class Scene(SceneFile):
         domain of the roughness is too small, the advised one is planned as well, as a
         larger one may be rougher.
         """
-        expected, scene = self.expected_contact, self
-        points = IndenterFacts(expected.indenter).points(expected.spacing)
-        if self.shape and points > LARGEST_DOMAIN**2:
-            scene = replace(self, roughness=None)
-        path = self.control, self.targets
-        plan = plan_targets(*scene._on_grid, *path, expected, bool(self.shape))
-        plan = with_frames(plan)
-        if self.friction:
-            plan = with_friction(plan, self.friction.coupled)
-        if self.scan is not None:
-            left_out = *plan.left_out, COPIES_LEFT_OUT
-            plan = replace(plan, left_out=left_out)
+        plan = plan_of(self)
         if not plan.domain:
             return plan
         change = self.grid_change

@@ -87,7 +87,7 @@ class Section:
     def types(cls) -> dict[str, tuple[type, ...]]:
         """Return the types that each key accepts."""
         hints = get_type_hints(cls)
-        types = {each.name: _members(hints[each.name]) for each in fields(cls)}
+        types = {each.name: members(hints[each.name]) for each in fields(cls)}
         numbers = (key for key in cls.units if tuple not in types[key])
         return types | {key: (*types[key], str) for key in numbers}
 
@@ -138,10 +138,9 @@ class Section:
         ValueError
             If a string is not a number and a unit, or a unit is unknown.
         """
-        given = {key: getattr(self, key) for key in keys}
+        unit = units, target, default
         return replace(
-            self,
-            **{k: _converted(k, v, units, target, default) for k, v in given.items()},
+            self, **{k: _converted(k, getattr(self, k), *unit) for k in keys}
         )
 
     @property
@@ -256,7 +255,7 @@ def _converted(
     return value if scale == 1.0 or value is None else value * scale
 
 
-def _members(hint: Any) -> tuple[type, ...]:
+def members(hint: Any) -> tuple[type, ...]:
     """Return the types of a union; generic types without their parameters."""
     members = get_args(hint) if get_origin(hint) is UnionType else (hint,)
     return tuple(get_origin(member) or member for member in members)

@@ -12,7 +12,7 @@ from typing import Any
 from ase.calculators.emt import EMT
 from matscipy.calculators.eam import EAM
 
-from ase_roughcontact._util.units import LENGTHS, UNITS, pressure_unit
+from ase_roughcontact._util.units import LENGTHS, UNITS, pressure_unit, with_unit
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.elasticity import (
     Creep,
@@ -27,7 +27,6 @@ from ase_roughcontact.elasticity.material import (
     check_element,
     contact_modulus,
     crystal_constants,
-    crystal_modulus,
     fcc_spacing,
     poisson_ratio,
 )
@@ -39,17 +38,28 @@ from ase_roughcontact.windows.regrid import GridChange
 _LARGEST_MODULUS = 1e4
 # Slabs for potentials of embedded atoms, which reach far and have a Hessian.
 _EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
-# Metals with parameters of EMT, which are for some gases, too.
-_EMT_METALS = "Al", "Cu", "Ag", "Au", "Ni", "Pd", "Pt"
+# Calculators by name: metals with parameters, which are for some gases, too.
+_METALS = {"emt": ("Al", "Cu", "Ag", "Au", "Ni", "Pd", "Pt")}
 # The surface if none is named, and the crystal direction of the rows of atoms along x.
 _SURFACE = "fcc100"
 _AXES = {"fcc100": "110", "bcc100": "100", "diamond100": "110"}
 # Formats of potentials by the ends of the names of their files.
 _FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}
-# Keys of an elastic base, which a rigid one does not have.
-_OF_BASES = "poisson", "contact_modulus", "elastic_constants"
-# Keys of solids that do not have the modulus of a material.
-_WITHOUT_MODULUS = "anisotropic", "rigid_base", "calculator", "potential", "crystal"
+# Keys of crystals of atoms, and of all solids without the modulus of a material.
+_OF_ATOMS = "calculator", "potential", "crystal"
+_WITHOUT_MODULUS = "anisotropic", "rigid_base", *_OF_ATOMS
+_MODULI = "contact_modulus", "elastic_constants", "poisson"
+# Keys that contradict each other: one of the first, one of the second, and why.
+_CONTRADICTIONS: list[tuple[tuple[str, ...], tuple[str, ...], str]] = [
+    (_OF_ATOMS, _MODULI, "{other} follows from the forces between the atoms: omit it"),
+    (
+        ("anisotropic",),
+        ("contact_modulus", "poisson"),
+        "an anisotropic solid has elastic_constants instead of {other}: omit it",
+    ),
+    (("rigid_base",), _MODULI, "a rigid base has no {other}: omit it or rigid_base"),
+    (_MODULI[:1], _MODULI[1:2], "give {key} or {other}, not both"),
+]
 
 
 def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
@@ -70,24 +80,27 @@ def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
         If a value is out of range, keys of several solids are given, or a calculator
         is not suitable.
     """
-    solids = [key for key in _SOLIDS if getattr(substrate, key)]
+    defaults = SubstrateConfig()
+    given = {k for k, v in vars(substrate).items() if v != getattr(defaults, k)}
+    solids = [key for key in _SOLIDS if key in given]
     if len(solids) > 1:
         raise ValueError(f"give one of {' and '.join(solids)}: they are several solids")
-    defaults = SubstrateConfig()
-    without = [
+    wrong = [
         f"{key} needs {'one of ' * (len(needed) > 1)}{', '.join(needed)}"
         for key, needed in _NEEDED.items()
-        if getattr(substrate, key) != getattr(defaults, key)
-        and not set(needed) & set(solids)
+        if key in given and given.isdisjoint(needed)
+    ] + [
+        reason.format(key=key, other=other)
+        for keys, others, reason in _CONTRADICTIONS
+        for key in keys
+        for other in others
+        if {key, other} <= given
     ]
-    if without:
-        raise ValueError("; ".join(without))
-    if substrate.poisson is not None and solids and solids != ["layer_thickness"]:
-        raise ValueError(
-            f"{solids[0]} gives elastic constants, which poisson does not change: "
-            "leave it out"
-        )
-    return _SOLIDS[solids[0]](substrate) if solids else _isotropic(substrate)
+    if wrong:
+        raise ValueError("; ".join(wrong))
+    if solids:
+        return _SOLIDS[solids[0]](substrate)
+    return Isotropic(UNITS["GPa"] * _modulus(substrate), substrate.poisson)
 
 
 def named(substrate: SubstrateConfig) -> SubstrateConfig:
@@ -152,7 +165,7 @@ def spacing_of(substrate: SubstrateConfig) -> float | None:
     if spacing is not None:
         positive(spacing=spacing)
         return spacing
-    return None if substrate.of_atoms else _known(substrate, fcc_spacing)
+    return None if substrate.of_atoms else fcc_spacing(substrate.symbol)
 
 
 def poisson_of(substrate: SubstrateConfig) -> float:
@@ -172,12 +185,10 @@ def poisson_of(substrate: SubstrateConfig) -> float:
     ValueError
         If it is neither given nor known.
     """
-    if substrate.poisson is not None:
-        return substrate.poisson
-    if substrate.elastic_constants is not None:
-        return poisson_ratio(substrate.elastic_constants)
-    known = None
-    if substrate.name:
+    known = substrate.poisson
+    if known is None and substrate.elastic_constants is not None:
+        known = poisson_ratio(substrate.elastic_constants)
+    if known is None and substrate.name:
         with suppress(ValueError):
             known = material(substrate.name).poisson
     if known is None:
@@ -208,12 +219,6 @@ def creep_of(substrate: SubstrateConfig) -> Creep | None:
             f"the modulus of material = {substrate.material!r} is not instantaneous: "
             "give contact_modulus, from which relaxation_moduli relax"
         )
-    if not len(moduli) == len(times) > 0:
-        raise ValueError(
-            "give as many relaxation_moduli as relaxation_times, at least one, got "
-            f"{len(moduli)} and {len(times)}"
-        )
-    positive(relaxation_moduli=min(moduli), relaxation_times=min(times))
     return Creep.of_relaxation(moduli, times)
 
 
@@ -257,36 +262,23 @@ def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
 
 
 def _printed_modulus(modulus: float) -> str:
-    unit = pressure_unit(modulus)
-    return f"E* = {modulus / UNITS[unit]:.4g} {unit}"
-
-
-def _isotropic(substrate: SubstrateConfig) -> Isotropic:
-    return Isotropic(UNITS["GPa"] * _modulus(substrate), substrate.poisson)
+    return f"E* = {with_unit(modulus, pressure_unit(modulus))}"
 
 
 def _modulus(substrate: SubstrateConfig) -> float:
     """Return the contact modulus of an isotropic half space (GPa)."""
-    modulus, constants = substrate.contact_modulus, substrate.elastic_constants
-    if modulus is not None and constants is not None:
-        raise ValueError("give contact_modulus or elastic_constants, not both")
-    if constants is not None:
-        name = "the contact modulus of elastic_constants"
-        return _in_gpa(name, contact_modulus(constants))
-    if modulus is not None:
-        return _in_gpa("contact_modulus", modulus)
-    advice = "; give contact_modulus or elastic_constants"
-    return _known(substrate, crystal_modulus, advice)
+    if substrate.contact_modulus is not None:
+        return _in_gpa("contact_modulus", substrate.contact_modulus)
+    return contact_modulus(_constants(substrate))
 
 
-def _known(
-    substrate: SubstrateConfig, value_of: Callable[[str], float], advice: str = ""
-) -> float:
-    """Return a value that is known for the symbol of some solids."""
-    try:
-        return value_of(substrate.symbol)
-    except ValueError as error:
-        raise ValueError(f"symbol = {substrate.symbol!r}: {error}{advice}") from error
+def _constants(substrate: SubstrateConfig) -> tuple[float, ...]:
+    """Return the elastic constants C11, C12 and C44 of a crystal (GPa)."""
+    constants = substrate.elastic_constants
+    if constants is None:
+        return crystal_constants(substrate.symbol)
+    _in_gpa("the contact modulus of elastic_constants", contact_modulus(constants))
+    return constants
 
 
 def _in_gpa(name: str, modulus: float) -> float:
@@ -300,31 +292,14 @@ def _in_gpa(name: str, modulus: float) -> float:
 
 
 def _cubic(substrate: SubstrateConfig) -> Cubic:
-    if substrate.contact_modulus is not None:
-        raise ValueError(
-            "an anisotropic solid has several moduli: give elastic_constants instead "
-            "of contact_modulus"
-        )
-    constants = substrate.elastic_constants
-    if constants is None:
-        constants = crystal_constants(substrate.symbol)
-    if len(constants) != 3:
-        raise ValueError(
-            "an anisotropic solid needs the elastic_constants C11, C12 and C44, got "
-            f"{len(constants)} numbers"
-        )
-    _in_gpa("C11", constants[0])
-    c11, c12, c44 = (float(c) * UNITS["GPa"] for c in constants)
+    c11, c12, c44 = (float(c) * UNITS["GPa"] for c in _constants(substrate))
     return Cubic(c11, c12, c44, lookup(substrate.surface or _SURFACE, _AXES, "surface"))
 
 
 def _layer(substrate: SubstrateConfig) -> Layer:
     if substrate.layer_modulus is None:
         raise ValueError("give layer_modulus, the contact modulus of the layer")
-    for key in _OF_BASES:
-        if substrate.rigid_base and getattr(substrate, key) is not None:
-            raise ValueError(f"a rigid base has no {key}: omit it or rigid_base")
-    thickness = substrate.plain(["layer_thickness"], LENGTHS, "\u00c5").layer_thickness
+    thickness = substrate.plain(["layer_thickness"], LENGTHS, "Å").layer_thickness
     base = None if substrate.rigid_base else UNITS["GPa"] * _modulus(substrate)
     ratios = {"poisson": substrate.layer_poisson, "base_poisson": substrate.poisson}
     return Layer(
@@ -342,61 +317,46 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
             'model = "continuum" needs moduli: a solid that follows from the forces '
             "between atoms is a lattice"
         )
-    for key in ("contact_modulus", "elastic_constants"):
-        if getattr(substrate, key) is not None:
-            raise ValueError(
-                f"{key} follows from the forces between the atoms: omit it"
-            )
-    file = substrate.potential or substrate.crystal
-    changed = 0
+    file, changed = substrate.potential or substrate.crystal, 0
     if file:
         try:
             Path(file).open("rb").close()  # an error of a folder, too
             changed = Path(file).stat().st_mtime_ns
         except OSError as error:
             raise ValueError(f"can't read {file}: {error.strerror}") from error
-    if substrate.crystal:
-        solid = _read_crystal(file, changed)
-        if solid.symbol != substrate.symbol:
-            raise ValueError(
-                f"{file} is a crystal of {solid.symbol}, not of symbol = "
-                f"{substrate.symbol!r}"
-            )
-        if substrate.surface not in ("", solid.surface):
-            raise ValueError(
-                f"{file} has the surface {solid.surface}, not surface = "
-                f"{substrate.surface!r}"
-            )
-        return solid
-    if substrate.calculator:
-        lookup(substrate.calculator, {"emt": EMT}, "calculator")
-        if substrate.symbol not in _EMT_METALS:
-            raise ValueError(
-                f"EMT knows the metals {', '.join(_EMT_METALS)}, got symbol = "
-                f"{substrate.symbol!r}: give one of them, or potential or crystal"
-            )
-    surface = substrate.surface or _SURFACE
-    return _calculated_crystal(file, changed, substrate.symbol, surface)
+    elif substrate.symbol not in lookup(substrate.calculator, _METALS, "calculator"):
+        raise ValueError(
+            f"EMT knows the metals {', '.join(_METALS['emt'])}, got symbol = "
+            f"{substrate.symbol!r}: give one of them, or potential or crystal"
+        )
+    surface, symbol = substrate.surface or _SURFACE, substrate.symbol
+    solid = _crystal_of(bool(substrate.crystal), file, changed, symbol, surface)
+    if solid.symbol != substrate.symbol:
+        raise ValueError(
+            f"{file} is a crystal of {solid.symbol}, not of symbol = {symbol!r}"
+        )
+    if substrate.surface not in ("", solid.surface):
+        raise ValueError(
+            f"{file} has the surface {solid.surface}, not surface = {surface!r}"
+        )
+    return solid
 
 
 @lru_cache(maxsize=8)
-def _read_crystal(file: str, changed: int) -> Crystal:
-    return Crystal.read(file)
-
-
-@lru_cache(maxsize=8)
-def _calculated_crystal(
-    potential: str, changed: int, symbol: str, surface: str
+def _crystal_of(
+    stored: bool, file: str, changed: int, symbol: str, surface: str
 ) -> Crystal:
-    """Return the crystal of EMT or of a potential of embedded atoms."""
-    if not potential:
+    """Return a stored crystal, or that of a potential of embedded atoms, or of EMT."""
+    if stored:
+        return Crystal.read(file)
+    if not file:
         return Crystal.from_calculator(EMT(), symbol, surface)
-    kind = _FORMATS.get(Path(potential).suffix, "eam/alloy")
+    kind = _FORMATS.get(Path(file).suffix, "eam/alloy")
     try:
-        calculator = EAM(potential, kind=kind)
+        calculator = EAM(file, kind=kind)
     except Exception as error:
         raise ValueError(
-            f"{potential} is not a potential in the format {kind}: {error}. The format "
+            f"{file} is not a potential in the format {kind}: {error}. The format "
             f"follows from the end of the name, one of {', '.join(_FORMATS)}; crystals "
             "of other potentials are written with Python, and given by crystal"
         ) from error
@@ -406,12 +366,12 @@ def _calculated_crystal(
 # Solids other than the isotropic half space, by the key of [substrate] that asks for
 # them, and keys that only some of them have.
 _SOLIDS: dict[str, Callable[[SubstrateConfig], ElasticSolid]] = {
-    **dict.fromkeys(("calculator", "potential", "crystal"), _crystal),
+    **dict.fromkeys(_OF_ATOMS, _crystal),
     "anisotropic": _cubic,
     "layer_thickness": _layer,
 }
 _NEEDED: dict[str, tuple[str, ...]] = {
-    "surface": ("calculator", "potential", "crystal", "anisotropic"),
+    "surface": (*_OF_ATOMS, "anisotropic"),
     **dict.fromkeys(
         ("layer_modulus", "layer_poisson", "rigid_base", "sliding"),
         ("layer_thickness",),

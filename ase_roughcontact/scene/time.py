@@ -28,7 +28,6 @@ from ase_roughcontact.paths.time_path import follow_schedule
 from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at
-from ase_roughcontact.scene.sphere_limits import forces_over_depth, sphere_limits
 from ase_roughcontact.theory import JKR, Hertz
 
 # Numbers of time steps for a change of the target, a hold and a cycle, as measured for
@@ -299,9 +298,9 @@ class Timed(PathKind):
         ways = self.ways(bodies, states)
         limits = {
             f"{limit.name}: theory, {name} modulus": limit
-            for name, limit in sphere_limits(bodies).items()
+            for name, limit in bodies.sphere_limits.items()
         }
-        theory = forces_over_depth(bodies, limits, states)
+        theory = bodies.forces_over_depth(limits, states)
         plot.draw_time_path(folder / "time.png", states, ways, theory)
         yield "time.png"
         if self.stiffness is not None:

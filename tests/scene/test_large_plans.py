@@ -9,7 +9,6 @@ from ase_roughcontact._util.printing import plain
 from ase_roughcontact.cli import main
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.plan import with_frames
 
 HUGE_LOAD = "[path]\nvalues = [1e12]\n"
 LONG_RANGE = """
@@ -82,10 +81,11 @@ def test_windows_planned_on_a_coarser_lattice_are_about_the_same(length):
     scene = Scene.parse(text)
     coarse = scene.plan()
     path = scene.problem, scene.start, scene.control, scene.targets
-    exact = with_frames(plan_path(*path, scene.window))
+    exact = plan_path(*path, scene.window)
     for found, step in zip(coarse.steps, exact.steps, strict=True):
         assert 0.8 < points(found.window) / points(step.window) < 1.25
-    assert coarse.memory == pytest.approx(exact.memory, rel=0.05)
+    memory = exact.memory + 200 * points(exact.steps[-1].window)
+    assert coarse.memory == pytest.approx(memory, rel=0.05)
 
 
 def test_long_paths_are_listed_in_part():

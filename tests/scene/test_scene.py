@@ -10,7 +10,8 @@ import ase_roughcontact as rc
 from ase_roughcontact.interactions import wall_parameters
 from ase_roughcontact.paths.accuracy import OF_ATOMS
 from ase_roughcontact.scene import Scene, Steps, default_text
-from ase_roughcontact.scene.config import SECTIONS, SubstrateConfig
+from ase_roughcontact.scene.config import SubstrateConfig
+from ase_roughcontact.scene.file import SECTIONS
 
 
 def test_lengths_of_the_indenter_are_in_units_of_the_spacing():
@@ -119,7 +120,7 @@ WALL = 'kind = "full"\nwork_of_adhesion = '
         ("substrate", "hardness = 3e9", "hardness is in GPa, above 0 and at most 1000"),
         ("substrate", 'spacing = "wide"', "spacing must be a number, or"),
         ("substrate", "spacing = -2.5", "spacing must be .* number > 0, got -2.5"),
-        ("substrate", 'symbol = "Fe"', "symbol = 'Fe': the .* of Fe is not known"),
+        ("substrate", 'symbol = "Fe"', "the .* of Fe is not known"),
         ("substrate", 'symbol = "Sj"', "unknown chemical symbol 'Sj'$"),
         ("substrate", "shape = [0, 4]", "shape must be two whole numbers >= 1"),
         ("substrate", f"shape = [{HUGE}, 1]", "shape must be"),
@@ -212,7 +213,7 @@ def test_independent_errors_are_reported_at_once():
     with pytest.raises(ValueError, match=r"\[substrate\] .*W.*fcc") as error:
         Scene.parse(text).check()
     for part in (
-        "give spacing; symbol = 'W': the elastic constants",
+        "give spacing; the elastic constants of 'W'",
         "those of Ag, Al, Au, Cu, Ge, Ni, Si",
         "; [substrate] shape must be",
     ):
