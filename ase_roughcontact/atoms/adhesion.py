@@ -8,7 +8,7 @@ from typing import Any
 from ase import Atoms
 
 from ase_roughcontact.atoms.loading import AtomsPath
-from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, follow_loop
+from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, LoopSteps
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
@@ -132,9 +132,9 @@ def adhesion_loop(
         )
 
     smallest = SMALLEST_STEP * step if smallest_step is None else smallest_step
-    numbers = {"smallest_step": smallest, "tolerance": tolerance}
+    steps = LoopSteps(path.stepper, deepest, step, smallest, tolerance)
     states = list[LoadStep]()
-    for state in path.follow(follow_loop, deepest, step, **numbers):
+    for state in path.follow(steps):
         states.append(state)
         if callback is not None:
             callback(state)

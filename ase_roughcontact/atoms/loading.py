@@ -23,12 +23,12 @@ from ase_roughcontact.atoms.sticking import check_released
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.paths.accuracy import accuracy_of, grid_for
-from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import CONTROLS, FREE, StepOptions
-from ase_roughcontact.paths.validity import Validity, hardness_for
+from ase_roughcontact.paths.validity import Validity, hardness_for, warn_of_lost_slope
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
 from ase_roughcontact.windows.regrid import GridChange
 
@@ -141,8 +141,9 @@ def load_path(
         max_steps=max_steps,
         window=window,
     )
-    warn_of_lost_slope(path.stepper, path.change, path.validity.action)
-    return path.follow(follow_path, targets)
+    lost = path.stepper.options.lost_slope
+    warn_of_lost_slope(lost, path.change, path.validity.action)
+    return path.follow(NumberedSteps(path.stepper, targets))
 
 
 class AtomsPath:
@@ -217,32 +218,25 @@ class AtomsPath:
         self._output = replace(output or Output(), frames=self.frames)
 
     def follow(
-        self, steps: Callable[..., Generator], *arguments: Any, **options: Any
+        self, steps: PathSteps, **description: Any
     ) -> Generator[Any, None, None]:
         """Return the steps of a path, each with the atoms in its state.
 
         Parameters
         ----------
-        steps : callable
-            Such as `follow_path`.
-        *arguments, **options
-            Of this function, in addition to those that all have.
+        steps : PathSteps
+            With `stepper`.
+        **description
+            What a state depends on beside the path, such as a cantilever.
 
         Returns
         -------
         generator of LoadStep
             After an error the atoms are in the last state that was relaxed.
         """
-        return self._with_atoms(
-            steps(
-                self.stepper,
-                *arguments,
-                output=self._output,
-                validity=self.validity.action,
-                springs=self._springs,
-                **options,
-            )
-        )
+        description["springs"] = self._springs
+        action = self.validity.action
+        return self._with_atoms(follow(steps, self._output, action, **description))
 
     def _with_atoms(
         self, steps: Generator[Any, None, None]

@@ -25,7 +25,7 @@ from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.interactions.friction import FrictionLaw, check_law
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.sliding import follow_sliding
+from ase_roughcontact.paths.sliding import SlidingSteps
 from ase_roughcontact.paths.validity import Validity
 from ase_roughcontact.solvers.friction import solve_friction
 
@@ -195,7 +195,7 @@ def sliding_path(
     spring : float, optional
         Stiffness of the spring, for bases (eV/Å^2).
     coupling : {"neglected", "solved"}
-        See `follow_sliding`.
+        See `SlidingSteps`.
     validity, output
         See `load_path`. Results are of the class `SlidingStep`.
     **options
@@ -249,5 +249,5 @@ def sliding_path(
         displacements=displacements, forces=forces, bases=bases
     )
     path = AtomsPath(atoms, normal, validity=validity, output=output, **options)
-    sliding = targets, friction, lateral, control
-    return path.follow(follow_sliding, *sliding, spring=spring, coupling=coupling)
+    motion = lateral, control, spring, coupling
+    return path.follow(SlidingSteps(path.stepper, targets, friction, *motion))

@@ -12,7 +12,7 @@ from ase_roughcontact.atoms.loading import AtomsPath, single_path
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
-from ase_roughcontact.paths.time_path import follow_schedule
+from ase_roughcontact.paths.time_path import TimeSteps
 from ase_roughcontact.paths.validity import Validity
 
 
@@ -113,5 +113,5 @@ def time_path(
         positive(cantilever=cantilever)
         options["cantilever"] = cantilever
     path = AtomsPath(atoms, control, validity=validity, output=output, **options)
-    numbers = {"tolerance": tolerance, "cantilever": cantilever or 0.0}
-    return path.follow(follow_schedule, schedule, **numbers)
+    steps = TimeSteps(path.stepper, schedule, tolerance)
+    return path.follow(steps, cantilever=cantilever or 0.0)

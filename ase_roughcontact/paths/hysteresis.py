@@ -9,7 +9,7 @@ tension is bracketed.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -19,10 +19,8 @@ from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.instabilities import balanced, jumped, least_force
-from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_steps import DescribedSteps, LastStep, PathSteps
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.step import Stepper
 
 # Normal force below which the error of the balance does not decrease further, in units
 # of E* a0^2: about that on one atom in contact.
@@ -35,45 +33,6 @@ SMALLEST_STEP = 1 / 256
 _AT_KINK = 1 / 16
 # Number of the largest steps of an approach by default.
 _STEPS_DOWN = 10
-
-
-def follow_loop(
-    stepper: Stepper,
-    deepest: float,
-    step: float,
-    *,
-    smallest_step: float,
-    tolerance: float = 1e-3,
-    output: Output | None = None,
-    validity: str = "warn",
-    **description: Any,
-) -> Generator[LoadStep, None, None]:
-    """Approach and retract a contact; see `adhesion_loop` for the parameters.
-
-    Parameters
-    ----------
-    stepper : Stepper
-        Its targets are heights.
-    deepest, step, smallest_step, tolerance, validity
-        See `adhesion_loop`.
-    output : Output, optional
-    **description
-        What a state depends on beside the problem, such as springs.
-
-    Yields
-    ------
-    LoadStep
-        Each state after it is written; `AdhesionLoop.of` all of them is the loop.
-    """
-    positive(step=step, tolerance=tolerance, smallest_step=smallest_step)
-    if smallest_step > step:
-        raise ValueError(
-            f"smallest_step must not be larger than step {step}, got {smallest_step}"
-        )
-    ends = _end_heights(stepper, deepest)
-    numbers = {"deepest": deepest, "step": step, "smallest_step": smallest_step}
-    loop = _AdaptivePath(stepper, numbers | {"tolerance": tolerance}, *ends)
-    return follow(loop, output or Output(), validity, **description)
 
 
 def default_step(wall: Interaction, deepest: float) -> float:
@@ -113,20 +72,56 @@ class _Position:
 
 
 @dataclass
-class _AdaptivePath(PathSteps):
-    """Path of heights whose steps are halved until their energy balance closes."""
+class LoopSteps(PathSteps):
+    """Heights of a loop whose steps are halved until their energy balance closes.
 
-    numbers: dict[str, float]
-    top: float
-    bottom: float
+    Parameters
+    ----------
+    stepper : Stepper
+        Its targets are heights.
+    deepest, step, smallest_step, tolerance
+        See `adhesion_loop`. `AdhesionLoop.of` all steps is the loop.
+    """
+
+    deepest: float
+    step: float
+    smallest_step: float
+    tolerance: float = 1e-3
 
     def __post_init__(self) -> None:
-        self.largest, self.tolerance = self.numbers["step"], self.numbers["tolerance"]
-        self.smallest = self.numbers["smallest_step"]
-        problem = self.stepper.problem
+        """Check the numbers, and find the heights where to begin and to turn."""
+        names = "deepest", "step", "smallest_step", "tolerance"
+        self.numbers = {name: getattr(self, name) for name in names}
+        finite(deepest=self.deepest)
+        positive(**{name: self.numbers[name] for name in names[1:]})
+        if self.smallest_step > self.step:
+            raise ValueError(
+                f"smallest_step must not be larger than step {self.step}, got "
+                f"{self.smallest_step}"
+            )
+        problem, first_contact = (
+            self.stepper.problem,
+            self.stepper.windows.first_contact,
+        )
+        wall = problem.wall
+        if not np.isfinite(wall.cutoff):
+            raise ValueError(
+                "a loop begins and ends beyond the range of the wall: the wall must "
+                f"have a finite cutoff, got {wall.cutoff}"
+            )
+        attraction = wall.cutoff - wall.contact_distance
+        if self.deepest <= -attraction:
+            raise ValueError(
+                f"deepest must be a finite penetration above {-attraction:g}, where "
+                f"the wall begins to act, got {self.deepest}"
+            )
+        self._top, self._bottom = (
+            first_contact + attraction,
+            first_contact - self.deepest,
+        )
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._smallest_force = _SMALLEST_FORCE * unit
-        self.position = _Position(self.largest)
+        self.position = _Position(self.step)
 
     def differences(self, path: dict[str, Any], number: int) -> list[str]:
         """Return in what the description of a step differs; see `PathSteps`."""
@@ -146,11 +141,12 @@ class _AdaptivePath(PathSteps):
 
     def _states(self, anew: bool) -> Iterator[LoadStep]:
         """Approach from one height to another, and retract until nothing interacts."""
-        at, top, bottom = self.position, self.top + 0.5 * self.smallest, self.bottom
+        at, bottom = self.position, self._bottom
         if anew:
+            top = self._top + 0.5 * self.smallest_step
             yield self._accepted(self.stepper.step(0, top, self.record))
         if not at.retracts:
-            while self._last.height - bottom > _ROUNDING * self.smallest:
+            while self._last.height - bottom > _ROUNDING * self.smallest_step:
                 yield self._moved_towards(max(self._last.height - at.size, bottom))
             at.least, at.retracts = min(self._last.normal_force, 0.0), True
         while self._last.repulsive_atoms + self._last.attractive_atoms:
@@ -161,9 +157,9 @@ class _AdaptivePath(PathSteps):
         at, new, halved = self.position, self._relax(height), False
         while (between := self._height_between(new)) is not None:
             size = abs(new.height - self._last.height)
-            if size <= self.smallest * (_AT_KINK if self._balanced(new) else 1.0):
+            if size <= self.smallest_step * (_AT_KINK if self._balanced(new) else 1.0):
                 if jumped(self._last, new):
-                    at.size, halved = self.largest, True  # on the new branch
+                    at.size, halved = self.step, True  # on the new branch
                 break
             # the rest of the step is tried next
             at.size = max(abs(height - between), abs(between - self._last.height))
@@ -171,7 +167,7 @@ class _AdaptivePath(PathSteps):
             self.stepper.restart_from(self._kept)
             new = self._relax(height)
         if not halved:
-            at.size = min(2.0 * at.size, self.largest)
+            at.size = min(2.0 * at.size, self.step)
         return self._accepted(new)
 
     def _height_between(self, new: LoadStep) -> float | None:
@@ -193,21 +189,3 @@ class _AdaptivePath(PathSteps):
         self._kept, self._last = self.stepper.state, state
         self.position.least = min(self.position.least, state.normal_force)
         return state
-
-
-def _end_heights(stepper: Stepper, deepest: float) -> tuple[float, float]:
-    """Return the heights where the range of the wall begins, and where to turn."""
-    wall, first_contact = stepper.problem.wall, stepper.windows.first_contact
-    if not np.isfinite(wall.cutoff):
-        raise ValueError(
-            "a loop begins and ends beyond the range of the wall: the wall must have a "
-            f"finite cutoff, got {wall.cutoff}"
-        )
-    attraction = wall.cutoff - wall.contact_distance
-    finite(deepest=deepest)
-    if deepest <= -attraction:
-        raise ValueError(
-            f"deepest must be a finite penetration above {-attraction:g}, where the "
-            f"wall begins to act, got {deepest}"
-        )
-    return first_contact + attraction, first_contact - deepest

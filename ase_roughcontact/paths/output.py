@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import asdict, dataclass, replace
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import asdict, dataclass
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Protocol
@@ -19,14 +19,10 @@ from ase_roughcontact._util.files import (
 )
 from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.contact import State
-from ase_roughcontact.paths.path_steps import LastStep, PathSteps
+from ase_roughcontact.paths.path_steps import Frame, LastStep, PathSteps
 from ase_roughcontact.paths.record import LoadStep, columns_of
-from ase_roughcontact.paths.resume import FinishedSteps, Frame
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
-
-# Writes the result of a step, and its frame with a description of the path.
-Write = Callable[..., None]
 
 
 class Frames(Protocol):
@@ -100,85 +96,50 @@ class Output:
         one_of(("all", "last"), keep=self.keep)
         columns_of(self.record)  # raises if it is not a class of results
 
-    def of_record(self, kind: type[LoadStep], what: str) -> Output:
-        """Return the output with results of a kind, or of one derived from it.
-
-        Raises
-        ------
-        TypeError
-            If the given one is not derived from it.
-        """
-        if self.record is LoadStep:
-            return replace(self, record=kind)
-        if not issubclass(self.record, kind):
-            raise TypeError(
-                f"results of a {what}: derive {self.record.__name__} from "
-                f"{kind.__name__}"
-            )
-        return self
-
 
 def follow(
-    path: PathSteps, output: Output, validity: str, **description: Any
+    path: PathSteps,
+    output: Output | None = None,
+    validity: str = "warn",
+    **description: Any,
 ) -> Generator[Any, None, None]:
     """Yield the steps of a path, and write those that are not done yet.
 
     Parameters
     ----------
     path : PathSteps
-    output : Output
+    output : Output, optional
     validity : {"warn", "raise", "ignore"}
         See `load_path`.
     **description
-        What a state depends on beside the problem, such as springs.
+        What a state depends on beside the problem and the path, such as springs.
 
     Returns
     -------
     generator of LoadStep
         Each after it is written; files are read and written as it advances.
+
+    Raises
+    ------
+    TypeError
+        If the class of the results is not derived from that of the path.
     """
-    path.record, report = output.record, ValidityReport(validity)
+    output, report, kind = output or Output(), ValidityReport(validity), path.kind
+    path.record = kind if output.record is LoadStep else output.record
+    if not issubclass(path.record, kind):
+        raise TypeError(
+            f"the results of this path are of the class {kind.__name__}: derive "
+            f"{path.record.__name__} from {kind.__name__}"
+        )
     if output.trajectory is not None:  # which carries it
-        path.system = path.stepper.describe_system(**description)
+        path.system = path.stepper.describe_system(**path.parameters, **description)
     return _followed(path, output, report)
 
 
 def _followed(
     path: PathSteps, output: Output, report: ValidityReport
 ) -> Generator[Any, None, None]:
-    with open_output(output, path) as (finished, write):
-        for step in finished.steps:
-            report(step.step, step.validity)
-            yield step
-        last = None
-        if finished.frame and output.frames:
-            state = output.frames.state(finished.frame)
-            last = LastStep(finished.steps[-1], state, finished.frame.info["path"])
-        for step, described in path.remaining(last):
-            write(step, path=described)
-            report(step.step, step.validity)
-            yield step
-
-
-@contextmanager
-def open_output(
-    output: Output, path: PathSteps
-) -> Iterator[tuple[FinishedSteps, Write]]:
-    """Open the files of a path.
-
-    Parameters
-    ----------
-    output : Output
-    path : PathSteps
-        Resumed from the trajectory, or started anew.
-
-    Yields
-    ------
-    finished : FinishedSteps
-        Steps from which the path is resumed.
-    write : callable
-        Called with the result of a step; writes it, and the frame of the last state
-        with `info` given by keyword.
+    """Yield the steps in the trajectory, and then the others as they are written.
 
     Raises
     ------
@@ -190,8 +151,8 @@ def open_output(
     OSError
         If a file can't be written, or is a symbolic link.
     """
-    finished, rows, add_frame = FinishedSteps(), None, None
-    frames, file, table = output.frames, output.trajectory, output.csv
+    frames, file = output.frames, output.trajectory
+    done, last, add_frame, add_row = list[LoadStep](), None, None, None
     with ExitStack() as files:
         if file is not None:
             if frames is None:
@@ -199,26 +160,29 @@ def open_output(
             refuse_link(file)
             files.enter_context(locked(file))
             if output.resume:
-                read, keep = frames.read(file), output.keep
-                finished = path.finished_steps(read, file, keep)
-            kept = len(finished.steps)
-            add_frame = files.enter_context(frames.writer(file, output.keep, kept))
-        if table is not None:
-            first = finished.steps[0].step if finished.steps else 0
-            known = chain(_lines(table, first), map(asdict, finished.steps))
+                done, frame = path.finished_steps(frames.read(file), file, output.keep)
+                if frame:
+                    last = LastStep(done[-1], frames.state(frame), frame.info["path"])
+            add_frame = files.enter_context(frames.writer(file, output.keep, len(done)))
+        if output.csv is not None:
+            first = done[0].step if done else 0
+            known = chain(_lines(output.csv, first), map(asdict, done))
             columns = {
                 name: f"{name} ({each.unit})" if each.unit else name
-                for name, each in columns_of(output.record).items()
+                for name, each in columns_of(path.record).items()
             }
-            rows = files.enter_context(table_writer(table, columns, known))
-
-        def write(step: LoadStep, **info: Any) -> None:
-            if frames is not None and add_frame is not None:
-                add_frame(frames.frame(path.stepper, load_step=asdict(step), **info))
-            if rows is not None:
-                rows(asdict(step))
-
-        yield finished, write
+            add_row = files.enter_context(table_writer(output.csv, columns, known))
+        for step in done:
+            report(step.step, step.validity)
+            yield step
+        for step, described in path.remaining(last):
+            values = asdict(step)
+            if frames and add_frame:
+                add_frame(frames.frame(path.stepper, load_step=values, path=described))
+            if add_row:
+                add_row(values)
+            report(step.step, step.validity)
+            yield step
 
 
 def _lines(table: PathName, count: int) -> Sequence[Mapping[str, str]]:

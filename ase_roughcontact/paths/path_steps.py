@@ -10,21 +10,32 @@ import math
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.identity import differences
+from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.contact import State
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.resume import FinishedSteps, Frame, OtherPathError
 from ase_roughcontact.paths.step import Stepper
 
 # Relative difference of targets that counts as rounding, as between the common part of
 # a path and of a longer one; near zero, relative to the neighbouring targets.
 _ROUNDING = 1e-12
+
+
+class Frame(Protocol):
+    """State of a path in a file, with all that was written with it."""
+
+    info: dict[str, Any]
+
+
+class OtherPathError(ValueError):
+    """A trajectory has the steps of another path or system."""
 
 
 class LastStep(NamedTuple):
@@ -45,14 +56,17 @@ class PathSteps(ABC):
 
     Attributes
     ----------
+    kind : type
+        Class from which that of the results must be derived.
     stepper : Stepper
     record : type
         Class of the results.
     system : dict
         All that a state depends on except target and displacement; see
-        `describe_system`.
+        `Stepper.describe_system`.
     """
 
+    kind: ClassVar[type[LoadStep]] = LoadStep
     stepper: Stepper
     record: Any = field(default=LoadStep, init=False)
     system: dict[str, Any] = field(default_factory=dict, init=False)
@@ -65,6 +79,11 @@ class PathSteps(ABC):
     def differences(self, path: dict[str, Any], number: int) -> list[str]:
         """Return in what the description of a step differs from that of this path."""
 
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """What a state depends on beside the problem."""
+        return {}
+
     def described(self, target: float, **more: Any) -> dict[str, Any]:
         """Return the description of a step at a target, and what is of its kind."""
         control = self.stepper.control
@@ -72,7 +91,7 @@ class PathSteps(ABC):
 
     def finished_steps(
         self, frames: Iterable[Frame], file: PathName, keep: str
-    ) -> FinishedSteps:
+    ) -> tuple[list[LoadStep], Frame | None]:
         """Read the results of the steps in a trajectory, which must be of this path.
 
         Parameters
@@ -85,7 +104,9 @@ class PathSteps(ABC):
 
         Returns
         -------
-        FinishedSteps
+        steps : list of LoadStep
+        frame : Frame or None
+            Of the last step.
 
         Raises
         ------
@@ -105,7 +126,7 @@ class PathSteps(ABC):
                     "parameters, delete the file, or give another file or folder"
                 )
             steps.append(self.record.from_columns(frame.info["load_step"]))
-        return FinishedSteps(steps, frame)
+        return steps, frame
 
     def _mismatch(self, info: dict[str, Any], expected: int | None) -> list[str]:
         """Return what keeps a frame from being the expected step of this path."""
@@ -168,3 +189,18 @@ class NumberedSteps(PathSteps):
         return math.isclose(
             target, self.targets[number], rel_tol=_ROUNDING, abs_tol=rounding
         )
+
+
+def targets_of(control: str, path: Any) -> np.ndarray:
+    """Return the targets of a path as an array.
+
+    Raises
+    ------
+    ValueError
+        If it is not a sequence of finite numbers.
+    """
+    with suppress(ValueError):
+        targets = finite_array(control, path)
+        if targets.ndim == 1 and targets.size:
+            return targets
+    raise ValueError(f"{control} must be a sequence of finite numbers, got {path}")

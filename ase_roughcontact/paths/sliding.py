@@ -14,7 +14,6 @@ L. E. Goodman, J. Appl. Mech. 29, 515 (1962).
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from time import perf_counter
@@ -29,12 +28,10 @@ from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw, check_law
 from ase_roughcontact.paths.coupling import COUPLINGS, Coupling
-from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_steps import LastStep, NumberedSteps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
 from ase_roughcontact.paths.sliding_record import SlidingStep
-from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.solvers.friction import (
     Drive,
     FrictionOptions,
@@ -52,20 +49,14 @@ _ROUNDING = 1e-12
 _OF_STIFFNESS = FrictionOptions(tolerance=1e-3)
 
 
-def follow_sliding(
-    stepper: Stepper,
-    targets: np.ndarray | float,
-    friction: FrictionLaw,
-    lateral: np.ndarray,
-    control: str = "displacements",
-    output: Output | None = None,
-    *,
-    spring: float | None = None,
-    coupling: str = "neglected",
-    validity: str = "warn",
-    **description: Any,
-) -> Generator[SlidingStep, None, None]:
-    """Relax a contact with friction at one pair of targets after another.
+@dataclass
+class SlidingSteps(NumberedSteps):
+    """Steps of a contact with friction, each from the last one.
+
+    At first the contact has no tractions, unless the stepper's state has: a first
+    displacement is where the indenter comes down. A contact that can't carry a force is
+    not converged: how far it slides is not known, and counted neither as displacement
+    nor as energy.
 
     Parameters
     ----------
@@ -78,95 +69,59 @@ def follow_sliding(
     control : {"displacements", "forces", "bases"}
         Whether they are displacements of the indenter (length), forces on it (force),
         or displacements of the base of a spring (length).
-    output : Output, optional
-        Its `record` must be a subclass of `SlidingStep`.
     spring : float, optional
         Stiffness of the spring, for bases (force/length).
     coupling : {"neglected", "solved"}
         Whether tractions leave the pressure as it is, and the pressure the lateral
         displacement. Where atoms come into contact within a step, they stick as if they
         had been in contact since its beginning: load in several steps.
-    validity : {"warn", "raise", "ignore"}
-        See `load_path`.
-    **description
-        What a state depends on beside the problem.
-
-    Returns
-    -------
-    generator of SlidingStep
-        Files are read and written as it advances. At first the contact has no
-        tractions, unless the stepper's state has: a first displacement is where the
-        indenter comes down. A contact that can't carry a force is not converged: how
-        far it slides is not known, and counted neither as displacement nor as energy.
 
     Raises
     ------
     ValueError
         If a target is not valid, or the spring is missing.
     TypeError
-        If the record is not derived from `SlidingStep`, or friction is no law.
+        If friction is no law.
     NotImplementedError
         If the solid has no lateral components.
     """
-    one_of(LATERAL_CONTROLS, control=control)
-    one_of(COUPLINGS, coupling=coupling)
-    if (control == "bases") != (spring is not None):
-        raise ValueError(
-            "bases need the stiffness of the spring, and only they do, got "
-            f"spring={spring}"
-        )
-    if spring is not None:
-        positive(spring=spring)
-    check_law(friction)
-    normal = finite_array(stepper.control, targets)
-    path = finite_array(control, lateral)
-    if path.ndim == 1:
-        path = np.stack([path, np.zeros(path.shape)], axis=1)
-    if path.ndim != 2 or path.shape[1] != 2 or not len(path):
-        raise ValueError(
-            f"{control} must be numbers along x, or rows of two along x and y, got an "
-            f"array of the shape {path.shape}"
-        )
-    if normal.shape not in ((), (len(path),)):
-        raise ValueError(
-            f"give one of {stepper.control} for all {len(path)} {control}, or one for "
-            f"each, got {normal.size}"
-        )
-    normal = np.broadcast_to(normal, len(path))
-    output = (output or Output()).of_record(SlidingStep, "sliding path have friction")
-    coupled = None
-    law: dict[str, Any] = {"friction": friction.todict(), "spring": spring or 0.0}
-    if coupling == "solved":
-        law["coupling"] = coupling
-        if stepper.problem.solid.coupling:  # none for a Poisson's ratio of 1/2
-            coupled = Coupling(stepper.problem, stepper.accuracy)
-    elif TRACTION_DEPTH in stepper.state.history:
-        raise ValueError(
-            "the surface is displaced by tractions of a path with coupling='solved': "
-            "go on with that, or start from new atoms"
-        )
-    sliding = _Sliding(stepper, normal, path, control, friction, spring or 0.0, coupled)
-    return follow(sliding, output, validity, **law, **description)
 
-
-@dataclass
-class _Sliding(NumberedSteps):
-    """Steps of a contact with friction, each from the last one."""
-
-    lateral: np.ndarray
-    control: str
+    kind = SlidingStep
     friction: FrictionLaw
-    spring: float
-    coupling: Coupling | None
+    lateral: np.ndarray
+    control: str = "displacements"
+    spring: float | None = None
+    coupling: str = "neglected"
 
     def __post_init__(self) -> None:
+        """Check the targets, and set up the lateral response of the solid."""
+        one_of(LATERAL_CONTROLS, control=self.control)
+        one_of(COUPLINGS, coupling=self.coupling)
+        if (self.control == "bases") != (self.spring is not None):
+            raise ValueError(
+                "bases need the stiffness of the spring, and only they do, got "
+                f"spring={self.spring}"
+            )
+        if self.spring is not None:
+            positive(spring=self.spring)
+        check_law(self.friction)
+        self._check_targets()
         self._origin = np.zeros(2)  # where the indenter came down
         if self.control == "displacements":
             self._origin = self.lateral[0]
         self._displacement: np.ndarray | None = None
         self._dissipated = 0.0
         self._stiffness_of: tuple[Any, float] = None, 0.0  # contact, and its stiffness
+        self._cross: Coupling | None = None
         problem = self.stepper.problem
+        if self.coupling == "solved":
+            if problem.solid.coupling:  # none for a Poisson's ratio of 1/2
+                self._cross = Coupling(problem, self.stepper.accuracy)
+        elif TRACTION_DEPTH in self.stepper.state.history:
+            raise ValueError(
+                "the surface is displaced by tractions of a path with "
+                "coupling='solved': go on with that, or start from new atoms"
+            )
 
         @lru_cache(_KEPT_HALFSPACES)
         def halfspace(shape: tuple[int, int]) -> LateralHalfSpace:
@@ -176,6 +131,30 @@ class _Sliding(NumberedSteps):
 
         halfspace((2, 2))  # raises if the solid has no lateral components
         self._halfspace = halfspace
+
+    def _check_targets(self) -> None:
+        """Make one pair of targets for each step."""
+        normal = finite_array(self.stepper.control, self.targets)
+        path = finite_array(self.control, self.lateral)
+        if path.ndim == 1:
+            path = np.stack([path, np.zeros(path.shape)], axis=1)
+        if path.ndim != 2 or path.shape[1] != 2 or not len(path):
+            raise ValueError(
+                f"{self.control} must be numbers along x, or rows of two along x and "
+                f"y, got an array of the shape {path.shape}"
+            )
+        if normal.shape not in ((), (len(path),)):
+            raise ValueError(
+                f"give one of {self.stepper.control} for all {len(path)} "
+                f"{self.control}, or one for each, got {normal.size}"
+            )
+        self.lateral, self.targets = path, np.broadcast_to(normal, len(path))
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Friction, spring and coupling, which a state depends on."""
+        law = {"friction": self.friction.todict(), "spring": self.spring or 0.0}
+        return law | ({"coupling": "solved"} if self.coupling == "solved" else {})
 
     def resume(self, last: LastStep) -> None:
         """Continue after a step."""
@@ -210,9 +189,9 @@ class _Sliding(NumberedSteps):
 
         def completed(relaxed: RelaxedStep) -> RelaxedStep:
             begun = perf_counter() - relaxed.seconds
-            if self.coupling:
+            if self._cross:
                 again = partial(self.stepper.repeat, target=target)
-                relaxed, state = self.coupling.agreed(relaxed, again, slid)
+                relaxed, state = self._cross.agreed(relaxed, again, slid)
             else:
                 state = slid(relaxed)
             stiffness = state.cell_area * self._stiffness(state.bounds > 0.0)
@@ -237,8 +216,8 @@ class _Sliding(NumberedSteps):
         shifts = found.displacement
         if box != window:
             shifts = self._halfspace(window.shape).displacement(np.stack(tractions))
-        if self.coupling:
-            shifts = shifts + self.coupling.lateral(state, window)
+        if self._cross:
+            shifts = shifts + self._cross.lateral(state, window)
         slipping = carried(found.slipping.astype(float), box, window)
         return dict(zip(LATERAL, (*tractions, *shifts, slipping), strict=True))
 
@@ -262,9 +241,9 @@ class _Sliding(NumberedSteps):
             halfspace.displacement(start) if start.any() else np.zeros(start.shape)
         )
         by_pressure: np.ndarray | float = 0.0
-        if self.coupling:
-            by_pressure = self.coupling.lateral(relaxed.run.state, box)
-            imposed = imposed + self.coupling.lateral(before, box) - by_pressure
+        if self._cross:
+            by_pressure = self._cross.lateral(relaxed.run.state, box)
+            imposed = imposed + self._cross.lateral(before, box) - by_pressure
         area, options = relaxed.fields.cell_area, FrictionOptions()
         at, move, drive = self._driven(lateral, area, last)
         imposed = imposed + move[:, None, None]
@@ -321,9 +300,10 @@ class _Sliding(NumberedSteps):
             return at, lateral - at, None
         at = np.zeros(2) if at is None else at
         move = np.zeros(2) if last is None else last.displacement - at
-        force = self.spring * (lateral - at - move) if self.spring else lateral
+        spring = self.spring or 0.0
+        force = spring * (lateral - at - move) if spring else lateral
         x, y = (force / area).tolist()
-        return at, move, Drive((x, y), self.spring / area)
+        return at, move, Drive((x, y), spring / area)
 
     def _stiffness(self, touching: np.ndarray) -> float:
         """Return the sum of the tractions per displacement along x without slip."""

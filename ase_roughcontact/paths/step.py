@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from collections.abc import Callable
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.identity import digest
 from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.contact.state import PLASTIC_DEPTH
@@ -20,7 +22,6 @@ from ase_roughcontact.paths.convergence import StepRelaxer
 from ase_roughcontact.paths.extrapolation import Extrapolation
 from ase_roughcontact.paths.record import LoadStep, Step
 from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
-from ase_roughcontact.paths.resume import describe_system
 from ase_roughcontact.paths.step_options import CONTROLS, FREE, StepOptions
 from ase_roughcontact.paths.surface_history import SurfaceHistory
 from ase_roughcontact.solvers.relaxation import External, Run, Support, fields_of
@@ -241,16 +242,15 @@ class Stepper:
         ValueError
             If something can't be described, such as an indenter without `todict`.
         """
-        tolerance = {"accuracy": self.accuracy}
         if self.options.fmax is not None:
-            tolerance = {"fmax": self.options.fmax}
-        question: dict[str, Any] = {}
+            more["fmax"] = self.options.fmax
+        else:
+            more["accuracy"] = self.accuracy
         if self.options.continuum:
-            question = {"model": "continuum"}
-        lattice = self.windows.describe_lattice()
-        return describe_system(
-            self.problem, **more, lattice=lattice, **tolerance, **question
-        )
+            more["model"] = "continuum"
+        described = self.problem.todict() | more
+        described["lattice"] = self.windows.describe_lattice()
+        return json.loads(json.dumps(described, default=_encode))
 
     def _new_extrapolation(self) -> Extrapolation:
         return Extrapolation(-math.inf if self.problem.wall.attractive else 0.0)
@@ -318,3 +318,15 @@ def _spring(stiffness: float, base: float, height: float) -> tuple[float, float]
     """Return the energy of a spring to a base, and its upward force."""
     extension = base - height
     return 0.5 * stiffness * extension**2, stiffness * extension
+
+
+def _encode(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return digest(value.tobytes())
+    raise ValueError(
+        "a trajectory needs a description of the system, but "
+        f"{type(value).__name__} has none: give it a method todict that returns its "
+        "name and parameters, or leave the trajectory out"
+    )

@@ -30,11 +30,8 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.creep import PRESSURE_RATE, dissipated_energy
-from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_steps import DescribedSteps, LastStep, PathSteps
 from ase_roughcontact.paths.schedule import Part, Schedule
-from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_balance import balance_of
 from ase_roughcontact.paths.time_record import TimeStep
 
@@ -84,60 +81,35 @@ class _Position:
     largest: float = 0.0
 
 
-def follow_schedule(
-    stepper: Stepper,
-    schedule: Schedule,
-    output: Output | None = None,
-    *,
-    tolerance: float = 1e-3,
-    validity: str = "warn",
-    **description: Any,
-) -> Generator[TimeStep, None, None]:
-    """Follow a schedule in time steps; see `time_path` for the parameters.
+@dataclass
+class TimeSteps(PathSteps):
+    """Time steps whose durations follow from an estimate of their errors.
+
+    The first state, and those at the end of each time step.
 
     Parameters
     ----------
     stepper : Stepper
     schedule : Schedule
-    output : Output, optional
-        Its `record` must be a subclass of `TimeStep`.
-    tolerance, validity
+    tolerance : float
         See `time_path`.
-    **description
-        What a state depends on beside the problem.
-
-    Returns
-    -------
-    generator of LoadStep
-        The first state, and those at the end of each time step, after they are written.
-
-    Raises
-    ------
-    RuntimeError
-        If a load is a tension that the contact does not hold.
     """
-    positive(tolerance=tolerance)
-    output = (output or Output()).of_record(TimeStep, "path in time have a time")
-    creep = stepper.problem.solid.creep
-    if creep is None:
-        raise ValueError(
-            f"a path in time needs a Viscoelastic solid, got {stepper.problem.solid!r}"
-        )
-    steps = _TimeSteps(stepper, schedule, creep, tolerance)
-    return follow(steps, output, validity, **description)
 
-
-@dataclass
-class _TimeSteps(PathSteps):
-    """Time steps whose durations follow from an estimate of their errors."""
-
+    kind = TimeStep
     schedule: Schedule
-    creep: Creep
-    tolerance: float
+    tolerance: float = 1e-3
     position: _Position = field(default_factory=_Position)
 
     def __post_init__(self) -> None:
+        """Check that the solid creeps."""
+        positive(tolerance=self.tolerance)
+        solid = self.stepper.problem.solid
         self._last: tuple[float, TimeStep] | None = None
+        if solid.creep is None:
+            raise ValueError(
+                f"a path in time needs a Viscoelastic solid, got {solid!r}"
+            )
+        self.creep = solid.creep
 
     @property
     def target(self) -> float:

@@ -12,6 +12,7 @@ from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.material import HARDNESS, fcc_spacing
 from ase_roughcontact.paths.limits import failed_checks
+from ase_roughcontact.windows.regrid import GridChange, lost_text
 
 # Relative difference of a spacing from that of the crystal of its name.
 _SAME_SPACING = 0.02
@@ -110,6 +111,12 @@ class ValidityReport:
         if self._action == "raise":
             raise RuntimeError(text)
         warn(text, ValidityWarning)
+
+
+def warn_of_lost_slope(lost: float, change: GridChange | None, action: str) -> None:
+    """Warn of the part of the slope that a coarser grid loses, unless ignored."""
+    if change and lost and action != "ignore":
+        warn(lost_text(change, lost))
 
 
 def hardness_of(symbol: str, spacing: float) -> float:

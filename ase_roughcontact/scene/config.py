@@ -161,7 +161,7 @@ class InteractionConfig(Section):
 class FrictionConfig(Section):
     """``[friction]``: friction coefficient, shear strength in GPa, or both.
 
-    `coupling` is that of normal and lateral motion, see `follow_sliding`.
+    `coupling` is that of normal and lateral motion, see `SlidingSteps`.
     """
 
     title = "friction"

@@ -19,9 +19,9 @@ from ase_roughcontact.paths.cantilever import (
     CantileverJump,
     cantilever_curve,
 )
-from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, default_step, follow_loop
+from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, LoopSteps, default_step
 from ase_roughcontact.paths.instabilities import AdhesionLoop
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.bodies import Bodies
@@ -104,9 +104,9 @@ class Loop(PathKind):
     def run(
         self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
     ) -> Generator[LoadStep, None, None]:
-        """Approach and retract; see `follow_loop`."""
-        written: dict[str, Any] = {"output": output, "validity": validity}
-        return follow_loop(stepper, **self.options(bodies), **written, springs=[])
+        """Approach and retract; see `LoopSteps`."""
+        steps = LoopSteps(stepper, **self.options(bodies))
+        return follow(steps, output, validity, springs=[])
 
     def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:
         """Return the states as branches with their instabilities."""

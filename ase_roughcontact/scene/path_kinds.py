@@ -19,8 +19,8 @@ from ase_roughcontact._util.validation import (
     integer,
     lookup,
 )
-from ase_roughcontact.paths.loading import follow_path, targets_of
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
@@ -242,9 +242,10 @@ class PathKind(Section):
     def run(
         self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
     ) -> Generator[LoadStep, None, None]:
-        """Relax one state after another; see `follow_path`."""
+        """Relax one state after another; see `follow`."""
         targets = targets_of(stepper.control, self.targets(bodies))
-        return follow_path(stepper, targets, output, validity, springs=[])
+        steps = NumberedSteps(stepper, targets)
+        return follow(steps, output, validity, springs=[])
 
     def ways(self, bodies: Bodies, states: Sequence[LoadStep]) -> list[str]:
         """Return what the path does at each state, "approach" for instance."""

@@ -22,15 +22,19 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import LEVELS, Accuracy, accuracy_of, grid_for
 from ase_roughcontact.paths.flat_record import FlatStep
 from ase_roughcontact.paths.instabilities import AdhesionLoop
-from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.scan_errors import ScanErrors
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import FREE, StepOptions
-from ase_roughcontact.paths.validity import ValidityReport, hardness_for
+from ase_roughcontact.paths.validity import (
+    ValidityReport,
+    hardness_for,
+    warn_of_lost_slope,
+)
 from ase_roughcontact.scene.advice import warnings_of
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.build import build
@@ -444,11 +448,12 @@ class Scene(SceneFile):
         frames = self.frames()
         output = Output(**files, record=record or self.record, frames=frames)
         stepper = self.stepper(frames, scan_errors)
-        warn_of_lost_slope(stepper, self.grid_change, validity)
+        lost = stepper.options.lost_slope
+        warn_of_lost_slope(lost, self.grid_change, validity)
         if targets is None:
             return self.path.run(self.bodies, stepper, output, validity)
-        targets = targets_of(self.control, targets)
-        return follow_path(stepper, targets, output, validity, springs=[])
+        steps = NumberedSteps(stepper, targets_of(self.control, targets))
+        return follow(steps, output, validity, springs=[])
 
     def run(
         self, folder: str | Path, validity: str = "warn", text: str | None = None

@@ -23,9 +23,9 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.analysis.friction import loop_energies, static_friction
 from ase_roughcontact.elasticity.cross import CrossResponse
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.sliding import LATERAL_CONTROLS, follow_sliding
+from ase_roughcontact.paths.sliding import LATERAL_CONTROLS, SlidingSteps
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.bodies import Bodies
@@ -192,20 +192,18 @@ class Sliding(PathKind):
     def run(
         self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
     ) -> Generator[LoadStep, None, None]:
-        """Move the indenter; see `follow_sliding`."""
+        """Move the indenter; see `SlidingSteps`."""
         control, turns = self.turns(bodies)
-        yield from follow_sliding(
+        steps = SlidingSteps(
             stepper,
             self.targets(bodies),
             bodies.friction.law,
             np.outer(self._between(turns), self.towards),
             control,
-            output,
-            spring=self.spring_stiffness,
-            coupling=bodies.friction.coupling,
-            validity=validity,
-            springs=[],
+            self.spring_stiffness,
+            bodies.friction.coupling,
         )
+        yield from follow(steps, output, validity, springs=[])
 
     def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
         """Return static friction, the energy of the last loop, and the stiffness."""

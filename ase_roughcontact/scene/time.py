@@ -20,11 +20,11 @@ from ase_roughcontact._util.validation import (
     positive,
 )
 from ase_roughcontact.analysis.dynamic_stiffness import dynamic_stiffness
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.time_path import follow_schedule
+from ase_roughcontact.paths.time_path import TimeSteps
 from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at
@@ -253,15 +253,10 @@ class Timed(PathKind):
     def run(
         self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
     ) -> Generator[LoadStep, None, None]:
-        """Follow the schedule; see `follow_schedule`."""
-        yield from follow_schedule(
-            stepper,
-            self.schedule(bodies),
-            output,
-            tolerance=self.tolerance,
-            validity=validity,
-            cantilever=self.stiffness or 0.0,
-        )
+        """Follow the schedule; see `TimeSteps`."""
+        steps = TimeSteps(stepper, self.schedule(bodies), self.tolerance)
+        cantilever = self.stiffness or 0.0
+        yield from follow(steps, output, validity, cantilever=cantilever)
 
     def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
         """Return largest forces, and the energies lost."""

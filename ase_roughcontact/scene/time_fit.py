@@ -19,10 +19,9 @@ from scipy.interpolate import PchipInterpolator
 
 from ase_roughcontact._util.units import FORCES, UNITS
 from ase_roughcontact._util.validation import FloatArray, finite_array, lookup
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import follow
 from ase_roughcontact.paths.schedule import Schedule
-from ase_roughcontact.paths.time_path import follow_schedule
-from ase_roughcontact.paths.time_record import TimeStep
+from ase_roughcontact.paths.time_path import TimeSteps
 from ase_roughcontact.scene.fit import (
     FAR_ABOVE,
     RANGE_UNCERTAINTY,
@@ -293,16 +292,10 @@ class _Model:
         shift *= signs.get(path.control, 1.0)
         given = path.schedule(scene.bodies)
         parts = [part._replace(end=part.end + shift) for part in given.parts]
-        steps = list(
-            follow_schedule(
-                scene.stepper(scene.frames()),
-                Schedule(given.first + shift, parts),
-                Output(record=TimeStep),
-                tolerance=path.tolerance,
-                validity="ignore",
-                cantilever=path.stiffness or 0.0,
-            )
-        )
+        schedule = Schedule(given.first + shift, parts)
+        stepper = scene.stepper(scene.frames())
+        shifted = TimeSteps(stepper, schedule, path.tolerance)
+        steps = list(follow(shifted, validity="ignore"))
         if not all(step.converged for step in steps) and not self.doubts:
             self.doubts.append("steps of a trial did not converge")
         column = "penetration" if self._by_load else "normal_force"

@@ -28,7 +28,8 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.sliding import follow_sliding
+from ase_roughcontact.paths.output import follow
+from ase_roughcontact.paths.sliding import SlidingSteps
 
 DEPTHS, PATH = np.array([0.5, 1.0, 1.0, 1.0]), np.array([0.0, 0.0, 0.3, 0.6])
 POISSON = 0.0, 0.15, 0.3, 0.45
@@ -66,9 +67,8 @@ def costs(n: int, poisson: float, coupling: str) -> tuple[float, ...]:
     path, depths = PATH * n / 100.0, DEPTHS * n / 40.0
     stepper.step(-1, depths[0] / 2.0)  # makes spectra and plans
     begun = process_time()
-    steps = list(
-        follow_sliding(stepper, depths, law, path, coupling=coupling, validity="ignore")
-    )
+    sliding = SlidingSteps(stepper, depths, law, path, coupling=coupling)
+    steps = list(follow(sliding, validity="ignore"))
     seconds = process_time() - begun
     if not all(step.converged for step in steps):
         raise RuntimeError([step.message for step in steps])

@@ -27,7 +27,8 @@ from ase_roughcontact import (
     Viscoelastic,
 )
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.time_path import follow_schedule
+from ase_roughcontact.paths.output import follow
+from ase_roughcontact.paths.time_path import TimeSteps
 
 RELAXED, TIME, STEP = 0.2, 1.0, 0.1
 CREEP = Creep.standard_solid(RELAXED, TIME)
@@ -52,7 +53,7 @@ def ours(values, pressure, schedule):
     options = StepOptions(accuracy=1e-8)
     stepper = Stepper(problem, "loads", Box((0, 0), (side, side)), options)
     path = schedule(pressure * side**2)
-    for step in follow_schedule(stepper, path, tolerance=1e-4, validity="ignore"):
+    for step in follow(TimeSteps(stepper, path, 1e-4), validity="ignore"):
         yield step.time, stepper.run.fields.pressure
 
 

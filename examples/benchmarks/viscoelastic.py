@@ -23,7 +23,8 @@ from ase_roughcontact import (
     Viscoelastic,
 )
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.time_path import follow_schedule
+from ase_roughcontact.paths.output import follow
+from ase_roughcontact.paths.time_path import TimeSteps
 
 SIDE, RADIUS = 128, 1280.0  # spacings
 DEPTH = (0.4 * SIDE) ** 2 / RADIUS
@@ -56,14 +57,8 @@ def main():
             problem = Problem(sphere, solid, HardWall(), 1.0, offset=(0.5, 0.5))
             window = Box((-SIDE // 2, -SIDE // 2), (SIDE, SIDE))
             path = Schedule(0.0).ramp(DEPTH, time=half).ramp(0.0, time=half)
-            steps = list(
-                follow_schedule(
-                    Stepper(problem, "penetrations", window),
-                    path,
-                    tolerance=tolerance,
-                    validity="ignore",
-                )
-            )
+            stepper = Stepper(problem, "penetrations", window)
+            steps = list(follow(TimeSteps(stepper, path, tolerance), validity="ignore"))
             exact = np.array([ting_force(step.time, half) for step in steps])
             errors = abs(np.array([step.normal_force for step in steps]) - exact)
             errors /= exact.max()

@@ -29,7 +29,8 @@ from ase_roughcontact.elasticity import Cubic, Isotropic, cross_kernel, love_ker
 from ase_roughcontact.elasticity.cell_kernels import cerruti_kernel
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.sliding import follow_sliding
+from ase_roughcontact.paths import output
+from ase_roughcontact.paths.sliding import SlidingSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 
@@ -57,7 +58,8 @@ def punch_of(n, radius, poisson):
 
 
 def follow(stepper, *args, coupling="solved", **options):
-    return list(follow_sliding(stepper, *args, coupling=coupling, **options))
+    steps = SlidingSteps(stepper, *args, coupling=coupling, **options)
+    return list(output.follow(steps))
 
 
 def stick_radius(step):
@@ -196,9 +198,8 @@ def test_conditions_of_friction_and_contact_hold_with_dense_matrices(poisson):
     n, solid, depths = 12, Isotropic(1.0, poisson), (0.2, 0.25)
     stepper, matrix = stepper_of(n, solid, accuracy=1e-8), dense_matrix(n, solid)
     path, state = [[0.0, 0.0], [0.03, 0.02]], np.zeros((3, n * n))
-    for number, step in enumerate(
-        follow_sliding(stepper, depths, Coulomb(MU), path, coupling="solved")
-    ):
+    steps = SlidingSteps(stepper, depths, Coulomb(MU), path, coupling="solved")
+    for number, step in enumerate(output.follow(steps)):
         assert step.converged
         old, state = state, fields(stepper).reshape(3, -1)
         moved = (matrix @ (state - old).ravel()).reshape(3, -1)[:2]

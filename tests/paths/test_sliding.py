@@ -27,7 +27,8 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.sliding import follow_sliding
+from ase_roughcontact.paths import output
+from ase_roughcontact.paths.sliding import SlidingSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 
@@ -48,7 +49,7 @@ def stepper_of(n, control="penetrations", poisson=0.0, wall=None, rough=None, **
 
 
 def follow(stepper, *args, **options):
-    return list(follow_sliding(stepper, *args, **options))
+    return list(output.follow(SlidingSteps(stepper, *args, **options)))
 
 
 def tractions(stepper):

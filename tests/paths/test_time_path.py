@@ -23,7 +23,8 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.time_path import follow_schedule
+from ase_roughcontact.paths import output
+from ase_roughcontact.paths.time_path import TimeSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 
@@ -45,7 +46,7 @@ def stepper_of(problem, n, control="penetrations", **options):
 
 def follow(problem, n, schedule, control="penetrations", tolerance=1e-3, **options):
     stepper = stepper_of(problem, n, control, **options)
-    return list(follow_schedule(stepper, schedule, tolerance=tolerance))
+    return list(output.follow(TimeSteps(stepper, schedule, tolerance)))
 
 
 class Cone:
@@ -182,7 +183,7 @@ def test_gaps_are_those_of_the_whole_history(creep, wall, periodic):
         StepOptions(window="unchecked", accuracy=1e-7),
     )
     path = Schedule(0.2).ramp(0.6, time=1.0).hold(0.5).ramp(-0.3, time=0.8)
-    list(follow_schedule(stepper, path, tolerance=1e-2))
+    list(output.follow(TimeSteps(stepper, path, 1e-2)))
     times, heights, pressures, gaps = map(np.array, zip(*stepper.states, strict=True))
 
     def integral(time):  # of the creep compliance from zero to a time
@@ -367,7 +368,7 @@ def test_a_path_without_time_says_what_is_needed():
 def test_an_elastic_solid_says_what_is_needed():
     stepper = stepper_of(problem_of(16, creep=None), 16)
     with pytest.raises(ValueError, match="needs a Viscoelastic solid, got"):
-        follow_schedule(stepper, Schedule(0.0).hold(1.0))
+        TimeSteps(stepper, Schedule(0.0).hold(1.0))
 
 
 @pytest.mark.parametrize("relaxed", [0.2, 0.001])
@@ -380,13 +381,13 @@ def test_steps_of_a_long_hold_converge(relaxed):
 
 def test_the_past_of_another_series_is_refused():
     stepper = stepper_of(problem_of(32), 32)
-    list(follow_schedule(stepper, Schedule(0.0).ramp(0.5, time=1.0)))
+    list(output.follow(TimeSteps(stepper, Schedule(0.0).ramp(0.5, time=1.0))))
     other = stepper_of(problem_of(32, creep=Creep([1.0, 1.0], [1.0, 2.0])), 32)
     other.state = stepper.state
     with pytest.raises(
         ValueError, match=r"has crept in a solid with Creep\(comp.* but"
     ):
-        list(follow_schedule(other, Schedule(0.5).hold(1.0)))
+        list(output.follow(TimeSteps(other, Schedule(0.5).hold(1.0))))
 
 
 @pytest.mark.parametrize("window", ["fixed", "auto"])
@@ -398,7 +399,7 @@ def test_a_path_ends_where_the_contact_is_lost_under_a_tension(window, sudden):
     path = path.step(-50.0) if sudden else path.ramp(-50.0, time=50.0)
     steps = []
     with pytest.raises(RuntimeError, match="the contact is lost at the time"):
-        for step in follow_schedule(stepper, path.hold(1.0), tolerance=0.1):
+        for step in output.follow(TimeSteps(stepper, path.hold(1.0), 0.1)):
             steps.append(step)
     assert all(step.converged for step in steps)
     # between JKR and the work of adhesion on the glassy solid with a larger contact
