@@ -50,7 +50,7 @@ from ase_roughcontact.solvers.options import NewtonKrylovOptions
 # walls is included; and the part of the forces below which it is included again.
 _ATTRACTION_RESIDUAL = 0.3
 # Steps with the inverse of a wall that need not decrease the residual.
-_WATCHDOG = 10
+_WATCHDOG = 20
 # Lower bound to the curvatures of a combination, relative to those of its increments.
 _LEAST_CURVATURE = 0.003
 # Slope at which a line search stops, relative to the initial one.
@@ -77,10 +77,8 @@ class NewtonStepper:
         self._convex = True
         modulus, area = self._halfspace.contact_modulus, self._halfspace.cell_area
         self._small = _ATTRACTION_RESIDUAL * modulus * area
-        # whether the inverse is used, pressure and height of the best state with it,
-        # norm of its residual, and steps since then
+        # whether the inverse is used, least norm of its residual, and steps since then
         self._inverse = contact.interaction.invertible
-        self._best: tuple[np.ndarray, float] | None = None
         self._least_residual, self._futile = math.inf, 0
 
     @property
@@ -128,20 +126,18 @@ class NewtonStepper:
     ) -> tuple[EnergyState | None, EnergyState]:
         """Return the state after a step with the inverse of the wall.
 
-        If several steps have not decreased the residual: None, and the best state so
-        far, linearised in the gaps.
+        If several steps have not decreased the residual: None, and the state linearised
+        in the gaps, from which the energy is lowered.
         """
         if state.residual_norm == math.inf:
             state = energy.reevaluated(state, by_pressure=True)
-        if self._best is None or state.residual_norm < self._least_residual:
-            self._best = state.pressure, state.height
+        self._futile += 1
+        if state.residual_norm < self._least_residual:
             self._least_residual, self._futile = state.residual_norm, 0
-        else:
-            self._futile += 1
         equations = self._equations(energy, state)
         if self._futile > _WATCHDOG or not equations.solvable:
-            state, self._best = energy.state(*self._best), None
-            return None, state
+            self._inverse = False
+            return None, energy.reevaluated(state)
         change = equations.solution(reduction)
         del equations  # its memory is needed
         held = state.stiffness > 0.0  # there is no pressure on other atoms
