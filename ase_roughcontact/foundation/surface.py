@@ -10,8 +10,10 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.validation import integer
-from ase_roughcontact.elasticity.crystals.calculated import CalculatedSurface
-from ase_roughcontact.elasticity.crystals.errors import long_wave_compliance
+from ase_roughcontact.elasticity.crystals.calculated import (
+    calculated_surface,
+    long_wave_compliance,
+)
 from ase_roughcontact.elasticity.crystals.files import Stored
 from ase_roughcontact.elasticity.crystals.force_constants import (
     SURFACES,
@@ -95,7 +97,7 @@ class CrystalSurface(Stored):
         CrystalSurface
         """
         slab |= {"size": size, "displacement": displacement, "tolerance": tolerance}
-        found = CalculatedSurface.of(calculator, bulk, surface, **slab)
+        found = calculated_surface(calculator, bulk, surface, **slab)
         symbol, a, constants = found.symbol, found.lattice_constant, found.constants
         z = found.slab.positions[: constants.bulk + 1, 2]
         return cls(symbol, surface, a, z - z[0], constants, size, displacement)

@@ -20,30 +20,25 @@ from ase.data import atomic_numbers
 
 from ase_roughcontact._util.identity import digest
 from ase_roughcontact._util.validation import finite, lookup, positive
-from ase_roughcontact.elasticity.crystals.angular import sin2
-from ase_roughcontact.elasticity.crystals.calculated import CalculatedSurface
-from ase_roughcontact.elasticity.crystals.cubic import continuum_kernel
-from ase_roughcontact.elasticity.crystals.errors import (
+from ase_roughcontact.elasticity.crystals.angular import continuum_kernel
+from ase_roughcontact.elasticity.crystals.calculated import (
+    calculated_surface,
     check_errors,
-    lateral_tables,
-    modulus_table,
+    tables,
 )
 from ase_roughcontact.elasticity.crystals.files import Stored
 from ase_roughcontact.elasticity.crystals.kernel import (
-    LATERAL_HARMONICS,
     NODES,
-    distant_kernel,
+    Component,
     interpolate,
-    long_wave_series,
-    near_kernel,
     node_vectors,
 )
 from ase_roughcontact.elasticity.greens import ElasticSolid
 
 # Surfaces whose atoms are a square grid.
 _SURFACES = dict.fromkeys(("fcc100", "bcc100", "diamond100"))
-# Distance, in spacings, up to which the kernel of a free half space is tabulated.
-_TABLE = 48
+# Symmetry of the components zz; xx, yy, xy; zx and zy, see `Component`.
+_KINDS = "even", "even", "even", "odd", "cross", "cross"
 # Relative difference of spacings, or of a wave vector to the edge of the zone.
 _ROUNDING = 1e-6
 
@@ -178,29 +173,21 @@ class Crystal(Stored, ElasticSolid):
         >>> copper.write("copper.json")  # doctest: +SKIP
         """
         lookup(surface, _SURFACES, "square surface")
-        found = CalculatedSurface.of(
+        found = calculated_surface(
             calculator, bulk, surface, tolerance=tolerance, **slab
         )
-        table, errors = modulus_table(found.greens)
+        table, lateral, errors = tables(found.greens)
         name = type(calculator).__name__
         check_errors(errors, tolerance, f"{surface} {found.symbol} with {name}")
-        figures = found.constants.figures | errors
-        spacing = found.constants.spacing
+        figures, spacing = found.constants.figures | errors, found.constants.spacing
         return cls(
-            found.symbol,
-            surface,
-            name,
-            spacing,
-            table,
-            found.stress,
-            figures,
-            lateral_tables(found.greens),
+            found.symbol, surface, name, spacing, table, found.stress, figures, lateral
         )
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]
         """Indentation modulus (pressure)."""
-        return 1.0 / float(self._series[0][0])
+        return 1.0 / float(self._components[0].series[0][0].real)
 
     def check(self, spacing: float) -> None:
         """Raise an error if the grid has another spacing; see `ElasticSolid.check`."""
@@ -221,7 +208,7 @@ class Crystal(Stored, ElasticSolid):
             If a wave vector is not in the Brillouin zone: the grid has another spacing.
         """
         x, y = self._in_zone(qx, qy)
-        return 2.0 * interpolate(self.table, x, y) / np.hypot(qx, qy)
+        return 2.0 * self._components[0].waves(x, y) / np.hypot(qx, qy)
 
     def cell_compliance(
         self, i: np.ndarray, j: np.ndarray, spacing: float
@@ -231,71 +218,45 @@ class Crystal(Stored, ElasticSolid):
         At another spacing, as on the coarse grids of the solvers, the response is that
         of long waves.
         """
+        normal = self._components[0]
         if abs(spacing / self.spacing - 1.0) > _ROUNDING:
-            return continuum_kernel(i, j, spacing, self._series[0][::2])
-        i, j = np.broadcast_arrays(abs(np.asarray(i)), abs(np.asarray(j)))
-        kernel = distant_kernel(i, j, self._series)
-        near = np.maximum(i, j) < _TABLE
-        kernel[near] = self._near_kernel[i[near], j[near]]
-        kernel *= spacing
-        return kernel
+            return continuum_kernel(i, j, spacing, normal.series[0])
+        return spacing * normal.cells(i, j)
 
     def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return the lateral components; see `ElasticSolid` and `wave_compliance`."""
         x, y = self._in_zone(qx, qy)
-        parts = np.stack([interpolate(t, x, y) for t in self._lateral_tables[:3]])
-        parts[2] *= sin2(x, y)
-        return 2.0 * parts / np.hypot(qx, qy)
+        parts = [each.waves(x, y) for each in self._lateral(1, 4)]
+        return 2.0 * np.stack(parts) / np.hypot(qx, qy)
 
     def lateral_cell_compliance(
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
-        """Return the displacement by unit lateral traction on an atom.
-
-        See `ElasticSolid` and `cell_compliance`.
-        """
+        """Return the displacement by unit lateral traction on an atom."""
         self.check(spacing)
-        tables = enumerate(self._lateral_tables[:3])
-        kernels = [self._lateral_kernel(k, i, j) for k, _ in tables]
-        kernels[2] *= np.sign(i) * np.sign(j)
-        return spacing * np.stack(kernels)
+        return spacing * np.stack([each.cells(i, j) for each in self._lateral(1, 4)])
 
     def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return the components of the coupling; see `lateral_wave_compliance`."""
         x, y = self._in_zone(qx, qy)
-        along_x, along_y = self._cross_tables
-        parts = x * interpolate(along_x, x, y), y * interpolate(along_y, y, x)
-        return 2.0 * self.spacing * np.stack(parts) / (x * x + y * y)
+        along_x, along_y = self._lateral(4, 6)
+        parts = along_x.waves(x, y), along_y.waves(y, x)
+        return 2.0 * np.stack(parts) / np.hypot(qx, qy)
 
     def cross_cell_compliance(
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
-        """Return the lateral displacement by unit pressure on an atom.
-
-        See `ElasticSolid` and `cell_compliance`.
-        """
+        """Return the lateral displacement by unit pressure on an atom."""
         self.check(spacing)
-        _ = self._cross_tables
-        along_x = np.sign(i) * self._lateral_kernel(3, i, j)
-        along_y = np.sign(j) * self._lateral_kernel(4, j, i)
-        return spacing * np.stack([along_x, along_y])
+        along_x, along_y = self._lateral(4, 6)
+        return spacing * np.stack([along_x.cells(i, j), along_y.cells(j, i)])
 
     @property
     def coupling(self) -> float:  # type: ignore[override]
         """Lateral over normal displacement; NaN for files of earlier versions."""
-        if self.lateral is None or len(self.lateral) < 5:
+        if len(self._components) < len(_KINDS):
             return math.nan
         return self.mean_coupling(_ROUNDING / self.spacing)
-
-    def _lateral_kernel(self, number: int, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        """Return a component of the Green's function in a quadrant, in units of a0."""
-        x, y = np.broadcast_arrays(abs(np.asarray(i)), abs(np.asarray(j)))
-        x, y = x.astype(int), y.astype(int)
-        series, table = self._lateral_kernels[number]
-        kernel = distant_kernel(x, y, series, coupled=number > 2)
-        near = np.maximum(x, y) < _TABLE
-        kernel[near] = table[x[near], y[near]]
-        return kernel
 
     def _in_zone(self, qx: np.ndarray, qy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return wave vectors times the spacing; raise if it is a smaller one."""
@@ -320,31 +281,13 @@ class Crystal(Stored, ElasticSolid):
         }
 
     @cached_property
-    def _series(self) -> list[np.ndarray]:
-        return long_wave_series(self.table)
+    def _components(self) -> list[Component]:
+        tables = [self.table, *([] if self.lateral is None else self.lateral)]
+        return [Component(t, k) for t, k in zip(tables, _KINDS, strict=False)]
 
-    @property
-    def _lateral_tables(self) -> np.ndarray:
-        if self.lateral is None:
-            raise self._not_lateral("lateral components (its file is an older one)")
-        return self.lateral
-
-    @property
-    def _cross_tables(self) -> np.ndarray:
-        if len(self._lateral_tables) < 5:
-            raise self._not_lateral("coupled components (its file is an older one)")
-        return self._lateral_tables[3:]
-
-    @cached_property
-    def _lateral_kernels(self) -> list[tuple[list[np.ndarray], np.ndarray]]:
-        """Series of long waves, and tables of the Green's function, by component."""
-        kernels = []
-        for number, table in enumerate(self._lateral_tables):
-            coupled = number > 2
-            series = long_wave_series(table, LATERAL_HARMONICS, number == 2, coupled)
-            kernels.append((series, near_kernel(_TABLE, table, series, coupled)))
-        return kernels
-
-    @cached_property
-    def _near_kernel(self) -> np.ndarray:
-        return near_kernel(_TABLE, self.table, self._series)
+    def _lateral(self, first: int, stop: int) -> list[Component]:
+        if len(self._components) < stop:
+            raise self._not_lateral(
+                "such lateral components (its file is an older one)"
+            )
+        return self._components[first:stop]

@@ -23,14 +23,10 @@ from functools import cached_property
 
 import numpy as np
 from matscipy.elasticity import Voigt_6x6_to_full_3x3x3x3, coalesce_elastic_constants
-from numpy.polynomial.chebyshev import chebval
 
 from ase_roughcontact._util.validation import lookup, positive
-from ase_roughcontact.elasticity.cell_kernels import love_kernel
 from ase_roughcontact.elasticity.crystals.angular import (
-    angular_cell_kernel,
-    angular_series,
-    cos4,
+    continuum_kernel,
     harmonic_sum,
     harmonics,
 )
@@ -39,7 +35,7 @@ from ase_roughcontact.elasticity.greens import ElasticSolid
 # Angles of the rotation by which the integral of the surface impedance is summed; the
 # integrand is periodic, so that the sum converges exponentially.
 _ROTATIONS = 256
-# Directions of waves from which lateral components are interpolated.
+# Directions of waves from which compliances are interpolated.
 _DIRECTIONS = 320
 # Anisotropy up to which the moduli of waves are accurate to 1e-4, and the displacement
 # by pressure on one cell to 1e-3.
@@ -99,46 +95,6 @@ def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
         ``E*(theta)``; the compliance is ``2/(E* |q|)``.
     """
     return 2.0 / surface_compliance(stiffness, angles)[:, 2, 2].real
-
-
-def lateral_continuum_kernel(
-    i: np.ndarray, j: np.ndarray, spacing: float, series: np.ndarray
-) -> np.ndarray:
-    """Return the lateral displacement by unit lateral traction on one cell.
-
-    See `ElasticSolid.lateral_cell_compliance`; the series are the `harmonics` of the
-    components xx, yy and xy of the compliance of waves, times ``|q|/2`` (1/pressure).
-    """
-    turned = series * (-1.0) ** np.arange(series.shape[1])  # by a right angle
-    kernels = [angular_cell_kernel(i, j, c) for c in turned]
-    return spacing / np.pi * np.stack(kernels)
-
-
-def cross_continuum_kernel(
-    i: np.ndarray, j: np.ndarray, spacing: float, series: np.ndarray
-) -> np.ndarray:
-    """Return the lateral displacement by unit pressure on one cell.
-
-    See `ElasticSolid.cross_cell_compliance`; the series are the `harmonics` of odd
-    orders of the components of the compliance of waves, times ``|q|/2`` (1/pressure).
-    """
-    turned = series * (-1.0) ** np.arange(1, series.shape[1] + 1)
-    kernels = np.stack([angular_cell_kernel(i, j, c, odd=True) for c in turned])
-    kernels[:, (np.asarray(i) == 0) & (np.asarray(j) == 0)] = 0.0
-    return spacing / np.pi * kernels
-
-
-def continuum_kernel(
-    i: np.ndarray, j: np.ndarray, spacing: float, compliances: np.ndarray
-) -> np.ndarray:
-    """Return the depth of an anisotropic continuum under unit pressure on one cell.
-
-    See `ElasticSolid.cell_compliance`; the compliances are the `angular_series` of
-    ``1/E*`` (1/pressure).
-    """
-    harmonics = np.concatenate([[0.0], compliances[1:]])
-    anisotropic = spacing / np.pi * angular_cell_kernel(i, j, harmonics)
-    return anisotropic + love_kernel(i, j, spacing, 1.0 / float(compliances[0]))
 
 
 @dataclass(frozen=True)
@@ -211,30 +167,16 @@ class Cubic(ElasticSolid):
         return surface_compliance(stiffness, angles + _ANGLES[self.x])
 
     @cached_property
-    def _waves(self) -> tuple[np.ndarray, np.ndarray]:
-        """Compliances of waves in `_DIRECTIONS`, and axes x and y in the crystal."""
-        angles = np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
+    def _series(self) -> tuple[np.ndarray, np.ndarray]:
+        """Harmonics of zz, xx, yy and xy, and of zx and zy, times ``|q|/2``."""
         cosine, sine = np.cos(_ANGLES[self.x]), np.sin(_ANGLES[self.x])
-        axes = np.array([[cosine, sine], [-sine, cosine]])
-        return self._surface_compliance(angles), axes
-
-    @cached_property
-    def _compliances(self) -> np.ndarray:
-        """Angular series of ``1/E*``."""
-        return angular_series(lambda angles: 1.0 / self.surface_modulus(angles))
-
-    @cached_property
-    def _lateral_series(self) -> np.ndarray:
-        """Harmonics of the lateral components along x and y."""
-        compliance, axes = self._waves
-        lateral = axes @ compliance.real.copy()[:, :2, :2] @ axes.T
-        return harmonics(0.5 * lateral[:, (0, 1, 0), (0, 1, 1)].T)
-
-    @cached_property
-    def _cross_series(self) -> np.ndarray:
-        """Harmonics of the lateral displacements along x and y by pressure."""
-        compliance, axes = self._waves
-        return harmonics(-0.5 * axes @ compliance[:, :2, 2].imag.T, odd=True)
+        axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        angles = np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
+        compliance = 0.5 * axes @ self._surface_compliance(angles) @ axes.T
+        return (
+            harmonics(compliance.real[:, (2, 0, 1, 0), (2, 0, 1, 1)].T),
+            harmonics(-compliance.imag[:, :2, 2].T, odd=True),
+        )
 
     @property
     def coupling(self) -> float:  # type: ignore[override]
@@ -244,36 +186,39 @@ class Cubic(ElasticSolid):
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]
         """Indentation modulus (pressure)."""
-        return 1.0 / float(self._compliances[0])
+        return 1.0 / float(self._series[0][0, 0].real)
 
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return ``2/(E*(theta) |q|)``; see `ElasticSolid`."""
-        return 2.0 * chebval(cos4(qx, qy), self._compliances) / np.hypot(qx, qy)
+        return 2.0 * harmonic_sum(qx, qy, self._series[0][0]) / np.hypot(qx, qy)
 
     def cell_compliance(
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
         """Integrate the Green's function over a cell; see `ElasticSolid`."""
-        return continuum_kernel(i, j, spacing, self._compliances)
+        return continuum_kernel(i, j, spacing, self._series[0][0])
 
     def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return the lateral components; see `ElasticSolid`."""
-        parts = [harmonic_sum(qx, qy, c) for c in self._lateral_series]
+        parts = [harmonic_sum(qx, qy, c) for c in self._series[0][1:]]
         return 2.0 * np.stack(parts) / np.hypot(qx, qy)
 
     def lateral_cell_compliance(
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
         """Integrate the lateral Green's function over a cell; see `ElasticSolid`."""
-        return lateral_continuum_kernel(i, j, spacing, self._lateral_series)
+        return np.stack(
+            [continuum_kernel(i, j, spacing, c) for c in self._series[0][1:]]
+        )
 
     def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return the components of the coupling; see `ElasticSolid`."""
-        parts = [harmonic_sum(qx, qy, c, odd=True) for c in self._cross_series]
+        parts = [harmonic_sum(qx, qy, c, odd=True) for c in self._series[1]]
         return 2.0 * np.stack(parts) / np.hypot(qx, qy)
 
     def cross_cell_compliance(
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
         """Integrate the Green's function over a cell; see `ElasticSolid`."""
-        return cross_continuum_kernel(i, j, spacing, self._cross_series)
+        parts = [continuum_kernel(i, j, spacing, c, odd=True) for c in self._series[1]]
+        return np.stack(parts)

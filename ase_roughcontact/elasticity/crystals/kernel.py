@@ -24,24 +24,18 @@ terms, which are singular at long waves, are multiplied by
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.polynomial.chebyshev import (
-    chebder,
-    chebfit,
-    chebmulx,
-    chebpts1,
-    chebval,
-    chebvander,
-)
+from numpy.polynomial.chebyshev import chebder, chebfit, chebpts1, chebval, chebvander
 from scipy.fft import dct, dctn, dst, dstn
 from scipy.special import gamma, ive, rgamma
 
 from ase_roughcontact.elasticity.crystals.angular import (
-    angular_series,
     cos2,
     harmonic_sum,
+    harmonics,
     sin2,
 )
 
@@ -49,12 +43,13 @@ from ase_roughcontact.elasticity.crystals.angular import (
 NODES = 28, 20
 # Wave vectors that are interpolated at once.
 _CHUNK = 1 << 14
-# Number of harmonics in the expansion of long waves, by the power of the wave number.
-_HARMONICS = 12, 6, 5, 4
-#: The same for lateral components.
-LATERAL_HARMONICS = 16, 10, 8, 6
-# Side of the grid in the Brillouin zone for the table of the Green's function, and the
-# width, in spacings, of the part that is subtracted.
+# Number of harmonics in the expansion of long waves, by the power of the wave number,
+# and the directions from which they are determined.
+_HARMONICS, _DIRECTIONS = (33, 21, 17, 13), 160
+# Distance, in spacings, up to which the Green's function is tabulated.
+_TABLE = 48
+# Side of the grid in the Brillouin zone for this table, and the width, in spacings, of
+# the part that is subtracted.
 _GRID, _WIDTH = 1024, 1.7
 
 
@@ -104,121 +99,114 @@ def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray
     return values.reshape(qx.shape)
 
 
-def long_wave_series(
-    table: np.ndarray,
-    numbers: tuple[int, ...] = _HARMONICS,
-    odd: bool = False,
-    coupled: bool = False,
-) -> list[np.ndarray]:
-    """Return the coefficients ``m_kn``, n = 0, 2, 4, ..., for each power k.
+@dataclass(frozen=True, eq=False)
+class Component:
+    """Component of the Green's function of a square lattice, in units of a0.
 
-    The numbers of harmonics for each power are those of functions with the symmetry of
-    a square. Of a function that is odd in x and in y, the table is that of its ratio to
-    ``sin(2 theta)``, and the coefficients are imaginary, see `harmonic_sum`; of one
-    that is odd in x alone, as those that couple normal and lateral motion, that of its
-    ratio to ``cos(theta)``, and the coefficients are those of n = 1, 3, 5, ...
+    Parameters
+    ----------
+    table : ndarray, shape (28, 20) or (2, 28, 20)
+        Coefficients of the component of waves, times ``|q|/2`` and divided by a factor
+        of the direction, see `interpolate`.
+    kind : {"even", "odd", "cross"}
+        Symmetry and factor: even in x and in y, 1; odd in both, ``sin(2 theta)``; odd
+        in x alone, ``cos(theta)``.
     """
-    series = []
-    for power, harmonics in enumerate(numbers):
-        total = np.zeros(2 * harmonics + 2)
-        for number, part in enumerate(table.reshape(-1, *NODES)):
-            derivative = chebder(part, power, scl=2.0 / np.pi) / math.factorial(power)
-            derivative = (-1.0) ** np.arange(len(derivative)) @ derivative  # at s = 0
-            fourth = angular_series(_along(derivative, power), harmonics)
-            even = np.zeros(2 * fourth.size)
-            even[::2] = fourth
-            product = chebmulx(even) if number else even  # by cos(2 theta)
-            total[: product.size] += product
-        total = total[: np.flatnonzero(total).max(initial=0) + 1]
-        if coupled:  # cos(theta) cos(n theta) = [cos(n - 1) theta + cos(n + 1) theta]/2
-            total = 0.5 * np.append(total[0] + total[:1], total[1:]) + 0.5 * np.append(
-                total[1:], 0.0
-            )
-        series.append(_times_sine(total) if odd else total)
-    return series
 
+    table: np.ndarray
+    kind: str
 
-def _times_sine(cosines: np.ndarray) -> np.ndarray:
-    """Return ``sin(2 theta) sum c_n cos(2 n theta)`` for `harmonic_sum`."""
-    sines = np.zeros(cosines.size + 1)
-    sines[1:] = 0.5 * cosines
-    sines[1:-2] -= 0.5 * cosines[2:]
-    sines[1] += 0.5 * cosines[0]
-    return -1j * sines
+    def waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the component of waves times ``|q|/2``; see `interpolate`."""
+        return interpolate(self.table, qx, qy) * self._factor(qx, qy)
 
+    def cells(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Return the Green's function at lattice vectors, broadcast together."""
+        i, j = np.broadcast_arrays(np.asarray(i, dtype=int), np.asarray(j, dtype=int))
+        x, y = abs(i), abs(j)
+        kernel = self._distant(x, y)
+        near = np.maximum(x, y) < _TABLE
+        kernel[near] = self._near[x[near], y[near]]
+        if self.kind != "even":
+            kernel *= np.sign(i)
+        return kernel * np.sign(j) if self.kind == "odd" else kernel
 
-def _along(coefficients: np.ndarray, power: int) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the term of a power of |q| as a function of the angle."""
-    return lambda angle: (
-        np.cos(angle) ** power * chebval(2.0 * np.tan(angle) - 1.0, coefficients)
-    )
+    @cached_property
+    def series(self) -> list[np.ndarray]:
+        """Harmonics ``m_kn`` of long waves for each power k, see `harmonic_sum`."""
+        angles = np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
+        x, y = np.cos(angles), np.sin(angles)
+        large, small = np.maximum(abs(x), abs(y)), np.minimum(abs(x), abs(y))
+        series = []
+        for power, number in enumerate(_HARMONICS):
+            values = np.zeros(_DIRECTIONS)
+            for exchanged, part in enumerate(self.table.reshape(-1, *NODES)):
+                derivative = chebder(part, power, scl=2.0 / np.pi)
+                along = (-1.0) ** np.arange(len(derivative)) @ derivative  # at s = 0
+                term = chebval(2.0 * small / large - 1.0, along / math.factorial(power))
+                values += cos2(x, y) ** exchanged * large**power * term
+            values *= self._factor(x, y)
+            series.append(harmonics(values, self._cross)[:number])
+        return series
 
+    @property
+    def _cross(self) -> bool:
+        return self.kind == "cross"
 
-def distant_kernel(
-    i: np.ndarray, j: np.ndarray, series: list[np.ndarray], coupled: bool = False
-) -> np.ndarray:
-    """Return the Green's function far from the origin, in units of a0.
+    def _factor(self, x: np.ndarray, y: np.ndarray) -> np.ndarray | float:
+        if self.kind == "even":
+            return 1.0
+        return x / np.hypot(x, y) if self._cross else sin2(x, y)
 
-    Lattice vectors (i, j) are broadcast together; see `long_wave_series`.
-    """
-    inverse = 1.0 / np.sqrt(np.maximum(np.square(i, dtype=float) + np.square(j), 1.0))
-    kernel = np.zeros(inverse.shape)
-    for power, coefficients in reversed([*enumerate(series)]):
-        order = 2.0 * np.arange(coefficients.size) + coupled
-        factor = 2.0**power * gamma((order + power + 1) / 2)
-        factor *= _signs(order.size, coupled)
-        factor *= rgamma((order - power + 1) / 2)
-        kernel += harmonic_sum(i, j, factor * coefficients, coupled)
-        kernel *= inverse
-    return kernel / np.pi
+    def _distant(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Return the Green's function far from the origin."""
+        inverse = 1.0 / np.maximum(np.hypot(i, j), 1.0)
+        kernel = np.zeros(inverse.shape)
+        for power, coefficients in reversed([*enumerate(self.series)]):
+            order = 2.0 * np.arange(coefficients.size) + self._cross
+            factor = 2.0**power * gamma((order + power + 1) / 2)
+            factor *= self._signs(order.size) * rgamma((order - power + 1) / 2)
+            kernel += harmonic_sum(i, j, factor * coefficients, self._cross)
+            kernel *= inverse
+        return kernel / np.pi
 
+    @cached_property
+    def _near(self) -> np.ndarray:
+        """Green's function near the origin, in a quadrant."""
+        q = 2.0 * np.pi / _GRID * np.arange(_GRID // 2 + 1)
+        qx, qy = np.meshgrid(q, q, indexing="ij")
+        qx[0, 0] = 1.0  # any: set below
+        number, (first, second) = np.hypot(qx, qy), self.series[:2]
+        singular = harmonic_sum(qx, qy, first, self._cross) / number
+        singular += harmonic_sum(qx, qy, second, self._cross)
+        singular *= np.exp(-((_WIDTH * number) ** 2))
+        rest = self.waves(qx, qy) / number - singular
+        rest[0, 0] = 0.0
+        kernel = np.zeros((_TABLE, _TABLE))
+        if self.kind == "odd":
+            kernel[1:, 1:] = -dstn(rest[1:-1, 1:-1], 1)[: _TABLE - 1, : _TABLE - 1]
+        elif self._cross:
+            sines = dst(dct(rest, 1)[1:-1], 1, axis=0)
+            kernel[1:] = -sines[: _TABLE - 1, :_TABLE]
+        else:
+            kernel = dctn(rest, 1)[:_TABLE, :_TABLE]
+        kernel *= 2.0 / _GRID**2
 
-def near_kernel(
-    size: int, table: np.ndarray, series: list[np.ndarray], coupled: bool = False
-) -> np.ndarray:
-    """Return the Green's function near the origin, shape (size, size), in units of a0.
+        i, half = np.arange(_TABLE, dtype=float), 0.5 * self._cross
+        r = np.maximum(np.hypot(i[:, None], i), 1e-9)  # the limit at the origin
+        angle, x = np.arctan2(i, i[:, None]), r * r / (8.0 * _WIDTH**2)
+        for n, m in enumerate(first * self._signs(first.size)):
+            turned = (m * np.exp(2j * (n + half) * angle)).real
+            kernel += turned * ive(n + half, x) / (2.0 * _WIDTH * np.pi**0.5)
+        for n, m in enumerate(second * self._signs(second.size)):
+            bessel = ive(n + half - 0.5, x) - ive(n + half + 0.5, x)
+            turned = (m * np.exp(2j * (n + half) * angle)).real
+            kernel += turned * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
+        if self.kind == "even":
+            # the images of the transform are far away and shift all values by the same
+            kernel += (self._distant(i[-1:], i) - kernel[-1]).mean()
+        return kernel
 
-    The size is at most 512; see `interpolation_table` and `long_wave_series`, whose
-    series are complex for an odd function.
-    """
-    q = 2.0 * np.pi / _GRID * np.arange(_GRID // 2 + 1)
-    qx, qy = np.meshgrid(q, q, indexing="ij")
-    qx[0, 0] = 1.0  # any: set below
-    number, odd = np.hypot(qx, qy), np.iscomplexobj(series[0])
-    singular = harmonic_sum(qx, qy, series[0], coupled) / number
-    singular += harmonic_sum(qx, qy, series[1], coupled)
-    singular *= np.exp(-((_WIDTH * number) ** 2))
-    values = interpolate(table, qx, qy)
-    if odd or coupled:
-        values *= sin2(qx, qy) if odd else qx / number
-    rest = values / number - singular
-    rest[0, 0] = 0.0
-    kernel = np.zeros((size, size))
-    if odd:
-        kernel[1:, 1:] = -dstn(rest[1:-1, 1:-1], 1)[: size - 1, : size - 1]
-    elif coupled:
-        kernel[1:] = -dst(dct(rest, 1)[1:-1], 1, axis=0)[: size - 1, :size]
-    else:
-        kernel = dctn(rest, 1)[:size, :size]
-    kernel *= 2.0 / _GRID**2
-
-    i, half = np.arange(size, dtype=float), 0.5 * coupled
-    r = np.maximum(np.hypot(i[:, None], i), 1e-9)  # the limit at the origin
-    angle, x = np.arctan2(i, i[:, None]), r * r / (8.0 * _WIDTH**2)
-    for n, m in enumerate(series[0] * _signs(series[0].size, coupled)):
-        turned = (m * np.exp(2j * (n + half) * angle)).real
-        kernel += turned * ive(n + half, x) / (2.0 * _WIDTH * np.pi**0.5)
-    for n, m in enumerate(series[1] * _signs(series[1].size, coupled)):
-        bessel = ive(n + half - 0.5, x) - ive(n + half + 0.5, x)
-        turned = (m * np.exp(2j * (n + half) * angle)).real
-        kernel += turned * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
-    # the images of the transform are far away and shift all values by the same amount
-    shift = 0.0
-    if not (odd or coupled):
-        shift = (distant_kernel(i[-1:], i, series) - kernel[-1]).mean()
-    return kernel + shift
-
-
-def _signs(size: int, coupled: bool) -> np.ndarray:
-    """Return the signs of the harmonics of a Green's function."""
-    return (-1.0) ** (np.arange(size) + coupled)
+    def _signs(self, size: int) -> np.ndarray:
+        """Return the signs of the harmonics of the Green's function."""
+        return (-1.0) ** (np.arange(size) + self._cross)
