@@ -14,11 +14,17 @@ from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.validation import unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import same_history
-from ase_roughcontact.atoms.indenter import check_surface, indenter_fixed
+from ase_roughcontact.atoms.info import check_surface
 from ase_roughcontact.atoms.model import ContactModel
-from ase_roughcontact.atoms.parameters import checked
-from ase_roughcontact.atoms.sticking import Sticking, check_kept, sticking_of
-from ase_roughcontact.contact import Contact, ContactState
+from ase_roughcontact.atoms.parameters import checked, problem_for
+from ase_roughcontact.atoms.sticking import (
+    Sticking,
+    check_kept,
+    indenter_fixed,
+    sticking_of,
+)
+from ase_roughcontact.contact import Contact, ContactState, Problem
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
 
@@ -206,11 +212,7 @@ class RoughContact(Calculator):
         """Calculate all properties; see the class."""
         super().calculate(atoms, properties, system_changes)
         model = self._model(self.atoms)
-        self._store(model, model.state(self.atoms))
-
-    def _store(self, model: ContactModel, state: ContactState) -> None:
-        """Set the results of the present atoms."""
-        self._state = state
+        state = self._state = model.state(self.atoms)
         values = displacement(self.atoms, model.grid)
         self._fixed, self._sticking = _constraints_of(self.atoms)
         load = self.parameters["load"]
@@ -339,31 +341,17 @@ def grid_of(atoms: Atoms) -> SurfaceGrid:
     return model_of(atoms).grid
 
 
-def wall_of(atoms: Atoms) -> Interaction:
-    """Return the wall of the atoms, without sampling the indenter if it is given."""
-    wall = calculator_of(atoms).parameters["interaction"]
-    return contact_of(atoms).interaction if wall is None else wall
+def problem_of(atoms: Atoms) -> tuple[Problem, Box]:
+    """Return the contact problem and the window of atoms; see `contact_of`.
 
-
-def elastic_pressure(atoms: Atoms) -> np.ndarray:
-    """Return the pressure that causes the displacement of the surface atoms.
-
-    Parameters
-    ----------
-    atoms : Atoms
-        With a `RoughContact` calculator.
-
-    Returns
-    -------
-    ndarray, shape (n, m)
-        Pressure on the window (eV/Å^3), up to its mean if periodic.
+    The indenter is not sampled.
     """
-    return model_of(atoms).elastic_pressure(atoms)
+    grid = SurfaceGrid.of(atoms)
+    problem = problem_for(grid, calculator_of(atoms).parameters)
+    return problem, problem.window(grid.window, grid.origin)
 
 
-def apply_pressure(
-    atoms: Atoms, pressure: np.ndarray, height: float | None = None
-) -> None:
+def apply_pressure(atoms: Atoms, pressure: np.ndarray, height: float) -> None:
     """Move the surface atoms to the displacement that a pressure causes.
 
     The calculator keeps the pressure until the atoms move. It would otherwise have to
@@ -377,7 +365,7 @@ def apply_pressure(
         With a `RoughContact` calculator; changed in place.
     pressure : ndarray, shape (n, m)
         Pressure on the window (eV/Å^3).
-    height : float, optional
+    height : float
         New height of the indenter (Å).
 
     Raises
@@ -385,7 +373,7 @@ def apply_pressure(
     ValueError
         If the pressure does not have the shape of the window.
     """
-    model_of(atoms).apply_pressure(atoms, pressure, height)
+    model_of(atoms).move(atoms, pressure, height)
     atoms.calc.reset()
 
 
@@ -394,42 +382,10 @@ def has_model(atoms: Atoms, model: ContactModel) -> bool:
     return isinstance(atoms.calc, RoughContact) and atoms.calc._cached_model is model
 
 
-def relax_to(
-    atoms: Atoms, model: ContactModel, pressure: np.ndarray, height: float
-) -> None:
-    """Move the atoms to the state that a solver has found, with its results.
-
-    Parameters
-    ----------
-    atoms : Atoms
-        With a `RoughContact` calculator; changed in place.
-    model : ContactModel
-        That of the atoms.
-    pressure, height
-        See `apply_pressure`.
-    """
-    values = model.apply_pressure(atoms, pressure, height)
-    state = model.contact.evaluate(values, height, pressure, pressure)
-    adopt_results(atoms, state)
-
-
 def adopt_model(atoms: Atoms, model: ContactModel) -> None:
     """Let the calculator of atoms use a model that was made for them elsewhere."""
     atoms.calc._cached_model = model
     atoms.calc.reset()
-
-
-def adopt_results(atoms: Atoms, state: ContactState) -> None:
-    """Give the calculator of atoms results that were calculated elsewhere."""
-    atoms.calc.atoms = atoms.copy()
-    atoms.calc._store(model_of(atoms), state)
-
-
-def has_results(atoms: Atoms, state: ContactState) -> bool:
-    """Return whether the results of a calculator are those of a state and its past."""
-    calc = atoms.calc
-    known = bool(calc.results) and calc._state is state
-    return known and same_history(calc.atoms, atoms)
 
 
 def model_of(atoms: Atoms) -> ContactModel:

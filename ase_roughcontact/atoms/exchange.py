@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.atoms.fields import LATTICE
+from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.indenter import INDENTER_KEY
-from ase_roughcontact.atoms.model import problem_for
+from ase_roughcontact.atoms.info import INDENTER_KEY, LATTICE
 from ase_roughcontact.atoms.substrate import surface_atoms
-from ase_roughcontact.elasticity.lattice import Box, lattice_offset
+from ase_roughcontact.contact import Problem
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography.facts import surface_id
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
@@ -41,17 +41,7 @@ def set_window(atoms: Atoms, window: Box) -> None:
         raise ValueError(
             "the window of a periodic half space is its cell and cannot be exchanged"
         )
-    grid = SurfaceGrid.of(atoms)
-    new = surface_atoms(atoms.numbers[0], window.shape, grid.spacing)
-    x, y = (
-        -grid.spacing * i - lattice_offset(x, grid.spacing)
-        for i, x in zip(window.start, grid.origin, strict=True)
-    )
-    new.positions[-1] = x, y, atoms.positions[-1, 2]
-    _replace(atoms, new)
-    atoms.info.pop(LATTICE, None)
-    n, m = window.shape
-    atoms.cell[:] = grid.spacing * np.diag([n, m, max(n, m)])
+    _exchange(atoms, problem_of(atoms)[0], window, window.shape)
 
 
 def regrid(atoms: Atoms, change: GridChange) -> float:
@@ -78,31 +68,33 @@ def regrid(atoms: Atoms, change: GridChange) -> float:
         If a coarser grid does not fit the window or the period of the indenter, or the
         indenter can't be smoothed.
     """
-    grid = SurfaceGrid.of(atoms)
-    problem = problem_for(grid, atoms.calc.parameters)
-    old = problem.window(grid.window, grid.origin)
+    problem, old = problem_of(atoms)
     fine, window = on_grid(problem, old, change)
-    padded = grid.shape != grid.window
     shape = window.shape
-    if padded:
-        shape = grid.padded_shape(shape, grid.periodic)
-    new = surface_atoms(atoms.numbers[0], shape, fine.spacing)
-    new.positions[:-1, :2] += atoms.positions[0, :2]
-    new.positions[-1] = atoms.positions[-1]
-    _replace(atoms, new)
+    if len(atoms) - 1 > old.size:
+        shape = SurfaceGrid.padded_shape(shape, problem.periodic)
+    _exchange(atoms, fine, window, shape)
     if fine.indenter is not problem.indenter:
         atoms.info[INDENTER_KEY] = surface_id(fine.indenter)
     atoms.calc.set(indenter=fine.indenter, interaction=problem.wall)
     return lost_slope(problem.indenter, fine.indenter)
 
 
-def _replace(atoms: Atoms, new: Atoms) -> None:
-    """Put new atoms in place of all, with the constraints of the indenter."""
+def _exchange(
+    atoms: Atoms, problem: Problem, window: Box, shape: tuple[int, int]
+) -> None:
+    """Put flat atoms in place of all, with the constraints of the indenter."""
+    new = surface_atoms(atoms.numbers[0], shape, problem.spacing)
+    x, y = problem.origin(window)
+    new.positions[-1] = -x, -y, atoms.positions[-1, 2]
     shift = new.positions[-1] - atoms.positions[-1]
     constraints = [_moved(c, atoms, len(new) - 1, shift) for c in atoms.constraints]
     atoms.set_constraint()
     atoms.arrays = new.arrays
     atoms.set_constraint(constraints)
+    atoms.info.pop(LATTICE, None)
+    n, m = window.shape
+    atoms.cell[:] = problem.spacing * np.diag([n, m, max(n, m)])
 
 
 def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:

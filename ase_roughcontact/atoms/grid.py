@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact._util.kernels import max_abs, rowwise
 from ase_roughcontact._util.validation import surface
-from ase_roughcontact.atoms.fields import CREEP_DEPTH, LATTICE, field_of, info_of
-from ase_roughcontact.atoms.indenter import check_surface
+from ase_roughcontact.atoms.info import (
+    CREEP_DEPTH,
+    LATTICE,
+    check_surface,
+    field_of,
+    info_of,
+)
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.facts import sampled_heights, surface_id
@@ -94,9 +98,18 @@ class SurfaceGrid:
         periodic = _check_boundary(atoms)
         if not np.isfinite(atoms.positions).all():
             raise ValueError("positions must be finite, got NaN or infinity")
-        displaced = info_of(atoms).get(LATTICE)
-        if displaced:
-            return cls._displaced(len(atoms) - 1, periodic, **displaced)
+        count = len(atoms) - 1
+        lattice = info_of(atoms).get(LATTICE)
+        if lattice:  # from which the atoms are displaced
+            window, shape, origin = (
+                tuple(lattice[key]) for key in ("window", "shape", "origin")
+            )
+            if count != math.prod(shape):
+                raise ValueError(
+                    f"{count} surface atoms are not the {math.prod(shape)} that slid: "
+                    f"{_ADVICE}"
+                )
+            return cls(window, shape, lattice["spacing"], origin, periodic)
         xy, axis = atoms.positions[:-1, :2], atoms.positions[-1, :2]
         shape = _shape_of(xy, atoms.cell)
         window, spacing = _window_of(xy, shape, atoms.cell)
@@ -110,20 +123,6 @@ class SurfaceGrid:
         origin = (float(xy[0, 0] - axis[0]), float(xy[0, 1] - axis[1]))
         return cls(window, shape, spacing, origin, periodic)
 
-    @classmethod
-    def _displaced(
-        cls, count: int, periodic: bool, window: Any, shape: Any, **others: Any
-    ) -> SurfaceGrid:
-        """Return the grid from which a number of atoms are displaced laterally."""
-        if count != math.prod(shape):
-            raise ValueError(
-                f"{count} surface atoms are not the {math.prod(shape)} that slid: "
-                f"{_ADVICE}"
-            )
-        origin = tuple(others["origin"])
-        spacing = others["spacing"]
-        return cls(tuple(window), tuple(shape), spacing, origin, periodic)
-
     def sites(self, axis: np.ndarray) -> np.ndarray:
         """Return the sites of all surface atoms, shape (count, 2), for an axis."""
         indices = np.indices(self.shape).reshape(2, -1).T
@@ -131,13 +130,13 @@ class SurfaceGrid:
 
 
 def displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray:
-    """Return the displacement of the surface atoms, shape of the grid (Å).
+    """Return a copy of the displacement of the surface atoms, shape of the grid (Å).
 
-    That by the present pressure: the surface of a frame is lower by what it has crept.
+    Present pressures cause it: the surface of a frame is lower by what it has crept.
     """
-    values = atoms.positions[:-1, 2].reshape(grid.shape)
+    values = atoms.positions[:-1, 2].reshape(grid.shape).copy()
     if CREEP_DEPTH in info_of(atoms):
-        return values + field_of(atoms, CREEP_DEPTH, grid.window)
+        values += field_of(atoms, CREEP_DEPTH, grid.window)
     return values
 
 
@@ -265,25 +264,16 @@ def _window_of(
 
 
 def _check_on_grid(xy: np.ndarray, shape: tuple[int, int], spacing: float) -> None:
-    tolerance = _LATERAL_TOLERANCE * spacing
-    rows = spacing * np.arange(shape[0])
-    origin = float(xy[0, 0]), float(xy[0, 1])
-    if _largest_offset(xy.reshape(*shape, 2), rows, origin, spacing) <= tolerance:
+    """Raise `ValueError` if atoms are beside their sites."""
+    n, m = shape
+    lines = spacing * np.arange(n)[:, None], spacing * np.arange(m)
+    offsets = [xy[:, i].reshape(shape) - lines[i] for i in (0, 1)]
+    if max(float(abs(x - x[0, 0]).max()) for x in offsets) <= (
+        _LATERAL_TOLERANCE * spacing
+    ):
         return
-    offset = xy - spacing * np.indices(shape).reshape(2, -1).T
-    distance = np.abs(offset - np.median(offset, axis=0)).max(axis=1)
-    worst = int(distance.argmax())
+    distance = np.max([abs(x - np.median(x)) for x in offsets], axis=0)
     raise ValueError(
-        f"atom {worst} is off the square grid by {distance[worst]:.3g} (spacing "
-        f"{spacing:.6g}): {_ADVICE}"
+        f"atom {distance.argmax()} is off the square grid by {distance.max():.3g} "
+        f"(spacing {spacing:.6g}): {_ADVICE}"
     )
-
-
-@rowwise(np.maximum)
-def _largest_offset(
-    xy: np.ndarray, rows: np.ndarray, origin: tuple[float, float], spacing: float
-) -> float:
-    """Return the largest distance of atoms, shape (n, m, 2), from their sites."""
-    x = xy[..., 0] - (origin[0] + rows[:, None])
-    y = xy[..., 1] - (origin[1] + spacing * np.arange(xy.shape[1]))
-    return max(max_abs(x), max_abs(y))

@@ -11,13 +11,13 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.kernels import array_equal
-from ase_roughcontact.atoms.fields import field_of, info_of
 from ase_roughcontact.atoms.grid import (
     SurfaceGrid,
     lateral_displacement,
     on_grid,
     set_lateral_displacement,
 )
+from ase_roughcontact.atoms.info import field_of, info_of
 from ase_roughcontact.atoms.sticking import sticking_of
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
 from ase_roughcontact.contact.state import (

@@ -16,10 +16,9 @@ from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.exchange import regrid
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.history import history_of
-from ase_roughcontact.atoms.indenter import indenter_fixed
-from ase_roughcontact.atoms.model import problem_for
+from ase_roughcontact.atoms.parameters import problem_for
 from ase_roughcontact.atoms.path_atoms import PathAtoms, relaxer_of
-from ase_roughcontact.atoms.sticking import check_released
+from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.paths.accuracy import accuracy_of, grid_for
@@ -242,19 +241,15 @@ class AtomsPath:
         self, steps: Generator[Any, None, None]
     ) -> Generator[Any, None, None]:
         self.stepper.state = self.frames.first_state()  # the atoms as they are now
-        shown = None
-        with closing(steps):
-            try:
+        try:
+            with closing(steps):
                 for step in steps:
-                    if self.stepper.run is not shown:
-                        self.frames.show(self.stepper)
-                        shown = self.stepper.run
+                    self.frames.show(self.stepper)
                     yield step
-            except Exception:
-                self.frames.show(self.stepper)
-                raise
-            if self.stepper.run is not shown:  # nothing was left to do
-                self.frames.show(self.stepper)
+            self.frames.show(self.stepper)  # if nothing was left to do
+        except Exception:
+            self.frames.show(self.stepper)
+            raise
 
 
 def _grid_change(

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -20,15 +19,14 @@ from ase_roughcontact.atoms.grid import (
     set_displacement,
 )
 from ase_roughcontact.atoms.history import creep_of, history_of
+from ase_roughcontact.atoms.parameters import problem_for
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.contact.creep import check_past, past_of, with_depths
-from ase_roughcontact.contact.problem import lattice_offsets
 from ase_roughcontact.contact.state import TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
-from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.viscoelastic import Scaled
-from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.topography.facts import surface_id
 
 
@@ -42,8 +40,6 @@ class ContactModel:
         All that the model depends on, beside the parameters.
     problem : Problem
     contact : Contact
-    surface_id : str or None
-        That of the indenter.
     known : tuple of (ndarray, float or None, ndarray), optional
         A displacement, a height of the indenter and the pressure on the window that
         causes the displacement. A hard wall exerts this pressure if the indenter is at
@@ -55,7 +51,6 @@ class ContactModel:
     grid: SurfaceGrid
     problem: Problem
     contact: Contact
-    surface_id: str | None
     known: tuple[np.ndarray, float | None, np.ndarray] | None = None
     history: Mapping[str, np.ndarray] = field(default_factory=dict)
 
@@ -63,25 +58,16 @@ class ContactModel:
     def of(cls, atoms: Atoms, parameters: Mapping[str, Any]) -> ContactModel:
         """Return the model of atoms for the parameters of `RoughContact`."""
         grid = SurfaceGrid.of(atoms)
-        identity = surface_id(parameters["indenter"])
         _check_element(atoms, parameters["solid"])
         problem = problem_for(grid, parameters)
         window = problem.window(grid.window, grid.origin)
         contact = problem.contact(window, padded=grid.shape != grid.window)
-        return cls(grid, problem, contact, identity)
+        return cls(grid, problem, contact)
 
-    @classmethod
-    def adopted(
-        cls,
-        grid: SurfaceGrid,
-        problem: Problem,
-        contact: Contact,
-        known: tuple[np.ndarray, float | None, np.ndarray],
-        history: Mapping[str, np.ndarray],
-    ) -> ContactModel:
-        """Return the model of atoms whose contact exists already."""
-        identity = surface_id(problem.indenter)
-        return cls(grid, problem, contact, identity, known, history)
+    @cached_property
+    def surface_id(self) -> str | None:
+        """The `surface_id` of the indenter."""
+        return surface_id(self.problem.indenter)
 
     def fits(self, atoms: Atoms) -> bool:
         """Return whether the lattice of the atoms is still the same."""
@@ -94,8 +80,8 @@ class ContactModel:
         if old.keys() == new.keys() and all(array_equal(old[k], new[k]) for k in old):
             return
         window = self.problem.window(self.grid.window, self.grid.origin)
-        flat = State(window, 0.0, np.zeros(window.shape), None, new)
-        crept = replace(flat, creep=creep_of(atoms))
+        flat = np.zeros(window.shape)
+        crept = State(window, 0.0, flat, None, new, creep=creep_of(atoms))
         check_past(crept, self.problem.solid.creep)
         halfspace = self.contact.halfspace
         if isinstance(halfspace.solid, Scaled):  # also after an interrupted time step
@@ -105,25 +91,10 @@ class ContactModel:
         self.contact = self.contact.changed(halfspace, state.plastic_depth, *past)
         self.history = new
 
-    def follow(self, contact: Contact, history: Mapping[str, np.ndarray]) -> None:
-        """Take softness and past of a contact of the same window without padding."""
-        halfspace = self.contact.halfspace
-        if isinstance(contact.halfspace.solid, Scaled):
-            halfspace = halfspace.softened(contact.halfspace.solid.factor)
-        self.contact = self.contact.changed(
-            halfspace,
-            contact.plastic_depth,
-            contact.creep_pressure,
-            contact.past_depth,
-        )
-        self.history = history
-
     def state(self, atoms: Atoms) -> ContactState:
         """Return energy, forces and fields of the atoms."""
         values, height = displacement(atoms, self.grid), float(atoms.positions[-1, 2])
         pressure, known_height = self._known(values)
-        if not (math.isfinite(height) and np.isfinite(values).all()):
-            raise ValueError("positions must be finite, got NaN or infinity")
         reaction = pressure if height == known_height else None
         return self.contact.evaluate(values, height, pressure, reaction)
 
@@ -156,20 +127,23 @@ class ContactModel:
             n, m = self.grid.window
             pressure = self.contact.elastic_pressure(values)[:n, :m].copy()
             if self.grid.shape == self.grid.window:
-                self.known = values.copy(), None, pressure
+                self.known = values, None, pressure
         return pressure
 
-    def apply_pressure(
-        self, atoms: Atoms, pressure: np.ndarray, height: float | None
-    ) -> np.ndarray:
-        """Move the atoms to the displacement of a pressure, and a height; return it."""
-        values = self.contact.halfspace.padded_displacement(pressure)
-        values = np.asarray(values, dtype=float)
+    def move(
+        self,
+        atoms: Atoms,
+        pressure: np.ndarray,
+        height: float,
+        values: np.ndarray | None = None,
+    ) -> None:
+        """Move the atoms to the displacement of a pressure, and the indenter."""
+        if values is None:
+            values = self.contact.halfspace.padded_displacement(pressure)
+            values = np.asarray(values, dtype=float)
         set_displacement(atoms, values)
-        if height is not None:
-            atoms.positions[-1, 2] = height
-        self.known = values, float(atoms.positions[-1, 2]), pressure
-        return values
+        atoms.positions[-1, 2] = height
+        self.known = values, height, pressure
 
     def _known(self, values: np.ndarray) -> tuple[np.ndarray | None, float | None]:
         """Return pressure and height of the indenter if they belong to the values."""
@@ -190,35 +164,3 @@ def _check_element(atoms: Atoms, solid: ElasticSolid | None) -> None:
             f"{atoms.symbols[int(others.argmax())]}: build them with "
             f"substrate({solid.symbol!r}, ...)"
         )
-
-
-def problem_for(grid: SurfaceGrid, parameters: Mapping[str, Any]) -> Problem:
-    """Return the contact problem of a grid of atoms for parameters of `RoughContact`.
-
-    Raises
-    ------
-    ValueError
-        If a parameter is missing, or some of them do not fit together.
-    """
-    solid, modulus = parameters["solid"], parameters["contact_modulus"]
-    indenter, wall = parameters["indenter"], parameters["interaction"]
-    if indenter is None or (solid is None and modulus is None):
-        raise ValueError(
-            "RoughContact needs an indenter and a contact_modulus or solid"
-        )
-    if None not in (solid, modulus):
-        raise ValueError("give contact_modulus or solid, not both")
-    if solid is None:
-        solid = Isotropic(modulus)
-    if wall is None:
-        wall = LennardJones93.repulsive(solid.contact_modulus, grid.spacing)
-    return Problem(
-        indenter=indenter,
-        solid=solid,
-        wall=wall,
-        spacing=grid.spacing,
-        periodic=grid.periodic,
-        offset=lattice_offsets(grid.origin, grid.spacing),
-        heterogeneity=parameters["heterogeneity"],
-        fft=parameters["fft"],
-    )

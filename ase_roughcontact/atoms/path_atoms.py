@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
-import numpy as np
 from ase import Atoms
 from ase.data import atomic_numbers
 
@@ -15,19 +14,17 @@ from ase_roughcontact._util.validation import shown
 from ase_roughcontact.atoms.calculator import (
     RoughContact,
     adopt_model,
-    adopt_results,
-    calculator_of,
-    has_results,
+    contact_of,
     model_of,
 )
 from ase_roughcontact.atoms.exchange import set_window
-from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import creep_of, history_of, set_history
-from ase_roughcontact.atoms.model import ContactModel, problem_for
+from ase_roughcontact.atoms.model import ContactModel
 from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
 from ase_roughcontact.atoms.substrate import in_cell, surface_atoms
 from ase_roughcontact.atoms.trajectory import read_frames, trajectory_writer
-from ase_roughcontact.contact import Contact, Problem, State
+from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
@@ -37,23 +34,6 @@ from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import Relaxer
 from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start, Support
 from ase_roughcontact.topography.facts import surface_id
-
-
-def problem_of(atoms: Atoms) -> tuple[Problem, Box]:
-    """Return the contact problem of atoms, and their window.
-
-    Parameters
-    ----------
-    atoms : Atoms
-        With a `RoughContact` calculator.
-
-    Returns
-    -------
-    Problem, Box
-    """
-    grid = SurfaceGrid.of(atoms)
-    problem = problem_for(grid, calculator_of(atoms).parameters)
-    return problem, problem.window(grid.window, grid.origin)
 
 
 class PathAtoms:
@@ -73,30 +53,21 @@ class PathAtoms:
     def __init__(self, atoms: Atoms) -> None:
         self.atoms = atoms
         self.problem = model_of(atoms).problem
-        self._shown: State | None = None  # the state in which the atoms are
-
-    @property
-    def window(self) -> Box:
-        """Window of the atoms."""
-        return problem_of(self.atoms)[1]
+        self._reached: State | None = None  # the state in which the atoms are
 
     def first_state(self) -> State:
         """Return the state of the atoms."""
         model = model_of(self.atoms)
         grid, (n, m) = model.grid, model.grid.window
-        self._shown = State(
+        self._reached = State(
             self.problem.window(grid.window, grid.origin),
             float(self.atoms.positions[-1, 2]),
             model.elastic_pressure(self.atoms),
-            displacement(self.atoms, grid)[:n, :m].copy(),
+            displacement(self.atoms, grid)[:n, :m],
             history_of(self.atoms, grid),
             creep=creep_of(self.atoms),
         )
-        return self._shown
-
-    def moved_to(self, state: State | None) -> None:
-        """Take note of a state to which the atoms were moved; None if it is unknown."""
-        self._shown = state
+        return self._reached
 
     def place(self, contact: Contact, state: State) -> None:
         """Move the atoms to a state.
@@ -107,47 +78,56 @@ class PathAtoms:
             On the window of the state.
         state : State
         """
-        atoms, shown, self._shown = self.atoms, self._shown, state
-        if shown is None or shown.window != state.window:
-            if self.window != state.window:
-                set_window(atoms, state.window)
-            shown = None
-        atoms.positions[-1, 2] = state.height
-        grid = SurfaceGrid.of(atoms) if shown is None else model_of(atoms).grid
-        if shown is None or shown.history is not state.history:
-            set_history(atoms, grid, state.history, state.creep)
-        if grid.shape != grid.window and contact.past_depth is not None:
-            model_of(atoms).follow(contact, state.history)
+        atoms, self._reached = self.atoms, None
+        grid, values = SurfaceGrid.of(atoms), None
+        window = self.problem.window(grid.window, grid.origin)
+        # the padding has no history, which a step in time needs
+        drop = self.problem.solid.creep is not None and grid.shape != grid.window
+        if drop or window != state.window:
+            set_window(atoms, state.window)
+            grid = SurfaceGrid.of(atoms)
+        set_history(atoms, grid, state.history, state.creep)
         if grid.shape == grid.window:
-            self._adopt_model(grid, contact, state, shown)
-        elif shown is None or shown.pressure is not state.pressure:
-            model_of(atoms).apply_pressure(atoms, state.pressure, state.height)
+            model = ContactModel(grid, self.problem, contact, history=state.history)
+            adopt_model(atoms, model)
+            values = state.displacement
+        model_of(atoms).move(atoms, state.pressure, state.height, values)
+
+    def relaxed_by(self, optimizer: Any, before: State) -> tuple[State, ContactState]:
+        """Return the state to which an optimizer has moved the atoms, and its fields.
+
+        Parameters
+        ----------
+        optimizer : Optimizer
+        before : State
+            In which it began.
+
+        Returns
+        -------
+        State, ContactState
+        """
+        for _ in optimizer.optimizable.iterimages():
+            pass  # moves the atoms if the optimizer works on other coordinates
+        atoms, (n, m) = self.atoms, before.window.shape
+        fields, model = atoms.calc.state(atoms), model_of(atoms)
+        self._reached = replace(
+            before,
+            height=float(atoms.positions[-1, 2]),
+            pressure=fields.pressure + fields.forces[:n, :m] / fields.cell_area,
+            displacement=displacement(atoms, model.grid)[:n, :m],
+        )
+        return self._reached, fields
 
     def show(self, stepper: Stepper) -> None:
         """Move the atoms to the last state of a path, with its results."""
-        calc, run, state = self.atoms.calc, stepper.run, stepper.state
-        if state is not self._shown or not self._is_at(state):
-            self._shown = None
+        run, state = stepper.run, stepper.state
+        if state is not self._reached:
             self.place(stepper.contact, state)
+            self._reached = state
         if stepper.control == "loads" and run is not None:
-            calc.set(load=run.support.load)
-        if run is None or has_results(self.atoms, run.fields):
-            return
-        same_shape = run.fields.forces.size == len(self.atoms) - 1
-        if same_shape and run.state.history is state.history:
-            adopt_results(self.atoms, run.fields)
-        else:
+            self.atoms.calc.set(load=run.support.load)
+        if run is not None:
             self.atoms.get_potential_energy()
-
-    def _is_at(self, state: State) -> bool:
-        """Return whether nobody else has moved the atoms from a state."""
-        if self.atoms.positions[-1, 2] != state.height or state.displacement is None:
-            return False
-        n, m = state.window.shape
-        values = displacement(self.atoms, SurfaceGrid.of(self.atoms))[:n, :m]
-        return values.shape == (n, m) and np.allclose(
-            values, state.displacement, rtol=0.0, atol=1e-9 * self.problem.spacing
-        )
 
     read = staticmethod(read_frames)
     writer = staticmethod(trajectory_writer)
@@ -166,24 +146,10 @@ class PathAtoms:
             self.problem.window(grid.window, grid.origin),
             float(frame.positions[-1, 2]),
             pressure_of(frame) + forces / self.problem.spacing**2,
-            displacement(frame, grid).copy(),
+            displacement(frame, grid),
             history_of(frame, grid),
             creep=creep_of(frame),
         )
-
-    def _adopt_model(
-        self, grid: SurfaceGrid, contact: Contact, state: State, shown: State | None
-    ) -> None:
-        """Give the calculator the contact of the path, and the atoms their z."""
-        values = state.displacement
-        if values is None:
-            values = contact.halfspace.displacement(state.pressure)
-            values = np.asarray(values, dtype=float)
-        known = values, state.height, state.pressure
-        if shown is None or shown.pressure is not state.pressure:
-            set_displacement(self.atoms, values)
-        model = ContactModel.adopted(grid, self.problem, contact, known, state.history)
-        adopt_model(self.atoms, model)
 
 
 class ProblemAtoms(PathAtoms):
@@ -200,7 +166,7 @@ class ProblemAtoms(PathAtoms):
     """
 
     def __init__(self, problem: Problem, window: Box, symbol: str, fixed: bool) -> None:
-        self.problem, self._shown = problem, None
+        self.problem, self._reached = problem, None
         self._first_window, self._symbol, self._fixed = window, symbol, fixed
 
     @cached_property
@@ -255,50 +221,28 @@ class OptimizerRelaxer:
         """Relax the atoms from a state; see `SolverRelaxer`."""
         atoms = self._path_atoms.atoms
         self._path_atoms.place(contact, state)
-        self._path_atoms.moved_to(None)  # if the optimizer raises an error
         if not support.fixed:
             atoms.calc.set(load=support.load)
         optimizer = self._optimizer(atoms, logfile=None)
-        counts = hasattr(optimizer, "pairs")
-        halfspace = model_of(atoms).contact.halfspace
-        before = 0 if counts else halfspace.pairs
+        counts = (
+            optimizer if hasattr(optimizer, "pairs") else contact_of(atoms).halfspace
+        )
+        before = counts.pairs
         converged = bool(optimizer.run(fmax=tolerance, steps=max_steps))
-        for _ in optimizer.optimizable.iterimages():
-            pass  # moves the atoms if the optimizer works on other coordinates
-        steps = int(optimizer.nsteps)
-        pairs = optimizer.pairs if counts else halfspace.pairs
-        message = ""
+        relaxed, fields = self._path_atoms.relaxed_by(optimizer, state)
+        steps, message = int(optimizer.nsteps), ""
         if not converged:
             default = f"not converged after {steps} steps"
             message = getattr(optimizer, "message", default)
-        fields, forces = atoms.calc.state(atoms), atoms.get_forces()
-        relaxed = self._relaxed(state)
-        return Run(
-            state=relaxed,
-            fields=fields,
-            support=support,
-            energy=float(atoms.get_potential_energy()),
-            max_force=float((forces**2).sum(axis=1).max() ** 0.5),
-            unbalanced=abs(float(forces[-1, 2])),
+        return Run.of(
+            relaxed,
+            fields,
+            support,
             converged=converged,
             message=message,
             iterations=steps,
-            pairs=float(pairs - before),
+            pairs=float(counts.pairs - before),
         )
-
-    def _relaxed(self, before: State) -> State:
-        """Return the state of the relaxed atoms."""
-        atoms, (n, m) = self._path_atoms.atoms, before.window.shape
-        fields, model = atoms.calc.state(atoms), model_of(atoms)
-        elastic = fields.pressure + fields.forces[:n, :m] / fields.cell_area
-        state = replace(
-            before,
-            height=float(atoms.positions[-1, 2]),
-            pressure=elastic,
-            displacement=displacement(atoms, model.grid)[:n, :m].copy(),
-        )
-        self._path_atoms.moved_to(state)
-        return state
 
 
 def relaxer_of(

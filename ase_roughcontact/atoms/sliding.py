@@ -9,9 +9,9 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact.atoms.calculator import grid_of, model_of
-from ase_roughcontact.atoms.fields import LATTICE
 from ase_roughcontact.atoms.grid import on_grid, set_lateral_displacement
 from ase_roughcontact.atoms.history import creep_of, history_of, set_history
+from ase_roughcontact.atoms.info import LATTICE
 from ase_roughcontact.atoms.loading import AtomsPath, single_path
 from ase_roughcontact.atoms.sticking import (
     STICKS,

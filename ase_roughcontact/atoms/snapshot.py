@@ -18,13 +18,6 @@ from ase.constraints import FixAtoms
 from ase.units import GPa
 
 from ase_roughcontact.atoms.calculator import contact_of, grid_of
-from ase_roughcontact.atoms.fields import (
-    CREEP_DEPTH,
-    LATTICE,
-    as_text,
-    field_of,
-    info_of,
-)
 from ase_roughcontact.atoms.grid import (
     SurfaceGrid,
     displacement,
@@ -37,7 +30,14 @@ from ase_roughcontact.atoms.history import (
     history_of,
     set_history,
 )
-from ase_roughcontact.atoms.indenter import INDENTER_KEY
+from ase_roughcontact.atoms.info import (
+    CREEP_DEPTH,
+    INDENTER_KEY,
+    LATTICE,
+    as_text,
+    field_of,
+    info_of,
+)
 from ase_roughcontact.atoms.sticking import STICKS, sticking_of
 from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH, SHIFTS, SLIPPING

@@ -1,4 +1,4 @@
-"""Atoms that stick to the indenter, as a constraint of ASE."""
+"""Constraints of ASE: on the indenter, and that by which atoms stick to it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.validation import finite_array, shown
-from ase_roughcontact.atoms.fields import LATTICE
+from ase_roughcontact.atoms.info import LATTICE
 
 #: Key in the lattice of atoms of whether they stick, also without the constraint.
 STICKS = "sticks"
@@ -214,3 +214,28 @@ def check_released(atoms: Atoms) -> None:
             "the atoms stick to the indenter: relax them by an optimizer of ASE on the "
             "atoms, or end it by release(atoms)"
         )
+
+
+def indenter_fixed(atoms: Atoms) -> bool:
+    """Return whether a constraint cancels the force on the indenter along z.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Substrate and indenter.
+
+    Returns
+    -------
+    bool
+    """
+    if not atoms.constraints:
+        return False
+    force = np.zeros((len(atoms), 3))
+    force[-1, 2] = 1.0
+    for constraint in atoms.constraints:
+        # others add a force
+        if not hasattr(constraint, "adjust_potential_energy") and not isinstance(
+            constraint, Sticking
+        ):
+            constraint.adjust_forces(atoms, force)
+    return bool(force[-1, 2] == 0.0)

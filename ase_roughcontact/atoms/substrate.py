@@ -20,7 +20,7 @@ from ase.data import atomic_numbers
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.indenter import INDENTER_KEY
+from ase_roughcontact.atoms.info import INDENTER_KEY
 from ase_roughcontact.elasticity.material import check_element, fcc_spacing
 from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.facts import (

@@ -13,7 +13,12 @@ from ase import Atoms
 from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 
 from ase_roughcontact._util.callers import warn
-from ase_roughcontact.atoms.calculator import has_model, model_of, relax_to, wall_of
+from ase_roughcontact.atoms.calculator import (
+    apply_pressure,
+    has_model,
+    model_of,
+    problem_of,
+)
 from ase_roughcontact.atoms.grid import displacement
 from ase_roughcontact.contact import State
 from ase_roughcontact.elasticity.lattice import Box
@@ -102,7 +107,7 @@ class ContactOptimizer(Optimizer):
         self.message, self.pairs = "", 0.0
         self._relaxer = SolverRelaxer(type(self).solver, options)
         self._check()
-        if wall_of(atoms).permanent:
+        if problem_of(atoms)[0].wall.permanent:
             warn(
                 "an optimizer does not keep the plastic shape of the surface from one "
                 "run to the next: use load_path for a wall with permanent=True"
@@ -255,7 +260,7 @@ class ContactOptimizer(Optimizer):
 
     def _check(self) -> None:
         """Read the constraints, and raise `ValueError` if there is no solver."""
-        wall = wall_of(self.atoms)
+        wall = problem_of(self.atoms)[0].wall
         self.check(wall)
         self.indenter = Indenter(self.atoms)
         self.check(wall, bool(self.indenter.springs) and not self.indenter.fixed)
@@ -281,5 +286,6 @@ class ContactOptimizer(Optimizer):
             with suppress(ValueError):  # the first atoms may overlap with a hard wall
                 self.atoms.get_potential_energy()
             return
-        relax_to(self.atoms, self._model, state.pressure, state.height)
+        apply_pressure(self.atoms, state.pressure, state.height)
+        self.atoms.get_potential_energy()
         self._applied = state

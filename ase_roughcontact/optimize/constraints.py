@@ -9,8 +9,7 @@ from ase import Atoms
 from ase.constraints import Hookean
 
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.atoms.indenter import indenter_fixed
-from ase_roughcontact.atoms.sticking import check_released
+from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.solvers.relaxation import Support
 

@@ -25,7 +25,7 @@ from ase import Atoms
 from ase.utils.abc import Optimizable
 
 from ase_roughcontact._util.kernels import array_equal, inner, rowwise
-from ase_roughcontact.atoms.calculator import elastic_pressure, has_model, model_of
+from ase_roughcontact.atoms.calculator import has_model, model_of
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.optimize.constraints import (
     Indenter,
@@ -226,7 +226,9 @@ class FourierModes(Optimizable):
         transform = halfspace.grid_transform
         values = displacement(self.atoms, self._model.grid)
         if halfspace.dof_shape != halfspace.grid:
-            values = halfspace.grid_displacement(elastic_pressure(self.atoms))
+            values = halfspace.grid_displacement(
+                self._model.elastic_pressure(self.atoms)
+            )
         modes = transform.forward(values).view(transform.dtype) / self._from_mode
         cells = values.size
         height = self.atoms.positions[-1, 2] / self._z_scale

@@ -73,7 +73,7 @@ def test_forces_are_the_gradient_of_the_instantaneous_energy():
     for step in time_path(atoms, PATH):
         if step.time > 2.2:
             break
-    index = 16 * 64 + 16
+    index = 16 * 32 + 16
     force = atoms.get_forces()[index, 2]
     assert force == pytest.approx(force_along(atoms, up(atoms, index)), abs=1e-5)
 

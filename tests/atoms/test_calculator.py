@@ -16,7 +16,7 @@ from built import force_along, up
 from scipy.constants import e
 
 import ase_roughcontact as rc
-from ase_roughcontact.atoms.calculator import apply_pressure, contact_of
+from ase_roughcontact.atoms.calculator import contact_of
 
 SPHERE = rc.RoughSphere(radius=10.0)
 
@@ -152,12 +152,6 @@ def test_properties_that_are_not_calculated_are_none_on_request():
     for known in (atoms, None):
         again = atoms.calc.get_property("normal_force", known, allow_calculation=False)
         assert again == force > 0.0
-
-
-def test_pressure_of_another_shape_than_the_window_is_refused():
-    atoms = make_atoms()
-    with pytest.raises(ValueError, match=r"shape \(8, 6\), got \(3, 3\)"):
-        apply_pressure(atoms, np.zeros((3, 3)))
 
 
 def test_state_needs_atoms_or_a_calculation():

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from ase.constraints import Hookean
-from ase.optimize import FIRE
+from ase.optimize import FIRE, LBFGS
 from built import atoms_under
 
 import ase_roughcontact as rc
-from ase_roughcontact.atoms.path_atoms import problem_of
+from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 
@@ -151,12 +151,15 @@ def test_atoms_that_were_moved_after_the_last_step_keep_their_own_energy():
     assert atoms.get_potential_energy() == pytest.approx(moved)
 
 
-@pytest.mark.parametrize("optimizer", [None, FIRE])
+def modes_by_lbfgs(atoms, logfile):
+    return LBFGS(rc.FourierModes(atoms), alpha=1.0, logfile=logfile)
+
+
+@pytest.mark.parametrize("optimizer", [None, modes_by_lbfgs])
 def test_after_an_error_atoms_are_in_the_last_relaxed_state(optimizer):
     atoms = atoms_of("repulsive", fixed=True)
-    path = rc.load_path(
-        atoms, penetrations=[0.3, 30.0], optimizer=optimizer, fmax=1e-3, max_steps=20
-    )
+    tolerance = {"fmax": 1e-5, "max_steps": 100}
+    path = rc.load_path(atoms, [0.3, 30.0], optimizer, **tolerance)
     step = next(path)
     with pytest.raises(RuntimeError, match="edge"):
         next(path)

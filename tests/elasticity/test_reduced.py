@@ -6,9 +6,8 @@ from ase.optimize import FIRE2
 from built import atoms_under, force_along
 
 import ase_roughcontact as rc
-from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.atoms.calculator import contact_of, problem_of
 from ase_roughcontact.atoms.exchange import set_window
-from ase_roughcontact.atoms.path_atoms import problem_of
 from ase_roughcontact.elasticity.cell_kernels import love_kernel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box

@@ -5,7 +5,7 @@ import pytest
 from built import atoms_under
 
 import ase_roughcontact as rc
-from ase_roughcontact.atoms.path_atoms import problem_of
+from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.extrapolation import Extrapolation
 

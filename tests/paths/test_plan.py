@@ -6,7 +6,7 @@ from built import atoms_under
 
 import ase_roughcontact as rc
 from ase_roughcontact._util.printing import plain
-from ase_roughcontact.atoms.path_atoms import problem_of
+from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.windows.memory import check_memory

@@ -12,8 +12,8 @@ from built import atoms_under
 from written_path import written_path
 
 import ase_roughcontact as rc
+from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.atoms.exchange import set_window
-from ase_roughcontact.atoms.path_atoms import problem_of
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.windows import auto, prediction
 from ase_roughcontact.windows.footprint import Footprint

@@ -5,7 +5,7 @@ import pytest
 from built import atoms_under
 
 from ase_roughcontact import NewtonKrylov, RoughContact, RoughSphere
-from ase_roughcontact.atoms.calculator import elastic_pressure
+from ase_roughcontact.atoms.calculator import model_of
 from ase_roughcontact.atoms.exchange import set_window
 from ase_roughcontact.atoms.path_atoms import PathAtoms
 from ase_roughcontact.elasticity.lattice import Box
@@ -30,17 +30,17 @@ def test_info_and_calculator_are_kept(atoms):
 
 
 def test_pressure_of_atoms_in_both_windows_is_kept(atoms):
-    before, path_atoms = elastic_pressure(atoms), PathAtoms(atoms)
+    before, path_atoms = model_of(atoms).elastic_pressure(atoms), PathAtoms(atoms)
     state = path_atoms.first_state().on(NEW)
     path_atoms.place(path_atoms.problem.contact(NEW), state)
-    after = elastic_pressure(atoms)
+    after = model_of(atoms).elastic_pressure(atoms)
     common = OLD.slices_in(NEW)
     np.testing.assert_array_equal(after[common], np.where(before > 1e-6, before, 0.0))
     assert np.count_nonzero(after) == np.count_nonzero(after[common]) > 0
     # the pressure that the calculator keeps is that of the displacement
     twin = atoms.copy()
     twin.calc = RoughContact(**atoms.calc.parameters)
-    np.testing.assert_allclose(elastic_pressure(twin), after, atol=1e-10)
+    np.testing.assert_allclose(model_of(twin).elastic_pressure(twin), after, atol=1e-10)
 
 
 def test_window_of_a_periodic_half_space_can_not_be_exchanged():

@@ -1,4 +1,4 @@
-"""Fields of a window as text, which the `info` of a frame can hold."""
+"""The `info` of atoms and frames: keys, the indenter, and fields as text."""
 
 from __future__ import annotations
 
@@ -8,10 +8,31 @@ import zlib
 import numpy as np
 from ase import Atoms
 
+#: Key of `Atoms.info` under which `substrate` stores the `surface_id` of the indenter.
+INDENTER_KEY = "indenter"
 #: Key in the `info` of a frame of the depth by which its surface has crept.
 CREEP_DEPTH = "creep_depth"
 #: Key in the `info` of atoms of the lattice from which they are displaced laterally.
 LATTICE = "lattice"
+
+
+def check_surface(atoms: Atoms, identity: str | None) -> None:
+    """Raise `ValueError` if atoms were built for another indenter.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Substrate and indenter.
+    identity : str or None
+        `surface_id` of the indenter to be used; None is not checked.
+    """
+    built_for = atoms.info.get(INDENTER_KEY)
+    if None not in (built_for, identity) and built_for != identity:
+        raise ValueError(
+            f"the atoms were built for the indenter {built_for}, got {identity}: give "
+            "substrate() and the calculator the same indenter, or delete "
+            f"atoms.info[{INDENTER_KEY!r}] to replace the indenter on purpose"
+        )
 
 
 def info_of(frame: Atoms) -> dict:
