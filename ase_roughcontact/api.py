@@ -35,12 +35,11 @@ from ase_roughcontact.optimize import (
 )
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.path_records import SlidingStep, TimeStep
 from ase_roughcontact.paths.record import LoadStep, column
 from ase_roughcontact.paths.schedule import Schedule
-from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import StepOptions
-from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.paths.validity import Validity, ValidityWarning
 from ase_roughcontact.topography import (
     HeightMap,

@@ -14,10 +14,8 @@ import pytest
 from ase_roughcontact import LoadStep, __version__
 from ase_roughcontact import __all__ as public_names
 from ase_roughcontact.cli.parser import make_parser
-from ase_roughcontact.paths.flat_record import FlatStep
+from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
 from ase_roughcontact.paths.record import columns_of
-from ase_roughcontact.paths.sliding_record import SlidingStep
-from ase_roughcontact.paths.time_record import TimeStep
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "examples" / "guide"

@@ -18,8 +18,8 @@ from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.trajectory import read_frames
 from ase_roughcontact.atoms.view import with_indenter
 from ase_roughcontact.cli.report import printed_times
+from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
 from ase_roughcontact.plot.surfaces import map_panels

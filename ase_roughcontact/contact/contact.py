@@ -94,23 +94,10 @@ class Contact:
         depth = float(self.plastic_depth.sum())
         return self.interaction.hardness * self.halfspace.cell_area * depth
 
-    def changed(
-        self,
-        halfspace: HalfSpace,
-        plastic_depth: np.ndarray | None,
-        creep_pressure: np.ndarray | None = None,
-        past_depth: np.ndarray | None = None,
-    ) -> Contact:
+    def changed(self, halfspace: HalfSpace, *past: np.ndarray | None) -> Contact:
         """Return the contact of the same window with another past."""
-        return Contact(
-            halfspace,
-            self.indenter_heights,
-            self.interaction,
-            self.adhesion,
-            plastic_depth,
-            creep_pressure,
-            past_depth,
-        )
+        given = self.indenter_heights, self.interaction, self.adhesion
+        return Contact(halfspace, *given, *past)
 
     def gap(self, displacement: np.ndarray, height: float) -> np.ndarray:
         """Return the gap ``Z + h - u`` at every atom of the window.
@@ -254,10 +241,10 @@ class Contact:
             energies -= energies.mean()
         energies *= displacement
         energies *= -0.5
-        on_window, wall, gap = self._on_window(energies), self.interaction, state.gap
+        on_window, wall = self._on_window(energies), self.interaction
         if not wall.purely_hard:
-            gap = np.maximum(gap, 0.0) if wall.hard else gap
-            _add_energy(on_window, gap, self.adhesion, wall)
+            gap = np.maximum(state.gap, 0.0) if wall.hard else state.gap
+            on_window += self.wall(gap)[0]
         if wall.plastic:
             on_window += self._plastic_energy(state.gap, state.pressure)
         energies *= state.cell_area
@@ -298,11 +285,9 @@ class Contact:
                 f"{name} must have the shape {self.halfspace.shape} of the window, "
                 f"got {values.shape}"
             )
-        if not np.isfinite(values).all():
-            raise ValueError(
-                f"{name} must be finite, got "
-                f"{np.count_nonzero(~np.isfinite(values))} values that are not"
-            )
+        wrong = np.count_nonzero(~np.isfinite(values))
+        if wrong:
+            raise ValueError(f"{name} must be finite, got {wrong} values that are not")
         return values
 
     def _check_overlap(self, gap: np.ndarray) -> None:
@@ -331,16 +316,13 @@ class Contact:
 
     def _plastic_reaction(self, gap: np.ndarray, elastic: np.ndarray) -> np.ndarray:
         """Return the elastic pressure on touching atoms, the hardness at overlaps."""
-        tolerance, hardness = (
-            _HARD_GAP * self.halfspace.spacing,
-            self.interaction.hardness,
-        )
+        hardness = self.interaction.hardness
+        tolerance = _HARD_GAP * self.halfspace.spacing
         overlaps = gap < -tolerance
         if self.halfspace.periodic:
             flowed = elastic[overlaps]
-            elastic = elastic - (
-                flowed.mean() - hardness if flowed.size else elastic.min()
-            )
+            shift = flowed.mean() - hardness if flowed.size else elastic.min()
+            elastic = elastic - shift
         if (elastic[overlaps] < (1.0 - _OVERLAP_PRESSURE) * hardness).any():
             self._check_overlap(gap)
         least = _HARD_PRESSURE * hardness
@@ -381,17 +363,3 @@ def _evaluate_in_range(
     if near.any():
         local = None if adhesion is None else adhesion[near]
         energy[near], pressure[near], _ = scaled_attraction(wall, gap[near], local)
-
-
-@rowwise()
-def _add_energy(
-    energies: np.ndarray,
-    gap: np.ndarray,
-    adhesion: np.ndarray | None,
-    wall: Interaction,
-) -> None:
-    """Add ``V(g)`` where the wall is in range."""
-    near = gap < wall.cutoff
-    if near.any():
-        local = None if adhesion is None else adhesion[near]
-        energies[near] += scaled_attraction(wall, gap[near], local)[0]

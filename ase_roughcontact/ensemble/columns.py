@@ -9,10 +9,8 @@ from importlib.metadata import version
 from typing import Any, get_type_hints
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.paths.flat_record import FlatStep
+from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
 from ase_roughcontact.paths.record import MISSING, LoadStep
-from ase_roughcontact.paths.sliding_record import SlidingStep
-from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene import Scene
 
 

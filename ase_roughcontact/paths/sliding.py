@@ -28,10 +28,10 @@ from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw, check_law
 from ase_roughcontact.paths.coupling import COUPLINGS, Coupling
+from ase_roughcontact.paths.path_records import SlidingStep
 from ase_roughcontact.paths.path_steps import LastStep, NumberedSteps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
-from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.solvers.friction import (
     Drive,
     FrictionOptions,

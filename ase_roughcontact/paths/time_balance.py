@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.time_record import TimeStep
 
 # Energy below which an error does not count, in units of E* a0^3: about that of one
 # atom in contact.

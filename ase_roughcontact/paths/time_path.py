@@ -30,10 +30,10 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.creep import PRESSURE_RATE, dissipated_energy
+from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.path_steps import DescribedSteps, LastStep, PathSteps
 from ase_roughcontact.paths.schedule import Part, Schedule
 from ase_roughcontact.paths.time_balance import balance_of
-from ase_roughcontact.paths.time_record import TimeStep
 
 # Powers of two by which the duration of a part is divided: at least, at its beginning,
 # and at most. An oscillation has at least that many steps in a cycle.

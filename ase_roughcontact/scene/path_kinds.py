@@ -20,11 +20,11 @@ from ase_roughcontact._util.validation import (
     lookup,
 )
 from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.section import Problems, Section, kind_of, lengths
 

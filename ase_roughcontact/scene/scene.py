@@ -20,14 +20,13 @@ from ase_roughcontact.atoms.path_atoms import ProblemAtoms, relaxer_of
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import LEVELS, Accuracy, accuracy_of, grid_for
-from ase_roughcontact.paths.flat_record import FlatStep
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_records import FlatStep, SlidingStep
 from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.scan_errors import ScanErrors
-from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import FREE, StepOptions
 from ase_roughcontact.paths.validity import (

@@ -24,9 +24,9 @@ from ase_roughcontact.analysis.friction import loop_energies, static_friction
 from ase_roughcontact.elasticity.cross import CrossResponse
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_records import SlidingStep
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.sliding import LATERAL_CONTROLS, SlidingSteps
-from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_kinds import MOST_STEPS, PathKind

@@ -21,11 +21,11 @@ from ase_roughcontact._util.validation import (
 )
 from ase_roughcontact.analysis.dynamic_stiffness import dynamic_stiffness
 from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_path import TimeSteps
-from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at
 from ase_roughcontact.theory import JKR, Hertz

@@ -1,10 +1,17 @@
-"""Output columns of sliding paths."""
+"""Output columns of sliding paths, of paths in time, and of nominally flat contacts."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
+from ase_roughcontact.contact import State
+from ase_roughcontact.contact.creep import creep_energy, dissipation_rate
+from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.paths.record import LoadStep, column, columns_of
+from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.windows.memory import friction_memory
 
 
@@ -100,4 +107,61 @@ class SlidingStep(LoadStep):
         lambda s: s.lateral.alternations,
         "solutions in turn of the normal and the lateral problem until they agree, 0 "
         "without coupling",
+    )
+
+
+def _of_creep(step: RelaxedStep, density: Callable[[State, Creep], float]) -> float:
+    creep = step.problem.solid.creep
+    return step.fields.cell_area * density(step.run.state, creep) if creep else 0.0
+
+
+@dataclass(frozen=True)
+class TimeStep(LoadStep):
+    """Result of one time step; its attributes are the output columns."""
+
+    time: float = column(lambda s: s.time, "time since the beginning", "s", "time")
+    energy: float = column(
+        lambda s: s.run.energy + _of_creep(s, creep_energy),
+        "energy of solid, wall and load that is stored",
+        "eV",
+    )
+    dissipation: float = column(
+        lambda s: _of_creep(s, dissipation_rate),
+        "power that the solid dissipates",
+        "eV/s",
+    )
+    dissipated_energy: float = column(
+        lambda s: 0.0, "energy that the solid has dissipated since the last step", "eV"
+    )
+    lost_energy: float = column(
+        lambda s: 0.0,
+        "energy lost since the last step in an instability at the instantaneous "
+        "modulus; zero below the tolerance of the time steps",
+        "eV",
+    )
+    base: float = column(
+        lambda s: s.base, "height of the base of the cantilever, nan without one", "Å"
+    )
+    deflection: float = column(
+        lambda s: s.height - s.base,
+        "deflection of the cantilever, positive in compression, nan without one",
+        "Å",
+    )
+
+
+@dataclass(frozen=True)
+class FlatStep(LoadStep):
+    """Result for a nominally flat indenter; its attributes are the output columns."""
+
+    nominal_pressure: float = column(
+        lambda s: s.fields.normal_force / (s.fields.gap.size * s.fields.cell_area),
+        "force over the area of the periodic cell",
+        "eV/Å^3",
+        "pressure",
+    )
+    mean_gap: float = column(
+        lambda s: float(np.maximum(s.fields.gap, 0.0).mean()),
+        "mean distance of the surfaces over the periodic cell",
+        "Å",
+        "mean gap",
     )
