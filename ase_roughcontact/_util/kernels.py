@@ -121,6 +121,12 @@ def total(a: np.ndarray) -> float:
 
 
 @rowwise(np.add)
+def total_abs(a: np.ndarray) -> float:
+    """Return the sum of the magnitudes of an array."""
+    return float(abs(a).sum())
+
+
+@rowwise(np.add)
 def subtract_and_dot(
     a: np.ndarray, factor: float, b: np.ndarray, c: np.ndarray
 ) -> float:

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ase_roughcontact._util.kernels import total_abs
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.lattice import Box, carried
 
@@ -159,6 +160,11 @@ class ContactState:
         """Mean magnitude of the pressure on the atoms in contact, zero without any."""
         pressures = abs(self.pressure[self.contact])
         return float(pressures.mean()) if pressures.size else 0.0
+
+    @cached_property
+    def total_magnitude(self) -> float:
+        """Sum of the magnitudes of the forces of the wall on the atoms."""
+        return self.cell_area * total_abs(self.pressure)
 
     @cached_property
     def attractive_atoms(self) -> int:

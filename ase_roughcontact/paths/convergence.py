@@ -122,7 +122,7 @@ def _remaining_force(relaxed: RelaxedStep, softness: float) -> str:
     if not relaxed.contact.interaction.hard and state.pressure.any():
         limit = min(limit, largest_error(relaxed.contact, state.pressure))
     left = max(relaxed.run.max_force, stiffness * relaxed.gap_error)
-    rounding = _ROUNDING * state.cell_area * float(abs(state.pressure).sum())
+    rounding = _ROUNDING * state.total_magnitude
     if left <= _EXCESS * limit + rounding:
         return ""
     return (

@@ -81,6 +81,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ase_roughcontact._util.kernels import inner, max_abs
 from ase_roughcontact.paths.relaxed_contact import RelaxedContact
 from ase_roughcontact.theory.counted_area import continuum_area, grid_error, open_sides
 from ase_roughcontact.topography.lowest_point import lowest_point_error
@@ -221,11 +222,11 @@ def _relaxation(step: RelaxedContact) -> float:
         if fields.forces.any():
             change = np.sum(fields.forces[:n, :m] * (1.0 - response.gap))
         if step.contact.interaction.hard:
-            change += fields.cell_area * np.sum(
-                response.pressure * fields.gap, where=fields.contact
+            touching = fields.contact
+            change += fields.cell_area * inner(
+                response.pressure[touching], fields.gap[touching]
             )
-    rounding = _ROUNDING * fields.cell_area * abs(fields.pressure).sum()
-    return abs(float(change)) + float(rounding)
+    return abs(float(change)) + _ROUNDING * fields.total_magnitude
 
 
 def _unknown_surroundings(step: RelaxedContact) -> float:
@@ -251,11 +252,16 @@ def _undecided_area(step: RelaxedContact) -> float:
         return 0.0
     (n, m), area = fields.gap.shape, fields.cell_area
     forces, compliance = fields.forces[:n, :m], contact.halfspace.self_compliance / area
-    reaction = area * fields.pressure + forces
-    reaction -= area * contact.wall(np.maximum(fields.gap, 0.0))[1]
-    error = compliance * float(abs(forces).max()) + step.gap_error
-    margin = abs(compliance * reaction - fields.gap)
-    return area * float(np.count_nonzero(margin <= error)) if error else 0.0
+    error = compliance * max_abs(forces) + step.gap_error
+    if not error:
+        return 0.0
+    margin = area * fields.pressure
+    margin += forces
+    if contact.interaction.attractive:
+        margin -= area * contact.wall(np.maximum(fields.gap, 0.0))[1]
+    margin *= compliance
+    margin -= fields.gap
+    return area * float(np.count_nonzero(np.abs(margin, out=margin) <= error))
 
 
 def _grid_height(step: RelaxedContact, softness: float) -> float:
@@ -279,7 +285,7 @@ def _grid_force(step: RelaxedContact) -> float:
         stiffening = max(1.0 + math.log2(longer / long), 1.0)
         error *= _profile_factor(step) * stiffening**2
         error += _COMPLIANCE_FACTOR * (spacing / radius) ** 3 * long / short
-    return error * float(abs(fields.pressure).sum()) * fields.cell_area
+    return error * fields.total_magnitude
 
 
 def _loaded_area(step: RelaxedContact) -> tuple[float, float]:

@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field, fields
+from functools import lru_cache
 from typing import Any, TypeVar, get_type_hints
 
 from ase_roughcontact.paths.limits import violations
@@ -347,6 +348,11 @@ def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
     TypeError
         If the class is not a dataclass of columns.
     """
+    return dict(_columns(record))  # type: ignore[arg-type]
+
+
+@lru_cache
+def _columns(record: Any) -> dict[str, Column]:
     for parent in record.__mro__:
         if any(isinstance(value, Field) for value in vars(parent).values()):
             raise TypeError(

@@ -72,8 +72,8 @@ class RelaxedContact:
         if not self.contact.interaction.hard:
             return 0.0
         fields, gap = self.fields, self.fields.gap
-        closed = gap[fields.contact].max(initial=0.0)
-        return float(max(closed, -gap[~fields.plastic].min(initial=0.0)))
+        closed = gap.max(initial=0.0, where=fields.contact)
+        return float(max(closed, -gap.min(initial=0.0, where=~fields.plastic)))
 
     @cached_property
     def perimeter(self) -> float:
@@ -124,8 +124,10 @@ class RelaxedContact:
     def contact_radius(self) -> float:
         """Largest distance of an atom in contact from the axis, zero without (Å)."""
         x, y = self.positions
-        i, j = self.fields.contact.nonzero()
-        return float(np.hypot(x[i], y[j]).max(initial=0.0))
+        rows = self.fields.contact.any(axis=1)
+        contact = self.fields.contact[rows]
+        ends = contact.argmax(axis=1), -1 - contact[:, ::-1].argmax(axis=1)
+        return float(np.hypot(x[rows], [y[end] for end in ends]).max(initial=0.0))
 
     @cached_property
     def cell_side(self) -> float:

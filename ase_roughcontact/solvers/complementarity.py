@@ -122,10 +122,6 @@ class ComplementarityProblem:
             contact &= ~self._plastic
             self._forcing = _PLASTIC_FORCING
         self._contact = contact.astype(model.dtype)
-        # with work arrays, also for residual, direction and the results of transforms
-        self._change, *self._fields = (
-            np.zeros(contact.shape, model.dtype) for _ in range(4)
-        )
         self._height_change = 0.0
         self._steps = _STEPS  # that are left
 
@@ -142,6 +138,8 @@ class ComplementarityProblem:
         ndarray, shape (n, m)
             The result of the last iteration, also if the steps do not suffice.
         """
+        # with work arrays, also for residual, direction and the results of transforms
+        self._change, *self._fields = (np.zeros_like(self._contact) for _ in range(4))
         updates = 0
         while True:
             self._steps -= 1

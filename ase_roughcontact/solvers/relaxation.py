@@ -271,7 +271,7 @@ def is_relaxed(
 
 def largest_error(contact: Contact, pressure: np.ndarray | float | None) -> float:
     """Return the largest force that a relaxed state may leave; see `is_relaxed`."""
-    pressure = 0.0 if pressure is None else float(np.abs(pressure).max())
+    pressure = 0.0 if pressure is None else max_abs(np.asarray(pressure))
     least = _ROUNDING * contact.halfspace.contact_modulus
     return contact.halfspace.cell_area * max(_LARGEST_ERROR * pressure, least)
 

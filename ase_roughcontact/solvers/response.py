@@ -23,20 +23,24 @@ For the height itself it is :math:`dN/dZ = a_0^2 \sum x`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import norm
+from ase_roughcontact._util.kernels import dot, linear_combination, norm, scale
 from ase_roughcontact.contact import Contact, ContactState
-from ase_roughcontact.elasticity.circulant import covering_model
+from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import scaled_attraction
 from ase_roughcontact.solvers.gcr import gcr
 
-# Largest number of steps.
-_STEPS = 40
+# Largest numbers of steps: of the general equations, whose steps are all kept, and of
+# those of a hard wall.
+_STEPS, _HARD_STEPS = 40, 200
+# Change of the force by the last step under a hard wall, in units of the force and the
+# square of the tolerance: about as much is missing.
+_LAST_STEP = 30.0
 # Relative residual above which a solution is none.
 _LARGEST_RESIDUAL = 0.05
 # Relative error of a sum of stiffnesses.
@@ -105,28 +109,72 @@ def height_response(
     compliance, hard = halfspace.self_compliance, np.zeros(shape, bool)
     if contact.interaction.hard:
         hard = state.contact & ~state.plastic  # the others stay at the hardness
+    if halfspace.periodic and hard.all():
+        return HeightResponse(np.full(shape, -np.inf), -np.inf, halfspace)
+    if contact.interaction.purely_hard:
+        return _hard_response(halfspace, hard, tolerance)
     d = _relative_stiffness(contact, state, hard)
     active = hard | (d != 0.0)
     if not active.any():
         return HeightResponse(np.zeros(shape), 0.0, halfspace)
-    if halfspace.periodic and hard.all():
-        return HeightResponse(np.full(shape, -np.inf), -np.inf, halfspace)
     atoms = active.ravel().nonzero()[0]
     small = max(shape) <= _DENSE_WINDOW and atoms.size <= _DENSE_ATOMS
     if small and d.min() <= -1.0 and not _is_minimum(halfspace, d, atoms):
         return HeightResponse(np.full(shape, np.nan), np.nan, halfspace)
     equations = _Equations(halfspace, d, hard, active, tolerance)
-    x, left = equations.solve()
+    x = equations.solve()
     result = HeightResponse(x / compliance, np.nan, halfspace)
-    # under a hard wall the equations are those of the gaps in contact: no transform
-    gap = result.gap if d.any() else -left
-    fields = (field[active] for field in (x, gap, d, hard))
+    fields = (field[active] for field in (x, result.gap, d, hard))
     force = halfspace.cell_area / compliance * _stationary_sum(*fields)
     rigid = np.inf if hard.any() else halfspace.cell_area / compliance * d.sum()
     least = -rigid - _ROUNDING * halfspace.cell_area / compliance * abs(d).sum()
-    if force >= least and equations.solved(x, gap):
+    if force >= least and equations.solved(x, result.gap):
         result.force = force
     return result
+
+
+def _hard_response(
+    halfspace: HalfSpace, hard: np.ndarray, tolerance: float
+) -> HeightResponse:
+    r"""Return the response of a hard wall without attraction to a unit of height.
+
+    Solve :math:`-G x = 1` on the atoms in elastic contact, with zero elsewhere, by
+    conjugate gradients, preconditioned by the inverse of the model. The force grows by
+    the length times the work of each step.
+    """
+    box = Box.bounding(hard)
+    if box is None:
+        return HeightResponse(np.zeros(hard.shape), 0.0, halfspace)
+    model = _covering(halfspace, box)
+    dtype, opened = model.dtype, model.compliance
+    single = tolerance >= _SINGLE_PRECISION and hard.size >= _LARGE
+    if not (model.exact and (single or dtype.itemsize == 8)):
+        exact = halfspace.in_single_precision() if single else halfspace
+        dtype, opened = exact.dtype, partial(_opening, exact)
+    inside = hard.astype(dtype)
+    residual = inside.copy()
+    x, direction, buffer = (np.zeros(hard.shape, dtype) for _ in range(3))
+    force, last_work, part = 0.0, np.inf, model.box.slices
+    for _ in range(_HARD_STEPS):
+        buffer[part] = model.stiffness(residual[part])
+        buffer *= inside
+        work = dot(buffer, residual)
+        if not work:
+            break
+        linear_combination([(work / last_work, direction), (1.0, buffer)], direction)
+        opening = opened(direction, buffer)
+        opening *= inside
+        length, last_work = work / dot(direction, opening), work
+        linear_combination([(1.0, x), (length, direction)], x)
+        linear_combination([(1.0, residual), (-length, opening)], residual)
+        force += length * work
+        if length * work <= _LAST_STEP * tolerance**2 * force:
+            break
+    else:
+        return HeightResponse(np.full(hard.shape, np.nan), np.nan, halfspace)
+    force *= halfspace.cell_area / halfspace.self_compliance
+    x *= -1.0 / halfspace.self_compliance
+    return HeightResponse(x, -force, halfspace)
 
 
 def _relative_stiffness(
@@ -218,6 +266,21 @@ def force_derivative(
     return contact.halfspace.cell_area * float(change.sum())
 
 
+def _covering(halfspace: HalfSpace, box: Box) -> CirculantModel:
+    """Return a model, for a preconditioner: the solver's, if it covers a box."""
+    model: CirculantModel | None = halfspace.model
+    if model is None or not model.box.contains(box):
+        model = covering_model(halfspace, box)
+    return model
+
+
+def _opening(halfspace: HalfSpace, pressure: np.ndarray, out: np.ndarray) -> np.ndarray:
+    """Return ``G p`` in units of the self-compliance, as `CirculantModel` does."""
+    opening = halfspace.displacement(pressure)
+    scale(out, opening, -1.0 / halfspace.self_compliance)
+    return out
+
+
 class _Equations:
     """Equations of the response, in units of the self-compliance c.
 
@@ -244,9 +307,7 @@ class _Equations:
         stiff = self._s > 0.0
         self._inverse = None
         if box := Box.bounding(stiff):
-            model = halfspace.model  # of the solver, for a preconditioner
-            if model is None or not model.box.contains(box):
-                model = covering_model(halfspace, box)
+            model = _covering(halfspace, box)
             self._box = model.box.slices
             self._stiff = stiff[self._box].astype(model.dtype)
             self._inverse = model.preconditioner(float(self._t.mean(where=stiff)))
@@ -256,14 +317,11 @@ class _Equations:
         residual = norm(self._t * x + self._s * response)
         return residual <= _LARGEST_RESIDUAL * self._size
 
-    def solve(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the change of the pressure, in units of one over c, and what is left.
-
-        The latter is minus the left-hand side of the equations.
-        """
-        limit, left = self._tolerance * self._size, -self._s
-        solution = gcr(self._apply, self._precondition, left, limit, _STEPS)
-        return np.zeros(left.shape) + solution, left
+    def solve(self) -> np.ndarray:
+        """Return the change of the pressure, in units of one over c."""
+        limit, right = self._tolerance * self._size, -self._s
+        solution = gcr(self._apply, self._precondition, right, limit, _STEPS)
+        return np.zeros(right.shape) + solution
 
     def _apply(self, x: np.ndarray) -> np.ndarray:
         rows = self._halfspace.displacement(x)

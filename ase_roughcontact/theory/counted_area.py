@@ -31,7 +31,7 @@ def open_sides(contact: np.ndarray, periodic: bool) -> np.ndarray:
     ndarray of int, shape (n, m)
         From 0 to 4; zero for atoms that are not in contact.
     """
-    open_ = np.full(contact.shape, 4)
+    open_ = np.full(contact.shape, 4, np.int8)
     for rows, mask in ((open_, contact), (open_.T, contact.T)):
         rows[1:] -= mask[:-1]
         rows[:-1] -= mask[1:]

@@ -26,6 +26,9 @@ from ase_roughcontact.topography.spectrum import Statistics
 
 IntArray: TypeAlias = NDArray[np.int64]
 
+# Points along the side of a whole period, and of a period over the shortest wavelength,
+# above which fields and waves are not kept for the next window: 34 and 50 MB.
+_LARGEST_KEPT, _MOST_WAVES = 2048, 1024
 # Relative tolerance of wavelengths, and part of a spacing that is rounding.
 _ROUNDING = 1e-9
 
@@ -178,7 +181,11 @@ class SelfAffine:
                 f"of at least {max(shape)} spacings"
             )
         first, shift = _index(spacing, origin)
-        field = _field(self, points, *shift)
+        # of a whole period no other part is asked for
+        used_once = shape == (points, points) and points > _LARGEST_KEPT
+        field = (_new_field if used_once else _field)(self, points, *shift)
+        if used_once and not any(i % points for i in first):
+            return field
         indices = [
             (i + np.arange(n)) % points for i, n in zip(first, shape, strict=True)
         ]
@@ -254,9 +261,15 @@ def _index(spacing: float, origin: Point) -> tuple[list[int], list[float]]:
     return whole, [x if x > _ROUNDING else 0.0 for x in rest]
 
 
-@lru_cache(maxsize=2)
 def _modes(surface: SelfAffine) -> tuple[IntArray, IntArray, NDArray[np.complex128]]:
     """Return the integer wave vectors of one half plane and their coefficients."""
+    kept = surface.side <= _MOST_WAVES * surface.short_wavelength
+    return (_kept_modes if kept else _new_modes)(surface)
+
+
+def _new_modes(
+    surface: SelfAffine,
+) -> tuple[IntArray, IntArray, NDArray[np.complex128]]:
     kx, ky = _half_plane(surface.side / surface.short_wavelength * (1 + _ROUNDING))
     phase, uniform = np.random.default_rng(surface.seed).random((kx.size, 2)).T
 
@@ -284,6 +297,9 @@ def _modes(surface: SelfAffine) -> tuple[IntArray, IntArray, NDArray[np.complex1
     return kx, ky, unit * np.sqrt(power) * np.exp(2j * np.pi * phase[first:])
 
 
+_kept_modes = lru_cache(maxsize=2)(_new_modes)
+
+
 def _mean_power(surface: SelfAffine, wavenumber: FloatArray) -> FloatArray:
     """Return the mean power of waves, up to a factor; wave numbers in 2 pi / side."""
     knee = surface.side / surface.long_wavelength
@@ -304,7 +320,14 @@ def _half_plane(largest: float) -> tuple[IntArray, IntArray]:
 
 @lru_cache(maxsize=2)
 def _field(surface: SelfAffine, points: int, x: float, y: float) -> FloatArray:
-    """Return the heights of one period on a grid shifted by (x, y) steps; read-only."""
+    """Return the heights of `_new_field`, kept for other windows and read-only."""
+    field = _new_field(surface, points, x, y)
+    field.flags.writeable = False
+    return field
+
+
+def _new_field(surface: SelfAffine, points: int, x: float, y: float) -> FloatArray:
+    """Return the heights of one period on a grid shifted by (x, y) steps."""
     kx, ky, coefficient = _modes(surface)
     if x or y:
         coefficient = coefficient * np.exp(2j * np.pi / points * (kx * x + ky * y))
@@ -316,9 +339,7 @@ def _field(surface: SelfAffine, points: int, x: float, y: float) -> FloatArray:
     spectrum[-kx[both] % points, ky[both]] += coefficient[both].conj()
     options: dict[str, Any] = {"norm": "forward", "workers": available_threads()}
     rows = fft.ifft(spectrum, axis=0, overwrite_x=True, **options)
-    field = fft.irfft(rows, n=points, axis=1, **options)
-    field.flags.writeable = False
-    return field
+    return fft.irfft(rows, n=points, axis=1, **options)
 
 
 @lru_cache(maxsize=16)
