@@ -10,9 +10,8 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any
 
-from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.scene import Scene, default_text
 
 
@@ -40,9 +39,10 @@ def prints_text(options: argparse.Namespace) -> bool:
 
 @contextmanager
 def progress_bar(options: argparse.Namespace) -> Iterator[Callable | None]:
-    """Return the function that draws a `Progress` as a bar; None if there is no bar.
+    """Return the function that draws a bar of a number, a total and a text; or None.
 
-    Bars are drawn on terminals, unless nothing or JSON is printed.
+    Bars are drawn on terminals, unless nothing or JSON is printed. What the package
+    logs, texts with a number and a total, is drawn, too.
     """
     if not (prints_text(options) and sys.stdout.isatty()):
         yield None
@@ -54,54 +54,24 @@ def progress_bar(options: argparse.Namespace) -> Iterator[Callable | None]:
     with Bars(*columns, transient=True, auto_refresh=False) as bars:
         bar = bars.add_task("")
 
-        def draw(progress: Progress) -> None:
-            bars.update(
-                bar,
-                completed=progress.steps,
-                total=progress.total,
-                description=str(progress),
-                refresh=True,
-            )
+        def draw(done: float, total: float, text: str) -> None:
+            options: Any = {"total": total, "description": text}
+            bars.update(bar, completed=done, refresh=True, **options)
 
-        with _logged(draw):
+        class Drawn(logging.Handler):
+            def emit(self, record: Any) -> None:
+                done, total = record.args
+                draw(done, total, record.getMessage())
+
+        logger, handler = logging.getLogger("ase_roughcontact"), Drawn()
+        level = logger.level
+        logger.addHandler(handler)
+        logger.setLevel(logging.INFO)
+        try:
             yield draw
-
-
-@contextmanager
-def _logged(draw: Callable) -> Iterator[None]:
-    """Draw what the package logs, texts with a number and a total, as progress."""
-    logger, handler = logging.getLogger("ase_roughcontact"), _Drawn(draw)
-    level = logger.level
-    logger.addHandler(handler)
-    logger.setLevel(logging.INFO)
-    try:
-        yield
-    finally:
-        logger.setLevel(level)
-        logger.removeHandler(handler)
-
-
-class _Drawn(logging.Handler):
-    """Handler that draws messages as progress."""
-
-    def __init__(self, draw: Callable) -> None:
-        super().__init__()
-        self._draw = draw
-
-    def emit(self, record: Any) -> None:
-        number, total = record.args
-        self._draw(Part(number, total, record.getMessage()))
-
-
-class Part(NamedTuple):
-    """Progress of a path in time, or of a part of a step."""
-
-    steps: float
-    total: float
-    text: str
-
-    def __str__(self) -> str:
-        return self.text
+        finally:
+            logger.setLevel(level)
+            logger.removeHandler(handler)
 
 
 def json_line(values: Mapping[str, Any], units: Mapping[str, str]) -> str:

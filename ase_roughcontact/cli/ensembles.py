@@ -151,7 +151,7 @@ def _print_progress(
         values = asdict(progress) | ({"error": error} if known else {})
         print(json_line(values, UNITS_OF_PROGRESS), flush=True)
     elif draw:
-        draw(progress)
+        draw(progress.steps, progress.total, str(progress))
     elif not options.quiet:
         running = f", standard error {100.0 * error:.2g} %" if known else ""
         print(f"{progress}{running}", flush=True)

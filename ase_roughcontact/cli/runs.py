@@ -18,7 +18,6 @@ from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import (
-    Part,
     checked_scene,
     json_line,
     prints_text,
@@ -92,18 +91,11 @@ def run(options: argparse.Namespace) -> int:
     return 0 if all(step.converged for step in steps) and not failure else 1
 
 
-def _kept_text(options: argparse.Namespace) -> str | None:
-    """Return the text of the scene that a run keeps; None for that of a preview."""
-    return None if options.preview else scene_text(options)[0]
-
-
 def _relax(
-    options: argparse.Namespace,
-    reference: Reference,
-    steps: list[LoadStep],
+    options: argparse.Namespace, reference: Reference, steps: list[LoadStep]
 ) -> None:
     """Relax all steps, print each, and append it to a list."""
-    folder, text = options.out, _kept_text(options)
+    folder, text = options.out, None if options.preview else scene_text(options)[0]
     scene, costs = reference.scene, dict[str, FloatArray]()
     schedule = scene.path.schedule(scene.bodies)
     count, restored = scene.path.count(scene.bodies), count_steps(folder / "sweep.traj")
@@ -130,16 +122,15 @@ def _relax(
             if options.json:
                 print(json_line(asdict(step), units_of(scene.record)), flush=True)
             if draw and costs:
-                draw(meter.progress())
+                progress = meter.progress()
+                draw(progress.steps, progress.total, str(progress))
             elif draw and schedule:
                 times = step.time, schedule.duration
-                draw(Part(*times, "{:.3g} of {:.4g} s".format(*times)))
+                draw(*times, "{:.3g} of {:.4g} s".format(*times))
 
 
 def _write_results(
-    options: argparse.Namespace,
-    reference: Reference,
-    steps: list[LoadStep],
+    options: argparse.Namespace, reference: Reference, steps: list[LoadStep]
 ) -> str:
     """Draw figures, print where they are, and return which of them failed."""
     pictures, failure = _drawn(reference, steps, options.out)
@@ -165,8 +156,7 @@ def _drawn(
     scene, failure = reference.scene, ""
     pictures = figures.draw(reference, steps, folder, shown)
     try:
-        for name in scene.path.draw(scene.bodies, steps, folder):
-            pictures.append(name)
+        pictures.extend(scene.path.draw(scene.bodies, steps, folder))
     except ValueError as error:  # the states themselves are valid
         failure = str(error)
     figures.write_view(scene, steps, folder)

@@ -7,10 +7,7 @@ from ase_roughcontact.ensemble.adaptive import (
     sample_ensemble,
 )
 from ase_roughcontact.ensemble.cases import case_of, product
-from ase_roughcontact.ensemble.export import (
-    read_ensemble,
-    write_csv,
-)
+from ase_roughcontact.ensemble.columns import read_ensemble, write_csv
 from ase_roughcontact.ensemble.places import read_places, run_places
 from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble

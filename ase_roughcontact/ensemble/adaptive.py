@@ -222,10 +222,11 @@ def _rounds(
             steps = [np.flatnonzero(each).tolist() for each in wanted]
             if scene.is_in_order:  # with the steps before them
                 steps = [list(range(each[-1] + 1)) for each in steps]
-            options: dict[str, Any] = {"interval": interval}
-            if not whole:
-                options["steps"] = steps
-            with closing(run_ensemble(scenes, database, executor, **options)) as run:
+            chosen = None if whole else steps
+            run = run_ensemble(
+                scenes, database, executor, interval=interval, steps=chosen
+            )
+            with closing(run):
                 for progress in run:
                     sampling = Sampling(error, areas.means(cases, error), progress)
                     yield sampling
@@ -233,7 +234,7 @@ def _rounds(
             expected = [mean.expected for mean in sampling.means]
             more = np.ceil(_GROWTH * counts).clip(max=most).astype(int)
             more = np.where(missing, np.clip(expected, counts + 1, more), counts)
-            if sampling.done or progress.failures or (more <= counts).all():
+            if progress.failures or (more <= counts).all():
                 return
             counts = np.maximum(counts, more)
 

@@ -1,70 +1,74 @@
-"""The columns of an ensemble: what is stored of each load step."""
+"""The columns of an ensemble: what is stored of each load step, and read again."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any, get_type_hints
 
+import numpy as np
+
+from ase_roughcontact._util.files import PathName, write_table
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
 from ase_roughcontact.paths.record import MISSING, LoadStep
 from ase_roughcontact.scene import Scene
 
 
-def _relative(scene: Scene, length: float | None) -> float | None:
-    """Return a length in units of the spacing."""
-    return None if length is None else length / scene.spacing
+@dataclass(frozen=True)
+class _SceneColumns:
+    """Columns that the scene determines; lengths but the spacing in units of it.
 
+    Parameters of the wall are also those that follow from named materials.
+    """
 
-def _wavelength(scene: Scene, name: str) -> float | None:
-    return _relative(scene, getattr(scene.rough, name, None))
+    control: str
+    radius: float
+    rms_slope: float
+    hurst: float
+    short_wavelength: float
+    long_wavelength: float
+    seed: int
+    kind: str
+    work_of_adhesion: float
+    attraction_range: float
+    hardness: float
+    permanent: bool
+    friction_coefficient: float
+    shear_strength: float
+    spacing: float
+    contact_modulus: float
+    rate: float
 
+    @classmethod
+    def of(cls, scene: Scene) -> _SceneColumns:
+        spacing, wall, friction = scene.spacing, scene.wall, scene.friction
+        rate = getattr(scene.path, "rate", None)
+        rough: Any = scene.rough
+        hard = scene.hardness / UNITS["GPa"]
+        return cls(
+            scene.path.control,
+            scene.radius / spacing,
+            getattr(rough, "rms_slope", 0.0),
+            getattr(rough, "hurst", math.nan),
+            getattr(rough, "short_wavelength", math.nan) / spacing,
+            getattr(rough, "long_wavelength", math.nan) / spacing,
+            getattr(rough, "seed", MISSING[int]),
+            scene.interaction.kind,
+            wall.work_of_adhesion / UNITS["J/m^2"] or math.nan,
+            wall.attraction_range / spacing or math.nan,
+            hard if wall.hardness < math.inf else math.nan,
+            wall.permanent,
+            getattr(friction, "coefficient", math.nan),
+            getattr(friction, "shear_strength", math.nan),
+            spacing,
+            scene.contact_modulus,
+            rate if isinstance(rate, (int, float)) else math.nan,
+        )
 
-def _rate(path: Any) -> float | None:
-    """Return the rate of a path in time in the unit of the file, if it has one."""
-    rate = getattr(path, "rate", None)
-    return rate if isinstance(rate, (int, float)) else None
-
-
-# Columns that the scene determines: type, and how to obtain the value, None if missing.
-# Parameters of the wall are also those that follow from named materials.
-_OF_SCENE: dict[str, tuple[type, Callable[[Scene], Any]]] = {
-    "control": (str, lambda s: s.path.control),
-    "radius": (float, lambda s: s.radius / s.spacing),
-    "rms_slope": (float, lambda s: getattr(s.rough, "rms_slope", 0.0)),
-    "hurst": (float, lambda s: getattr(s.rough, "hurst", None)),
-    "short_wavelength": (float, lambda s: _wavelength(s, "short_wavelength")),
-    "long_wavelength": (float, lambda s: _wavelength(s, "long_wavelength")),
-    "seed": (int, lambda s: getattr(s.rough, "seed", None)),
-    "kind": (str, lambda s: s.interaction.kind),
-    "work_of_adhesion": (
-        float,
-        lambda s: s.wall.work_of_adhesion / UNITS["J/m^2"] or None,
-    ),
-    "attraction_range": (
-        float,
-        lambda s: _relative(s, s.wall.attraction_range or None),
-    ),
-    "hardness": (
-        float,
-        lambda s: s.hardness / UNITS["GPa"] if s.wall.hardness < math.inf else None,
-    ),
-    "permanent": (bool, lambda s: s.wall.permanent),
-    "friction_coefficient": (
-        float,
-        lambda s: s.friction.coefficient if s.friction else None,
-    ),
-    "shear_strength": (
-        float,
-        lambda s: s.friction.shear_strength if s.friction else None,
-    ),
-    "spacing": (float, lambda s: s.spacing),
-    "contact_modulus": (float, lambda s: s.contact_modulus),
-    "rate": (float, lambda s: _rate(s.path)),
-}
 
 #: Columns of an ensemble and their types; see `read_ensemble`.
 COLUMNS: dict[str, type] = {
@@ -72,12 +76,10 @@ COLUMNS: dict[str, type] = {
     "step": int,
     "control": str,
     "target": float,
-    **{name: kind for name, (kind, _) in _OF_SCENE.items()},
     **{
         name: kind
-        for record in (LoadStep, TimeStep, FlatStep, SlidingStep)
+        for record in (_SceneColumns, LoadStep, TimeStep, FlatStep, SlidingStep)
         for name, kind in get_type_hints(record).items()
-        if name != "step"
     },
     "version": str,
 }
@@ -85,7 +87,7 @@ COLUMNS: dict[str, type] = {
 
 def scene_columns(scene: Scene) -> dict[str, Any]:
     """Return the columns that a scene determines, the same for all its steps."""
-    values = {name: value(scene) for name, (_, value) in _OF_SCENE.items()}
+    values = asdict(_SceneColumns.of(scene))
     return {
         name: MISSING[COLUMNS[name]] if value is None else COLUMNS[name](value)
         for name, value in values.items()
@@ -102,3 +104,66 @@ def step_columns(case: str, scene: Scene, record: LoadStep) -> dict[str, Any]:
         # with a letter, since ASE's databases refuse text that reads as a number
         "version": f"v{version('ase-roughcontact')}",
     }
+
+
+def read_ensemble(
+    database: PathName, selection: str | None = None, **query: Any
+) -> dict[str, np.ndarray]:
+    """Read the load steps of an ensemble.
+
+    Parameters
+    ----------
+    database : path
+        Of `run_ensemble`.
+    selection : str, optional
+        Query as for ``ase db``: ``"radius>100,kind=hard"``.
+    **query
+        Values of keys: ``seed=1``.
+
+    Returns
+    -------
+    dict of ndarray, shape (steps,)
+        By name, see `COLUMNS`, sorted by case and step. Inputs are in the units of the
+        scene file: lengths of sphere and roughness in spacings, works of adhesion in
+        J/m^2. All else is in ASE's units: ``spacing`` in Å, ``contact_modulus`` in
+        eV/Å^3, ``target`` in Å or, for ``control == "load"``, in eV/Å, and the columns
+        of `LoadStep`. Missing values are NaN, -1 or "".
+
+    Raises
+    ------
+    ValueError
+        If the database does not exist or is damaged.
+    """
+    address = database_address(database)
+    file = Path(address)
+    # a file of one byte is an empty database to SQLite
+    if "://" not in address and not (file.exists() and file.stat().st_size > 1):
+        raise ValueError(f"there is no database {address}, or it is empty")
+    stored = EnsembleDatabase(address)
+    stored.check()
+    rows = stored.select(selection, **query)
+    ordered = sorted(rows, key=lambda row: (row["case"], row["step"]))
+    return {
+        name: np.array([row.get(name, MISSING[kind]) for row in ordered], dtype=kind)
+        for name, kind in COLUMNS.items()
+    }
+
+
+def write_csv(
+    database: PathName, file: PathName, selection: str | None = None, **query: Any
+) -> None:
+    """Write the load steps of an ensemble as CSV, with ten significant digits.
+
+    Parameters
+    ----------
+    database, selection, **query
+        See `read_ensemble`.
+    file : path
+        Overwritten if it exists.
+    """
+    columns = read_ensemble(database, selection, **query)
+    texts = [
+        [f"{value:.10g}" for value in values] if values.dtype.kind == "f" else values
+        for values in columns.values()
+    ]
+    write_table(file, columns, zip(*texts, strict=True))

@@ -25,23 +25,14 @@ _TIMEOUT = 30
 def worker_pool(
     executor: Executor | None, workers: int | None
 ) -> AbstractContextManager[Executor]:
-    """Return a context of an executor, by default of `process_pool`."""
-    return process_pool(workers) if executor is None else nullcontext(executor)
+    """Return a context of an executor, by default of processes on this machine.
 
-
-def process_pool(workers: int | None = None) -> ProcessPoolExecutor:
-    """Return a pool of processes that share the processors and end with this process.
-
-    Parameters
-    ----------
-    workers : int, optional
-        Number of processes, by default one per processor. Each uses its share of the
-        processors, or ``OMP_NUM_THREADS`` threads if that is set.
-
-    Returns
-    -------
-    ProcessPoolExecutor
+    They share the processors and end with this process. Their number is by default one
+    per processor. Each uses its share of the processors, or ``OMP_NUM_THREADS`` threads
+    if that is set.
     """
+    if executor is not None:
+        return nullcontext(executor)
     count = processors() if workers is None else integer("workers", workers, 1)
     return ProcessPoolExecutor(
         count,

@@ -14,7 +14,7 @@ from ensemble_scenes import assert_same, assert_same_states, finish
 from small_scene import PERIODIC
 
 from ase_roughcontact.cli import main
-from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble, write_csv
+from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.scene import Scene
 
 SCENE = Scene.parse(PERIODIC)
@@ -167,12 +167,3 @@ def test_a_file_system_without_locks_is_an_error_that_says_so(tmp_path, monkeypa
     )
     with pytest.raises(OSError, match=r"e\.db: disk I/O error.*file system with locks"):
         run_ensemble(SCENES, tmp_path / "e.db")
-
-
-def test_a_table_that_does_not_fit_leaves_the_old_one(whole, tmp_path, largest_file):
-    table = tmp_path / "e.csv"
-    table.write_text("old")
-    with largest_file(500), pytest.raises(OSError, match=rf"can't write {table}: "):
-        write_csv(whole[0], table)
-    assert [path.name for path in tmp_path.iterdir()] == ["e.csv"]
-    assert table.read_text() == "old"

@@ -32,7 +32,7 @@ from ase_roughcontact._util import threads
 from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensemble
 from ase_roughcontact.ensemble.columns import step_columns
 from ase_roughcontact.ensemble.database import EnsembleDatabase
-from ase_roughcontact.ensemble.executors import process_pool
+from ase_roughcontact.ensemble.executors import worker_pool
 from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
@@ -122,7 +122,8 @@ def test_processes_share_the_processors_unless_the_user_set_the_threads(
     workers, monkeypatch
 ):
     name = "OMP_NUM_THREADS"
-    with process_pool(workers) as shared, process_pool(workers) as chosen:
+    pools = worker_pool(None, workers), worker_pool(None, workers)
+    with pools[0] as shared, pools[1] as chosen:
         monkeypatch.delenv(name, raising=False)
         share = shared.submit(os.getenv, name)
         monkeypatch.setenv(name, "5")

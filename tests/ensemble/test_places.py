@@ -142,8 +142,8 @@ def test_a_place_beyond_the_scan_has_a_message(scene_of, tmp_path):
 @pytest.mark.filterwarnings("ignore:scan.txt. the scan itself has a radius")
 @pytest.mark.parametrize("role", ["substrate", "indenter"])
 def test_the_command_draws_scan_and_maps(scene_of, tmp_path, capsys, monkeypatch, role):
-    pool, figures = "ase_roughcontact.ensemble.executors.process_pool", []
-    monkeypatch.setattr(pool, lambda workers: Here())
+    pool, figures = "ase_roughcontact.ensemble.places.worker_pool", []
+    monkeypatch.setattr(pool, lambda executor, workers: Here())
 
     def saved(figure, file, **_):
         figures.append(figure)

@@ -9,7 +9,10 @@ BUMPS = np.random.default_rng(0).standard_normal((9, 12))
 
 
 def test_a_map_returns_its_heights_exactly_at_its_own_points():
-    window = HeightMap(BUMPS, 0.3).heights((9, 12), 0.3, (-4 * 0.3, -6 * 0.3))
+    values = BUMPS.copy()
+    surface = HeightMap(values, 0.3)
+    values += 1.0  # which is not that of the map
+    window = surface.heights((9, 12), 0.3, (-4 * 0.3, -6 * 0.3))
     np.testing.assert_array_equal(window, BUMPS)
 
 
@@ -35,13 +38,6 @@ def test_a_periodic_map_is_smooth_across_its_edge():
     np.testing.assert_allclose(window, exact, rtol=0, atol=1e-4)
 
 
-def test_a_map_does_not_change_with_the_array_it_came_from():
-    values = BUMPS.copy()
-    surface = HeightMap(values, 1.0)
-    values += 1.0
-    assert surface.heights((1, 1), 1.0)[0, 0] == BUMPS[4, 6]
-
-
 def test_a_map_describes_itself_without_its_heights():
     description = HeightMap(BUMPS, 0.3).todict()
     assert description["shape"] == (9, 12)
@@ -49,12 +45,12 @@ def test_a_map_describes_itself_without_its_heights():
     assert description["center"] == pytest.approx((1.2, 1.8))
     assert description["periodic"] is False
     assert len(description["sha256"]) == 16
-    assert description["sha256"] != HeightMap(BUMPS + 1, 0.3).todict()["sha256"]
-
-
-def test_maps_of_other_spacing_or_center_are_not_equal():
-    assert HeightMap(BUMPS, 0.3) != HeightMap(BUMPS, 0.4)
-    assert HeightMap(BUMPS, 0.3) != HeightMap(BUMPS, 0.3, center=(0.0, 0.0))
+    for other in (
+        HeightMap(BUMPS + 1, 0.3),
+        HeightMap(BUMPS, 0.4),
+        HeightMap(BUMPS, 0.3, center=(0.0, 0.0)),
+    ):
+        assert HeightMap(BUMPS, 0.3) != other
 
 
 def test_a_map_has_its_own_spacing_along_x_and_y():

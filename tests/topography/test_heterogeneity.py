@@ -53,6 +53,8 @@ def test_map_and_function_are_the_relative_deviation():
     factors = PATTERNS["function"].factors((3, 2), 2.0, (1.0, 0.0))
     expected = 1.0 + 0.4 * np.cos(0.7 * np.array([1.0, 3.0, 5.0]))
     assert_allclose(factors, np.column_stack([expected, expected]))
+    negative = rc.Heterogeneity(lambda x, y: x - 2.0).factors((3, 1), 1.0)
+    assert_array_equal(negative[:, 0], [0, 0, 1])
 
 
 def test_map_scaled_to_an_rms_has_the_mean_of_the_wall():
@@ -64,12 +66,6 @@ def test_map_scaled_to_an_rms_has_the_mean_of_the_wall():
     assert factors.mean() == pytest.approx(1.0, abs=1e-9)
 
 
-def test_negative_works_of_adhesion_are_cut_off():
-    assert_array_equal(
-        rc.Heterogeneity(lambda x, y: x - 2.0).factors((3, 1), 1.0)[:, 0], [0, 0, 1]
-    )
-
-
 @pytest.mark.parametrize(
     "arguments, message",
     [
@@ -77,17 +73,13 @@ def test_negative_works_of_adhesion_are_cut_off():
         ((stripes, 0.2), "rms is for maps and random fields"),
         ((MAP, -0.2), "rms must be"),
         ((rc.HeightMap(np.ones((8, 8)), 1.0), 0.2), "must not be flat"),
+        ((lambda x, y: x * np.nan,), "pattern must"),
         ((0.3,), "pattern must be a HeightMap, a SelfAffine or a function"),
     ],
 )
 def test_invalid_patterns_are_errors(arguments, message):
     with pytest.raises(ValueError, match=message):
-        rc.Heterogeneity(*arguments)
-
-
-def test_function_must_return_finite_numbers():
-    with pytest.raises(ValueError, match="pattern must"):
-        rc.Heterogeneity(lambda x, y: x * np.nan).factors((3, 3), 1.0)
+        rc.Heterogeneity(*arguments).factors((3, 3), 1.0)
 
 
 def test_window_beyond_the_period_of_a_field_or_a_map_is_an_error():
@@ -122,6 +114,8 @@ def test_uniform_pattern_changes_the_work_of_adhesion_of_every_wall(wall):
 def test_forces_are_minus_the_gradient_of_the_energy_with_a_pattern(wall):
     if wall.hard:
         pytest.skip("a hard wall's reaction is not a function of the positions")
+    with pytest.raises(ValueError, match="heterogeneity must be a Heterogeneity"):
+        adhesive_atoms(wall, FIELD)
     atoms = adhesive_atoms(wall, PATTERNS["map"], (8, 8))
     atoms.positions[-1, 2] = wall.contact_distance + 0.2
     expected = force_along(atoms, up(atoms, 20), 1e-4)
@@ -130,22 +124,12 @@ def test_forces_are_minus_the_gradient_of_the_energy_with_a_pattern(wall):
 
 def test_automatic_windows_give_the_result_of_a_fixed_window():
     wall, pattern = rc.ExponentialWall(0.05, 0.7), PATTERNS["random"]
+    depths = [-0.1, 0.4]
     fixed, auto = (
-        list(
-            rc.load_path(
-                adhesive_atoms(wall, pattern, shape),
-                penetrations=[-0.1, 0.4],
-                window=window,
-            )
-        )
+        rc.load_path(adhesive_atoms(wall, pattern, shape), depths, window=window)
         for shape, window in (((56, 56), "fixed"), ((8, 8), "auto"))
     )
     for one, other in zip(fixed, auto, strict=True):
         assert one.window != other.window
         assert other.normal_force == pytest.approx(one.normal_force, rel=1e-4)
         assert other.repulsive_atoms == one.repulsive_atoms
-
-
-def test_pattern_must_be_a_heterogeneity():
-    with pytest.raises(ValueError, match="heterogeneity must be a Heterogeneity"):
-        adhesive_atoms(rc.ExponentialWall(0.05, 0.7), FIELD)

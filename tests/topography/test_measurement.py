@@ -29,16 +29,13 @@ def test_noise_of_points_and_of_lines_is_found_on_a_rough_surface(points, lines)
     assert noise.lines == pytest.approx(lines, rel=0.25, abs=0.01)
 
 
-def test_lines_of_the_noise_are_those_along_x():
-    noise = Noise(0.0, 1.0).sample((200, 5000), 0)
-    assert np.ptp(noise, axis=0).max() == 0.0
-    assert noise[0].std() == pytest.approx(1.0, rel=0.05)
-
-
 @pytest.mark.parametrize("shape", [(32, 512), (512, 32)])
 def test_noise_of_points_of_an_oblong_scan_is_not_one_of_lines(shape):
     found = [Noise.of(Noise(1.0, 0.0).sample(shape, seed)).lines for seed in range(8)]
     assert np.mean(found) < 0.1
+    lines = Noise(0.0, 1.0).sample(shape, 0)
+    assert np.ptp(lines, axis=0).max() == 0.0
+    assert lines[0].std() == pytest.approx(1.0, rel=0.3)
 
 
 def test_a_filtered_scan_that_is_made_periodic_has_no_noise_at_its_edges():
@@ -126,9 +123,9 @@ def test_the_edges_of_a_part_of_a_scan_do_not_fit_and_those_of_its_period_do():
     part = HEIGHTS[:100, :100]
     across, beside = edge_step(part)
     assert has_edge_step(part)
-    assert across == pytest.approx(math.sqrt(np.mean((part[0] - part[-1]) ** 2))) or (
-        across == pytest.approx(math.sqrt(np.mean((part[:, 0] - part[:, -1]) ** 2)))
-    )
+    sides = part[0] - part[-1], part[:, 0] - part[:, -1]
+    steps = [math.sqrt(np.mean(side**2)) for side in sides]
+    assert any(across == pytest.approx(step) for step in steps)
     assert beside < 0.1
 
 
@@ -143,13 +140,9 @@ def test_a_copy_of_a_part_declared_periodic_has_edges_that_fit():
 
 def test_a_part_of_a_scan_declared_periodic_keeps_slope_and_curvature():
     part = HEIGHTS[:128, :128]
-    once, periodic = (
-        vars(scanned(part, periodic=flag, detrend="plane").statistics())
-        for flag in (False, True)
-    )
-    assert periodic == pytest.approx(once, rel=1e-12)
-    once, periodic = (
-        vars(scanned(HEIGHTS, periodic=flag, detrend="none").statistics())
-        for flag in (False, True)
-    )
-    assert periodic == pytest.approx(once, rel=0.01)
+    for heights, tolerance in ((part, 1e-12), (HEIGHTS, 0.01)):
+        once, periodic = (
+            vars(scanned(heights, periodic=flag, detrend="mean").statistics())
+            for flag in (False, True)
+        )
+        assert periodic == pytest.approx(once, rel=tolerance)

@@ -95,23 +95,17 @@ def test_a_window_that_exceeds_the_memory_is_an_error_with_advice():
         substrate("Cu", (8, 8), Large(), spacing=A0)
 
 
-def test_heights_alone_are_enough_in_a_fixed_window():
-    (record,) = path(Flute(), [0.1], window="unchecked")
+@pytest.mark.parametrize(
+    ("indenter", "window", "method"),
+    [
+        (Flute(), "unchecked", r"a method reach.* BoundedSurface.* fixed"),
+        (RoughSphere(40.0, Flute()), "fixed", r"a method lowest.* fixed window"),
+    ],
+    ids=["indenter", "roughness"],
+)
+def test_heights_alone_are_enough_in_a_fixed_window(indenter, window, method):
+    (record,) = path(indenter, [0.2], window=window)
     assert record.converged
     assert record.normal_force > 0.0
-
-
-def test_automatic_windows_ask_for_the_reach():
-    with pytest.raises(ValueError, match=r"a method reach.* BoundedSurface.* fixed"):
-        path(Flute(), [0.1], window="auto")
-
-
-def test_heights_alone_are_enough_for_the_roughness_of_a_sphere_in_a_fixed_window():
-    (record,) = path(RoughSphere(40.0, Flute()), [0.3])
-    assert record.converged
-    assert record.normal_force > 0.0
-
-
-def test_automatic_windows_ask_for_the_lowest_height_of_a_roughness():
-    with pytest.raises(ValueError, match=r"a method lowest.* fixed window"):
-        path(RoughSphere(40.0, Flute()), [0.3], window="auto")
+    with pytest.raises(ValueError, match=method):
+        path(indenter, [0.2], window="auto")

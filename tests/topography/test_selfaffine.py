@@ -36,18 +36,14 @@ def test_a_realisation_has_exactly_the_prescribed_slope(random_amplitudes):
     coefficient, k = coefficients(heights)
     square_slope = np.sum((2 * np.pi / 128 * k * np.abs(coefficient)) ** 2)
     assert np.sqrt(square_slope) == pytest.approx(0.1, rel=1e-12)
+    expected = vars(statistics(heights, 1.0))
+    assert vars(surface.statistics()) == pytest.approx(expected, rel=1e-12)
 
 
 def test_ensemble_normalisation_gives_the_slope_on_average_over_seeds():
-    squares = [
-        SelfAffine(
-            0.1, 0.8, 4.0, 32.0, seed=seed, random_amplitudes=True, normalise="ensemble"
-        )
-        .statistics()
-        .rms_slope
-        ** 2
-        for seed in range(200)
-    ]
+    random = replace(SURFACE, random_amplitudes=True, normalise="ensemble")
+    surfaces = (replace(random, seed=seed) for seed in range(200))
+    squares = [each.statistics().rms_slope ** 2 for each in surfaces]
     error_of_mean = np.std(squares) / np.sqrt(len(squares))
     assert np.std(squares) > 0
     assert abs(np.mean(squares) - 0.01) < 4 * error_of_mean
@@ -61,12 +57,7 @@ def test_the_spectrum_falls_with_power_minus_two_minus_two_h(hurst):
     power = np.abs(coefficient[band]) ** 2
     slope, _ = np.polyfit(np.log(k[band]), np.log(power), 1)
     assert slope == pytest.approx(-2 - 2 * hurst, abs=1e-6)
-
-
-def test_the_spectrum_is_zero_outside_the_band():
-    coefficient, k = coefficients(SURFACE.heights((128, 128), 1.0))
-    outside = (k < 4) | (k > 32)
-    assert np.abs(coefficient[outside]).max() < 1e-15
+    assert np.abs(coefficient[~band]).max() < 1e-15
 
 
 # Lengths whose ratios, rounded, lose the shortest or the longest wave.
@@ -116,14 +107,6 @@ def test_amplitudes_of_waves_are_independent_of_their_phases():
         assert np.abs(mean) < 4 * math.sqrt(2 / power.size)
 
 
-def test_phases_are_uniform():
-    coefficient, k = coefficients(SURFACE.heights((128, 128), 1.0))
-    upper = (k >= 4) & (k <= 32)
-    upper[:, 65:] = upper[65:, 0] = False
-    directions = np.exp(1j * np.angle(coefficient[upper]))
-    assert np.abs(directions.mean()) < 4 / math.sqrt(directions.size)
-
-
 def test_a_finite_band_has_the_moments_of_its_continuous_spectrum():
     hurst, low, high = 0.8, 2 * np.pi / 512, 2 * np.pi / 4
     got = SelfAffine(0.1, hurst, 4.0, 512.0).statistics()
@@ -136,13 +119,6 @@ def test_a_finite_band_has_the_moments_of_its_continuous_spectrum():
     # The sum over the few longest waves differs from the integral.
     assert got.rms_curvature == pytest.approx(curvature, rel=5e-3)
     assert got.rms_height == pytest.approx(height, rel=0.05)
-
-
-def test_statistics_of_a_realisation_are_those_of_its_heights():
-    surface = replace(SURFACE, random_amplitudes=True)
-    expected = statistics(surface.heights((128, 128), 1.0), 1.0)
-    got = surface.statistics()
-    assert vars(got) == pytest.approx(vars(expected), rel=1e-12)
 
 
 # Sampling on grids
@@ -200,14 +176,9 @@ def test_short_waves_are_added_to_the_same_long_waves():
     np.testing.assert_allclose(ratio, ratio[0].real, rtol=1e-9)
 
 
-def test_seeds_make_different_surfaces():
-    first = SURFACE.heights((128, 128), 1.0)
-    second = replace(SURFACE, seed=8).heights((128, 128), 1.0)
-    correlation = np.mean(first * second) / (first.std() * second.std())
-    assert abs(correlation) < 0.2
-
-
 def test_a_seed_always_gives_the_same_surface():
+    other = replace(SURFACE, seed=8).heights((1, 2), 1.0, (3.0, 4.0))[0]
+    assert other[0] != pytest.approx(0.25195443050543476, rel=0.1)
     # recorded values: published seeds must keep their surfaces
     assert SURFACE.heights((1, 2), 1.0, (3.0, 4.0))[0] == pytest.approx(
         [0.25195443050543476, 0.31579336558552507], rel=1e-9
@@ -261,9 +232,6 @@ def test_wrong_parameters_of_a_self_affine_surface_are_refused(change, message):
 def test_grids_that_do_not_fit_are_refused(change, shape, spacing, message):
     with pytest.raises(ValueError, match=message):
         replace(SURFACE, **change).heights(shape, spacing)
-
-
-def test_the_domain_that_an_error_advises_fits_the_grid():
     assert replace(SURFACE, domain=128.7).heights((4, 4), 1.1).shape == (4, 4)
 
 

@@ -23,14 +23,10 @@ def test_a_sphere_has_its_radius_everywhere():
     x = np.arange(-3.0, 4.0)
     distance = np.sqrt(x[:, None] ** 2 + x[None, :] ** 2 + (heights - 5.0) ** 2)
     np.testing.assert_allclose(distance, 5.0, rtol=1e-15)
-
-
-def test_a_large_sphere_is_its_paraboloid_without_cancellation():
-    sphere, paraboloid = (
-        RoughSphere(1e9, profile=profile).heights((4, 4), 1.0)
-        for profile in ("sphere", "paraboloid")
-    )
-    np.testing.assert_allclose(sphere, paraboloid, rtol=1e-15)
+    # without cancellation for a large one
+    large = RoughSphere(1e9, profile="sphere").heights((4, 4), 1.0)
+    paraboloid = RoughSphere(1e9).heights((4, 4), 1.0)
+    np.testing.assert_allclose(large, paraboloid, rtol=1e-15)
 
 
 @pytest.mark.parametrize("profile", ["paraboloid", "sphere"])
@@ -45,12 +41,6 @@ def test_roughness_is_added_to_the_sphere():
         RoughSphere(50.0, SURFACE).heights(*window),
         RoughSphere(50.0).heights(*window) + SURFACE.heights(*window),
     )
-
-
-def test_a_sphere_describes_its_roughness():
-    sphere = RoughSphere(50.0, SURFACE)
-    assert sphere.todict()["roughness"] == SURFACE.todict()
-    assert RoughSphere(50.0).todict()["roughness"] is None
 
 
 def test_a_window_beyond_the_sphere_is_refused():

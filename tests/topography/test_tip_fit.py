@@ -43,6 +43,7 @@ def test_no_point_beyond_the_reach_is_below_the_level(level):
     farthest = np.hypot(x[:, None], x[None, :])[low].max()
     reach = RoughSphere(np.inf, surface).reach(level, 0.25)
     assert farthest <= reach < farthest + 10.0
+    assert surface.reach(-9.0, 1.0) == 0.0
 
 
 def test_the_reach_of_a_map_of_unequal_sides_and_spacings():
@@ -64,18 +65,7 @@ def test_the_reach_has_the_places_between_points():
     assert 5.3 < np.hypot(x[:, None], x[None, :])[low].max() <= surface.reach(-0.4, 0.1)
 
 
-def test_a_level_below_the_map_reaches_nothing():
-    assert HeightMap(TIP, 1.0).reach(-1.0, 1.0) == 0.0
-
-
 def test_windows_of_a_tip_follow_from_its_scan():
     surface = HeightMap(TIP, 1.0, center=(32.0, 30.0))
     whole = Footprint(RoughSphere(np.inf, surface), 0.5)
     assert whole.box_below(1.0) == Footprint(RoughSphere(20.0), 0.5).box_below(1.0)
-
-
-def test_missing_points_are_counted():
-    scan = -TIP.copy()
-    scan[:3, 1] = np.nan
-    surface = HeightMap.from_topography(scan, "indenter", spacing=1.0)
-    assert surface.measurement.missing == 3
