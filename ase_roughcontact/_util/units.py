@@ -12,27 +12,16 @@ from ase_roughcontact._util.validation import lookup
 
 #: Value of each unit of length, as written in files and scenes, in Å.
 LENGTHS: dict[str, float] = {
-    "m": 1e10,
-    "cm": 1e8,
-    "mm": 1e7,
-    "um": 1e4,
-    "\u00b5m": 1e4,  # micro sign
-    "\u03bcm": 1e4,  # Greek letter mu
-    "nm": 10.0,
-    "pm": 0.01,
-    "A": 1.0,
-    "Angstrom": 1.0,
-    "\u00c5": 1.0,  # letter A with ring
-    "\u212b": 1.0,  # Angstrom sign
+    **{"m": 1e10, "cm": 1e8, "mm": 1e7, "nm": 10.0, "pm": 0.01},
+    **dict.fromkeys(("um", "\u00b5m", "\u03bcm"), 1e4),  # micro sign, Greek letter mu
+    # letter A with ring, Angstrom sign
+    **dict.fromkeys(("A", "Angstrom", "\u00c5", "\u212b"), 1.0),
 }
 
 _NANO = 1e-9 * J / m
 #: Units of force in ASE's unit, eV/Å.
 FORCES: dict[str, float] = {
-    "nN": _NANO,
-    "pN": 1e-3 * _NANO,
-    "N": 1e9 * _NANO,
-    "eV/Å": 1.0,
+    **{"nN": _NANO, "pN": 1e-3 * _NANO, "N": 1e9 * _NANO, "eV/Å": 1.0},
     **dict.fromkeys(("uN", "\u00b5N", "\u03bcN"), 1e3 * _NANO),
 }
 
@@ -55,12 +44,8 @@ WORKS: dict[str, float] = {
 
 #: Units of times in seconds.
 TIMES: dict[str, float] = {
-    "s": 1.0,
-    "ms": 1e-3,
+    **{"s": 1.0, "ms": 1e-3, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     **dict.fromkeys(("us", "\u00b5s", "\u03bcs"), 1e-6),
-    "ns": 1e-9,
-    "min": 60.0,
-    "h": 3600.0,
 }
 
 #: Units of frequencies in hertz.

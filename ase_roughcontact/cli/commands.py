@@ -14,6 +14,7 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
 from ase_roughcontact.cli.description import bodies
+from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene import default_text
 from ase_roughcontact.scene.curve_files import read_curve, read_in_time
@@ -93,12 +94,7 @@ def fit(options: argparse.Namespace) -> int:
     trials = _print_trial if prints_text(options) else None
     default = ",".join(SERIES) if scene.solid.creep else "work_of_adhesion"
     free = [name.strip() for name in (options.free or default).split(",")]
-    given = (
-        options.branch,
-        scene.cantilever,
-        options.sensitivity,
-        options.columns,
-    )
+    given = options.branch, scene.cantilever, options.sensitivity, options.columns
     if scene.solid.creep:
         kind = "depth" if scene.path.control == "load" else "force"
         curve_in_time = read_in_time(options.curve, kind, *given)
@@ -191,5 +187,5 @@ def completion(options: argparse.Namespace) -> int:
       echo 'source ~/.ase-roughcontact-completion' >> ~/.bashrc
     """
     shtab = imported("shtab", "completion", "completion needs shtab")
-    print(shtab.complete(options.parser, options.shell))
+    print(shtab.complete(make_parser(), options.shell))
     return 0

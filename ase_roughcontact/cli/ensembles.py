@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 _VALUE = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^]]*\]|\{[^}]*\}|[^,])+?(?=,|$)""")
 # What is printed of a mean area whose error is not one that is wanted.
 _MEAN = "target", "realisations", "mean", "error"
-UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
 
 
 def ensemble(options: argparse.Namespace) -> int:
@@ -149,7 +148,7 @@ def _print_progress(
     known = math.isfinite(error)
     if options.json:
         values = asdict(progress) | ({"error": error} if known else {})
-        print(json_line(values, UNITS_OF_PROGRESS), flush=True)
+        print(json_line(values, {"elapsed": "s", "left": "s"}), flush=True)
     elif draw:
         draw(progress.steps, progress.total, str(progress))
     elif not options.quiet:

@@ -28,7 +28,6 @@ from ase_roughcontact.scene.fit import Fit
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.smooth_fit import SmoothFit
 from ase_roughcontact.scene.tradeoff_result import Tradeoff
-from ase_roughcontact.theory import SphereTheory
 from ase_roughcontact.topography import SelfAffine
 
 NN = UNITS["nN"]
@@ -210,7 +209,8 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     areas = _column(shown, scene.area_column)
     along = np.geomspace(forces.min() / _EXTENT, _EXTENT * forces.max(), _POINTS)
     hertz = scene.hertz_area(along)
-    adhesive = [c for c in _smooth(reference) if c.pull_off_force > 0.0]
+    smooth_theories = reference.smooth, *reference.limits
+    adhesive = [c for c in smooth_theories if c.pull_off_force > 0.0]
     theory = {c.label: (along / NN, c.contact_area(along) / hertz) for c in adhesive}
     rough = reference.rough_area(along) / hertz
     if np.isfinite(rough).any():
@@ -269,12 +269,11 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     by_height = along == "height"
     label = scene.path.columns.get(along, along)  # as in the table
     first_contact = steps[0].height + steps[0].penetration
-    curves = {curve.label: curve for curve in _smooth(reference)}
+    curves = {each.label: each for each in (reference.smooth, *reference.limits)}
+    known = scene.bodies.forces_over_depth(curves, steps).items()
     theory = {
         label: (first_contact - depth if by_height else depth, force)
-        for label, (depth, force) in scene.bodies.forces_over_depth(
-            curves, steps
-        ).items()
+        for label, (depth, force) in known
     }
     with written(file, 3.4) as figure:
         axes = figure.subplots()
@@ -334,9 +333,8 @@ def _draw_maps(
     height = 0.5 + rows * (2.6 / columns + 0.16 * lines)
     with written(folder / "contact.png", height) as figure:
         panels = map_panels(figure, len(shown))
-        for panel, frame, step, title in zip(
-            panels, frames, shown, titles, strict=True
-        ):
+        maps = zip(panels, frames, shown, titles, strict=True)
+        for panel, frame, step, title in maps:
             area = float(smooth.contact_area(step.normal_force))
             circle = area > 0.0 and not scene.is_flat
             image = plot.plot_contact(
@@ -359,10 +357,6 @@ def _draw_maps(
             plot.scale_bar(panel, "nm")
         figure.colorbar(image, ax=panels, label=f"pressure ({unit})", shrink=0.7)
         legend_below(figure, panels)
-
-
-def _smooth(reference: Reference) -> tuple[SphereTheory, ...]:
-    return reference.smooth, *reference.limits
 
 
 def _title(scene: Scene, step: LoadStep, way: str) -> str:

@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 # Completions of arguments in the format of shtab.
 _FILE = {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"}
 _FOLDER = {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"}
+_OF_FOLDER: dict[str, Any] = {"metavar": "DIR", "type": Path, "completion": _FOLDER}
 
 
 class _Parser(argparse.ArgumentParser):
@@ -58,11 +59,8 @@ def make_parser() -> argparse.ArgumentParser:
         description="Contact of a rigid rough sphere with an elastic solid.",
     )
     parser.add_argument("--version", action="store_true", help="print the version")
-    parser.add_argument(
-        *("-v", "--verbose"),
-        action="store_true",
-        help="with --version: versions of the dependencies",
-    )
+    text = "with --version: versions of the dependencies"
+    parser.add_argument("-v", "--verbose", action="store_true", help=text)
     parser.set_defaults(parser=parser)
     subparsers = parser.add_subparsers(dest="command", metavar="command")
 
@@ -103,11 +101,8 @@ def make_parser() -> argparse.ArgumentParser:
     _add_times(figure)
     summary = "print the built-in scene as a template"
     command("scene", summary, "commands.print_scene")
-    completion = command(
-        "completion", "print a completion script", "commands.completion"
-    )
-    completion.set_defaults(parser=parser)
-    completion.add_argument(
+    summary = "print a completion script"
+    command("completion", summary, "commands.completion").add_argument(
         "shell",
         nargs="?",
         choices=["bash", "zsh", "tcsh"],
@@ -120,21 +115,13 @@ def make_parser() -> argparse.ArgumentParser:
 def _add_run(parser: argparse.ArgumentParser) -> None:
     _add_scene(parser)
     _add_out(parser, "roughcontact-out")
-    parser.add_argument(
-        "--strict",
-        action="store_true",
-        help="stop at the first step that exceeds a limit of the model",
-    )
-    parser.add_argument(
-        "--preview",
-        action="store_true",
-        help="fewer steps on a coarse grid, with their errors, in DIR-preview",
-    )
-    _add_output(parser).add_argument(
-        *("-v", "--verbose"),
-        action="store_true",
-        help="print iterations, FFTs, residuals and errors",
-    )
+    text = "stop at the first step that exceeds a limit of the model"
+    parser.add_argument("--strict", action="store_true", help=text)
+    text = "fewer steps on a coarse grid, with their errors, in DIR-preview"
+    parser.add_argument("--preview", action="store_true", help=text)
+    text = "print iterations, FFTs, residuals and errors"
+    output = _add_output(parser)
+    output.add_argument("-v", "--verbose", action="store_true", help=text)
 
 
 def _add_ensemble(parser: argparse.ArgumentParser) -> None:
@@ -187,12 +174,8 @@ def _add_places(parser: argparse.ArgumentParser) -> None:
 
 def _add_tradeoff(parser: argparse.ArgumentParser) -> None:
     _add_scene(parser)
-    parser.add_argument(
-        "--error",
-        type=float,
-        default=1e-2,
-        help="wanted relative error (default: %(default)s)",
-    )
+    text = "wanted relative error (default: %(default)s)"
+    parser.add_argument("--error", type=float, default=1e-2, help=text)
     parser.add_argument(
         "--error-of",
         choices=["area", "force", "height"],
@@ -231,9 +214,7 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
         '(m), deflection (V)"',
     )
     _add_picture(parser, "fit.png")
-    output = parser.add_mutually_exclusive_group()
-    output.add_argument("--quiet", action="store_true", help="print no trials")
-    output.add_argument("--json", action="store_true", help="print a line of JSON")
+    _add_output(parser, "of the result")
 
 
 def _grid(text: str) -> tuple[int, int]:
@@ -263,8 +244,7 @@ def _add_scene(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_folder(parser: argparse.ArgumentParser) -> None:
-    options: dict[str, Any] = {"metavar": "DIR", "type": Path, "completion": _FOLDER}
-    _add_path(parser, "folder", help="output folder of the run", **options)
+    _add_path(parser, "folder", help="output folder of the run", **_OF_FOLDER)
 
 
 def _add_times(parser: argparse.ArgumentParser) -> None:
@@ -276,9 +256,8 @@ def _add_times(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_out(parser: argparse.ArgumentParser, default: str) -> None:
-    options: dict[str, Any] = {"metavar": "DIR", "type": Path, "completion": _FOLDER}
     text = "output folder, created if necessary (default: %(default)s)"
-    _add_path(parser, "--out", default=Path(default), help=text, **options)
+    _add_path(parser, "--out", default=Path(default), help=text, **_OF_FOLDER)
 
 
 def _add_picture(parser: argparse.ArgumentParser, default: str) -> None:

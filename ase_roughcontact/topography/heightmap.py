@@ -26,8 +26,7 @@ from ase_roughcontact.topography.interpolation import (
     interpolated,
     spline_coefficients,
 )
-from ase_roughcontact.topography.measurement import Measurement
-from ase_roughcontact.topography.noise import Noise, outliers
+from ase_roughcontact.topography.measurement import Measurement, Noise, outliers
 from ase_roughcontact.topography.scan import Length, Scan, in_angstrom, position
 from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
 from ase_roughcontact.topography.spectrum import (

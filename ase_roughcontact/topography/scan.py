@@ -86,7 +86,8 @@ class Scan:
         is_file = isinstance(topography, (str, os.PathLike))
         raw = read_scan(topography, channel) if is_file else scan_of(topography)
         if transpose:
-            raw = raw.transposed
+            turned = raw.spacing and raw.spacing[::-1]
+            raw = replace(raw, heights=raw.heights.T, spacing=turned)
         if raw.unit is None and unit is None and (is_file or raw.spacing is not None):
             raise ValueError(
                 f"the unit of {topography!r} is not known: give unit, for example 'nm'"

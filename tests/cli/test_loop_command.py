@@ -1,35 +1,37 @@
 """Loops from a scene file and from the command line."""
 
 import csv
+import io
 import re
 import shutil
+from contextlib import redirect_stdout
 from itertools import islice
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 from small_scene import LOOP, SMALL
 
 from ase_roughcontact import adhesion_loop
-from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.atoms.trajectory import count_steps, read_steps
 from ase_roughcontact.cli import main
-from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.loop import write_curve
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    """Folder of the results of a loop from the command line."""
+def printed(tmp_path_factory):
+    """Folder of the results of a loop from the command line, and what was printed."""
     folder = tmp_path_factory.mktemp("loop")
     (folder / "loop.toml").write_text(LOOP)
-    assert (
-        main(["run", str(folder / "loop.toml"), "--out", str(folder), "--quiet"]) == 0
-    )
-    return folder
+    with redirect_stdout(io.StringIO()) as text:
+        assert main(["run", str(folder / "loop.toml"), "--out", str(folder)]) == 0
+    return folder, text.getvalue()
+
+
+@pytest.fixture(scope="module")
+def run(printed):
+    return printed[0]
 
 
 def test_the_loop_of_a_scene_is_that_of_its_atoms():
@@ -52,13 +54,6 @@ def test_the_largest_step_is_a_tenth_of_the_way_down_by_default():
     assert scene.path.options(scene)["step"] == pytest.approx(down / 10)
 
 
-def test_states_are_in_the_files_of_a_run(run):
-    with open(run / "curve.csv") as table:
-        states = list(table_rows(table))
-    assert count_steps(run / "sweep.traj") == len(states) > 10
-    assert min(float(state["normal_force"]) for state in states) < 0.0
-
-
 def test_the_force_curve_of_the_cantilever_is_a_table(run):
     with open(run / "cantilever.csv") as table:
         rows = list(csv.DictReader(table))
@@ -72,16 +67,8 @@ def test_the_force_curve_of_the_cantilever_is_a_table(run):
     assert rows[0]["distance (nm)"] == rows[-1]["distance (nm)"]
 
 
-def test_figures_of_a_loop_are_drawn(run):
-    for name in ("loop.png", "cantilever.png", "force.png", "view.traj"):
-        assert (run / name).stat().st_size > 5000
-
-
-def test_a_loop_prints_its_states_and_characteristic_values(tmp_path, capsys):
-    (tmp_path / "loop.toml").write_text(LOOP)
-    arguments = ["run", str(tmp_path / "loop.toml"), "--out", str(tmp_path / "out")]
-    assert main(arguments) == 0
-    text = capsys.readouterr().out
+def test_a_loop_prints_its_states_and_characteristic_values(printed):
+    _, text = printed
     heads, units = (
         next(line for line in text.splitlines() if word in line.split()).split()
         for word in ("stiffness", "(N/m)")
@@ -115,10 +102,12 @@ def test_a_cantilever_that_is_too_soft_leaves_the_results_of_the_loop(tmp_path, 
     assert (tmp_path / "loop.png").exists()
 
 
-@pytest.mark.parametrize("part", [0.0, 0.3, 0.8])
+@pytest.mark.parametrize("part", ["first", "third", "deepest", "last but one"])
 def test_an_interrupted_loop_is_continued(run, tmp_path, part):
     scene, expected = Scene.parse(LOOP), list(read_steps(run / "sweep.traj"))
-    count = 1 + int(part * len(expected))
+    deepest = min(range(len(expected)), key=lambda i: expected[i].height)
+    number = {"first": 0, "third": 2, "deepest": deepest}
+    count = 1 + number.get(part, len(expected) - 2)
     interrupted = scene.run(tmp_path, validity="ignore")
     list(islice(interrupted, count))
     interrupted.close()
@@ -127,18 +116,9 @@ def test_an_interrupted_loop_is_continued(run, tmp_path, part):
     assert [state.height for state in states] == [state.height for state in expected]
     for name in ("normal_force", "contact_area", "contact_stiffness", "energy"):
         found, known = ([getattr(s, name) for s in each] for each in (states, expected))
-        assert found == pytest.approx(known, rel=1e-9, abs=1e-12), name
-
-
-def test_a_turned_loop_does_not_turn_again(run, tmp_path):
-    scene, states = Scene.parse(LOOP), list(read_steps(run / "sweep.traj"))
-    deepest = min(range(len(states)), key=lambda i: states[i].height)
-    interrupted = scene.run(tmp_path, validity="ignore")
-    list(islice(interrupted, deepest + 1))
-    interrupted.close()
-    heights = [state.height for state in scene.run(tmp_path, validity="ignore")]
-    assert heights.index(min(heights)) == deepest
-    assert (np.diff(heights[deepest:]) > 0.0).all()
+        # after the turn the first step starts from another prediction
+        tolerance = 1e-6 if part == "deepest" else 1e-9
+        assert found == pytest.approx(known, rel=tolerance, abs=1e-12), name
 
 
 def test_another_cantilever_keeps_the_states_of_a_loop(run, tmp_path, monkeypatch):
@@ -155,27 +135,20 @@ def test_another_cantilever_keeps_the_states_of_a_loop(run, tmp_path, monkeypatc
         assert same == (name == "curve.csv")
 
 
-def test_a_link_in_place_of_the_force_curve_is_replaced(tmp_path):
-    target, table = tmp_path / "target", tmp_path / "cantilever.csv"
-    target.write_text("precious")
-    table.symlink_to(target)
-    loop = Scene.parse(LOOP).loop()
-    write_curve(cantilever_curve(loop, 60.0 * UNITS["J/m^2"]), table)
-    assert target.read_text() == "precious" and not table.is_symlink()
-
-
-def test_a_loop_has_no_tradeoff(tmp_path, capsys):
-    (tmp_path / "loop.toml").write_text(LOOP)
-    assert main(["tradeoff", str(tmp_path / "loop.toml")]) == 2
-    assert "depend on those before: measure its deepest" in capsys.readouterr().err
-
-
-def test_a_plan_of_a_loop_has_its_deepest_state(tmp_path, capsys):
-    (tmp_path / "loop.toml").write_text(LOOP)
+def test_a_plan_of_a_loop_has_its_deepest_state_and_what_its_cantilever_holds(
+    tmp_path, capsys
+):
+    (tmp_path / "loop.toml").write_text(LOOP.replace("= 60.0", "= 0.2"))
     assert main(["plan", str(tmp_path / "loop.toml")]) == 0
     text = capsys.readouterr().out
     _, found, plan = text.partition("The deepest state of the loop")
     assert found and re.search(r"\n *1.500 +18x18 ", plan)
+    note = "Cantilever of 0.2 N/m: if the contact still pulls with more than about 0.03"
+    assert note in " ".join(text.split())
+    assert main(["tradeoff", str(tmp_path / "loop.toml")]) == 2
+    assert "depend on those before: measure its deepest" in capsys.readouterr().err
+    with pytest.raises(ValueError, match="the path is not a loop"):
+        Scene.default().loop()
 
 
 @pytest.mark.parametrize("command", ["plan", "run"])
@@ -195,11 +168,6 @@ def test_a_wall_beyond_the_roughness_is_an_error_before_a_loop_begins(
     assert message in (err if command == "run" else out)
     assert "state" not in out or command == "plan"
     assert not (tmp_path / "out").exists()
-
-
-def test_steps_are_no_loop():
-    with pytest.raises(ValueError, match="the path is not a loop"):
-        Scene.default().loop()
 
 
 def test_a_loop_does_not_replace_the_results_of_another_scene(run, tmp_path, capsys):
@@ -231,20 +199,3 @@ def test_a_folder_of_places_is_not_that_of_a_run(tmp_path, capsys):
         assert main(["run", str(scene), "--out", str(folder)]) == 2
         assert "[sphere] radius was 61.0" in capsys.readouterr().err
     assert not (folder / "sweep.traj").exists()
-
-
-def test_the_deepest_state_of_a_loop_is_among_the_maps(run, monkeypatch):
-    titles = []
-    monkeypatch.setattr(Axes, "set_title", lambda _, text, **__: titles.append(text))
-    assert main(["figure", str(run)]) == 0
-    with open(run / "curve.csv") as table:
-        states = list(table_rows(table))
-    deepest = max(states, key=lambda state: float(state["penetration"]))
-    force = f"{float(deepest['normal_force']) / UNITS['nN']:.3g} nN"
-    assert any(force in title for title in titles)
-
-
-def test_a_grid_of_places_is_two_numbers(capsys):
-    with pytest.raises(SystemExit):
-        main(["places", "scene.toml", "--grid", "4"])
-    assert "--grid: must be NxM, such as 4x4, got '4'" in capsys.readouterr().err

@@ -1,12 +1,14 @@
 """The HTML page of a run: complete, without other files, with warnings and units."""
 
 import re
-import shutil
 from dataclasses import replace
 
 import pytest
+from matplotlib.axes import Axes
 from small_scene import LOOP, SMALL
 
+from ase_roughcontact._util.files import table_rows
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.page import page
 from ase_roughcontact.scene import Scene
@@ -77,10 +79,18 @@ def test_the_page_of_a_loop_has_its_values_and_force_curves(loop):
         assert caption in text
 
 
-def test_figures_of_a_loop_are_drawn_again(loop, tmp_path, capsys):
-    folder, _ = loop
-    shutil.copytree(folder, tmp_path / "copy")
-    (tmp_path / "copy" / "loop.png").unlink()
-    assert main(["figure", str(tmp_path / "copy")]) == 0
+def test_figures_of_a_loop_are_drawn_again_with_a_map_of_the_deepest_state(
+    loop, capsys, monkeypatch
+):
+    (folder, _), titles = loop, []
+    (folder / "loop.png").unlink()
+    monkeypatch.setattr(Axes, "set_title", lambda _, text, **__: titles.append(text))
+    assert main(["figure", str(folder)]) == 0
     assert "loop.png" in capsys.readouterr().out
-    assert (tmp_path / "copy" / "loop.png").exists()
+    for name in ("loop.png", "cantilever.png", "force.png", "view.traj"):
+        assert (folder / name).stat().st_size > 5000
+    with open(folder / "curve.csv") as table:
+        states = list(table_rows(table))
+    deepest = max(states, key=lambda state: float(state["penetration"]))
+    force = f"{float(deepest['normal_force']) / UNITS['nN']:.3g} nN"
+    assert any(force in title for title in titles)

@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
-from small_scene import LOOP, SMALL
+from small_scene import SMALL
 
 from ase_roughcontact.cli import main
 
@@ -99,13 +99,6 @@ def test_doubts_about_a_scan_are_warnings(scene, tmp_path, capsys):
     main(["report", "results"])
     page = (tmp_path / "results" / "report.html").read_text()
     assert "scan.txt: the rms slope is" in page
-
-
-def test_the_plan_of_a_loop_says_what_its_cantilever_holds(tmp_path, capsys):
-    (tmp_path / "loop.toml").write_text(LOOP.replace("60.0", "0.2"))
-    main(["plan", str(tmp_path / "loop.toml")])
-    note = "Cantilever of 0.2 N/m: if the contact still pulls with more than about 0.03"
-    assert note in " ".join(capsys.readouterr().out.split())
 
 
 def test_lengths_of_errors_about_a_scan_are_in_nanometres(scene, tmp_path, capsys):
