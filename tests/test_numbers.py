@@ -66,7 +66,6 @@ FUNCTIONS = {
         partial(elasticity.FreeHalfSpace, (4, 4)),
         {"spacing": 1.0, "solid": 1.0},
     ),
-    "love_kernel": (partial(elasticity.love_kernel, np.arange(3), np.arange(3)), SOLID),
     "repulsive": (rc.LennardJones93.repulsive, SOLID),
     "adhesive": (rc.LennardJones93.adhesive, SOLID | {"work_of_adhesion": 0.02}),
     "full": (rc.LennardJones93.full, {"distance": 1.0, "work_of_adhesion": 0.04}),

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -264,11 +264,7 @@ class Creep:
 
     def todict(self) -> dict[str, Any]:
         """Return the parameters, which identify the series in files."""
-        return {
-            "compliances": list(self.compliances),
-            "times": list(self.times),
-            "flow": self.flow,
-        }
+        return asdict(self)
 
 
 class RelaxationFit(NamedTuple):

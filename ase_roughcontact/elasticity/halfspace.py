@@ -30,7 +30,7 @@ from ase_roughcontact._util.threads import available_threads, split, thread_map
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
-from ase_roughcontact.elasticity.viscoelastic import Scaled, Softened
+from ase_roughcontact.elasticity.viscoelastic import Scaled
 
 # Smallest number of grid points for which several threads are worth their start.
 _LEAST_SHARED = 256 * 256
@@ -100,9 +100,7 @@ class HalfSpace(ABC):
     def softened(self, factor: float) -> HalfSpace:
         """Return the half space of a softer solid, which shares the transform."""
         solid = self.solid.solid if isinstance(self.solid, Scaled) else self.solid
-        other = type(self)(
-            self.shape, self.spacing, Softened(solid, factor), **self.fft
-        )
+        other = type(self)(self.shape, self.spacing, Scaled(solid, factor), **self.fft)
         other.window_transform = self.window_transform
         return other
 
@@ -149,7 +147,7 @@ class HalfSpace(ABC):
         if isinstance(self.solid, Scaled):
             solid, factor = self.solid.solid, self.solid.factor
         kept = math.prod(grid) <= _LARGEST_KEPT and _by_value(solid)
-        make = _kept_spectrum if kept else _new_spectrum
+        make = _spectrum if kept else _spectrum.__wrapped__
         spectrum = make(type(self), solid, self.spacing, grid)
         return spectrum if factor == 1.0 else factor * spectrum
 
@@ -186,9 +184,7 @@ class HalfSpace(ABC):
 
         It is that of a free half space, also for a periodic cell (length/pressure).
         """
-        kept = _by_value(self.solid)
-        calculate = _kept_self_compliance if kept else type(self.solid).self_compliance
-        return calculate(self.solid, self.spacing)
+        return self.solid.self_compliance(self.spacing)
 
     @property
     def compliance(self) -> np.ndarray:
@@ -266,12 +262,12 @@ class HalfSpace(ABC):
             raise ValueError(
                 f"pressure must have the shape {self.shape}, got {pressure.shape}"
             )
-        (rows, columns), workers = self.grid, _workers(math.prod(self.grid))
+        (rows, columns), threads = self.grid, workers(math.prod(self.grid))
         # rows first: those of the padding are zero
-        spectrum = rfft(pressure, columns, axis=1, workers=workers)
-        spectrum = fft(spectrum, rows, axis=0, workers=workers)
+        spectrum = rfft(pressure, columns, axis=1, workers=threads)
+        spectrum = fft(spectrum, rows, axis=0, workers=threads)
         spectrum *= self.compliance
-        values = irfft2(spectrum, self.grid, workers=workers, overwrite_x=True)
+        values = irfft2(spectrum, self.grid, workers=threads, overwrite_x=True)
         return np.negative(values, out=values)
 
     @cached_property
@@ -369,7 +365,7 @@ class FreeHalfSpace(HalfSpace):
         def calculate(block: slice) -> None:
             kernel[block] = solid.cell_compliance(rows[block], columns, spacing)
 
-        thread_map(calculate, split(rows.size, _KERNEL_ROWS), _workers(kernel.size))
+        thread_map(calculate, split(rows.size, _KERNEL_ROWS), workers(kernel.size))
         return _even_spectrum(_even_spectrum(kernel, m, 1), n, 0)
 
 
@@ -384,7 +380,8 @@ def _by_value(solid: ElasticSolid) -> bool:
     return True
 
 
-def _new_spectrum(
+@lru_cache(_KEPT)
+def _spectrum(
     kind: type[HalfSpace], solid: ElasticSolid, spacing: float, grid: tuple[int, int]
 ) -> np.ndarray:
     spectrum = kind.calculate_spectrum(solid, spacing, grid)
@@ -392,15 +389,7 @@ def _new_spectrum(
     return spectrum
 
 
-_kept_spectrum = lru_cache(_KEPT)(_new_spectrum)
-
-
-@lru_cache(_KEPT)
-def _kept_self_compliance(solid: ElasticSolid, spacing: float) -> float:
-    return solid.self_compliance(spacing)
-
-
-def _workers(points: int) -> int:
+def workers(points: int) -> int:
     """Return the number of threads for transforms of scipy: one for small grids."""
     return available_threads() if points >= _LEAST_SHARED else 1
 
@@ -412,7 +401,7 @@ def _wrapped_distance(n: int) -> np.ndarray:
 
 def _even_spectrum(half: np.ndarray, n: int, axis: int) -> np.ndarray:
     """Transform n values that are even, ``f(k) = f(n - k)``, given the first half."""
-    options: dict[str, Any] = {"axis": axis, "workers": _workers(half.size)}
+    options: dict[str, Any] = {"axis": axis, "workers": workers(half.size)}
     if n % 2 == 0:
         return dct(half, 1, overwrite_x=True, **options)
     return rfft(half.take(_wrapped_distance(n), axis), **options).real

@@ -1,27 +1,32 @@
-r"""Lateral response of a half space to lateral tractions, periodic or free.
+r"""Response of a half space to lateral tractions, and its coupling to pressure.
 
 Tractions :math:`t = (t_x, t_y)` displace the surface by :math:`u = G * t`, where G is
 the 2 x 2 matrix of the solid (see `greens`), as pressure does in `halfspace`: a
 periodic half space multiplies in Fourier space, with the mean displacement set to zero,
-and a free one on a grid padded to at least ``2n - 1`` cells.
+and a free one on a grid padded to at least ``2n - 1`` cells. Pressure p displaces the
+surface sideways, too, and tractions displace it upward,
+
+.. math:: u_a = C_a * p, \qquad u_z = \sum_a C_a * t_a ,
+
+with the same odd functions :math:`C_a`, as an elastic energy
+:math:`\tfrac12 t \cdot G * t + t \cdot C * p + \tfrac12 p\, G_{zz} * p` has it.
 """
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, rfft, rfft2
 
-from ase_roughcontact._util.threads import available_threads
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.circulant import padded_box
 from ase_roughcontact.elasticity.greens import ElasticSolid
-from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, workers
 
-# Smallest number of grid points for which several threads are worth their start.
-_LEAST_SHARED = 256 * 256
 # Compliance of a uniform traction of a periodic half space, which displaces nothing,
 # relative to the largest one, so that matrices are definite.
 _UNIFORM = 1e-10
@@ -29,7 +34,53 @@ _UNIFORM = 1e-10
 _SOFTEST = 1e-6
 
 
-class LateralHalfSpace:
+class _Response(ABC):
+    """Response of a window of surface cells; the parameters of `LateralHalfSpace`."""
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        spacing: float,
+        solid: ElasticSolid,
+        periodic: bool = False,
+    ) -> None:
+        self.shape = grid_shape(shape)
+        positive(spacing=spacing)
+        self.spacing, self.solid, self.periodic = float(spacing), solid, periodic
+        self.grid = self.shape if periodic else FreeHalfSpace.padded_shape(self.shape)
+        self._compliance = self.spectrum(self.grid)
+
+    def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
+        """Return the Fourier transform of the Green's function on a grid.
+
+        Parameters
+        ----------
+        grid : (int, int)
+            Shape ``(N, M)``.
+
+        Returns
+        -------
+        ndarray, shape (components, N, M//2 + 1)
+            Real (length/pressure).
+        """
+        if self.periodic:
+            qx = 2 * np.pi * np.fft.fftfreq(grid[0], self.spacing)[:, None]
+            qy = 2 * np.pi * np.fft.rfftfreq(grid[1], self.spacing) + 0.0 * qx
+            qy[0, 0] = 1.0 / self.spacing  # any finite wave: the mean is set below
+            return self._of_waves(qx, qy)
+        i, j = (np.fft.fftfreq(n, 1.0 / n).round() for n in grid)
+        return self._of_cells(i[:, None], j)
+
+    @abstractmethod
+    def _of_waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the spectrum of a periodic half space."""
+
+    @abstractmethod
+    def _of_cells(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Return the spectrum of a free half space, of lattice vectors (i, j)."""
+
+
+class LateralHalfSpace(_Response):
     """Lateral response of a window of surface cells.
 
     Parameters
@@ -58,37 +109,7 @@ class LateralHalfSpace:
         If the solid has no lateral components.
     """
 
-    def __init__(
-        self,
-        shape: tuple[int, int],
-        spacing: float,
-        solid: ElasticSolid,
-        periodic: bool = False,
-    ) -> None:
-        self.shape = grid_shape(shape)
-        positive(spacing=spacing)
-        self.spacing, self.solid, self.periodic = float(spacing), solid, periodic
-        self.grid = self._wrapped = self.shape
-        if not periodic:
-            self.grid = FreeHalfSpace.padded_shape(self.shape)
-            self._wrapped = padded_box(self.shape)
-        self.pairs = 0.0
-        self._compliance = self.spectrum(self.grid)
-
-    def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
-        """Return the Fourier transform of the Green's function on a grid.
-
-        Parameters
-        ----------
-        grid : (int, int)
-            Shape ``(N, M)``.
-
-        Returns
-        -------
-        ndarray, shape (3, N, M//2 + 1)
-            Components xx, yy and xy, real (length/pressure).
-        """
-        return self._of_waves(grid) if self.periodic else self._of_cells(grid)
+    pairs = 0.0
 
     @cached_property
     def self_compliance(self) -> float:
@@ -115,8 +136,7 @@ class LateralHalfSpace:
         ndarray, shape (2, n, m)
             Along x and y (length); its mean is zero if periodic.
         """
-        self.pairs += 1.0
-        return _filtered(tractions, self._compliance, self.grid)
+        return self._multiplied(tractions, self._compliance, self.grid)
 
     def tractions(self, displacement: np.ndarray) -> np.ndarray:
         """Return the tractions that cause a displacement of the grid: one FFT pair.
@@ -132,20 +152,11 @@ class LateralHalfSpace:
             Pressure; if periodic their mean is zero, and that of the displacement has
             no effect.
         """
-        self.pairs += 1.0
-        return _filtered(displacement, self._exact_stiffness, self.grid)
-
-    @cached_property
-    def _exact_stiffness(self) -> np.ndarray:
-        matrix = _inverse(self._compliance)
-        if self.periodic:
-            matrix[:, 0, 0] = 0.0
-        return matrix
+        return self._multiplied(displacement, self._stiffness, self.grid)
 
     def relative_displacement(self, tractions: np.ndarray) -> np.ndarray:
         """Return `displacement` over the self-compliance, in single precision."""
-        self.pairs += 1.0
-        return _filtered(tractions, self._relative_compliance, self.grid)
+        return self._multiplied(tractions, self._relative_compliance, self.grid)
 
     def relative_stiffness(self, displacement: np.ndarray) -> np.ndarray:
         """Return approximate tractions that cause a relative displacement.
@@ -154,8 +165,18 @@ class LateralHalfSpace:
         symmetric and positive definite; it takes and returns arrays (2, n, m) of single
         precision.
         """
-        self.pairs += math.prod(self._wrapped) / math.prod(self.grid)
-        return _filtered(displacement, self._relative_stiffness, self._wrapped)
+        return self._multiplied(displacement, self._relative_stiffness, self._wrapped)
+
+    @property
+    def _wrapped(self) -> tuple[int, int]:
+        return self.shape if self.periodic else padded_box(self.shape)
+
+    @cached_property
+    def _stiffness(self) -> np.ndarray:
+        matrix = _inverse(self._compliance)
+        if self.periodic:
+            matrix[:, 0, 0] = 0.0
+        return matrix
 
     @cached_property
     def _relative_compliance(self) -> np.ndarray:
@@ -166,43 +187,101 @@ class LateralHalfSpace:
         inverse = _inverse(self.spectrum(self._wrapped) / self.self_compliance)
         return inverse.astype(np.float32)
 
-    def _of_waves(self, grid: tuple[int, int]) -> np.ndarray:
-        spectrum = self.solid.lateral_wave_compliance(*wave_vectors(grid, self.spacing))
+    def _of_waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        spectrum = self.solid.lateral_wave_compliance(qx, qy)
         least = _UNIFORM * float(spectrum[:2].max())
         spectrum[:, 0, 0] = least, least, 0.0
-        return _without_edges(spectrum, grid)
+        return _without_edges(spectrum, self.grid, (2, 0), (2, 1))
 
-    def _of_cells(self, grid: tuple[int, int]) -> np.ndarray:
-        cells = self.solid.lateral_cell_compliance(*cell_vectors(grid), self.spacing)
-        return rfft2(_without_edges(cells, grid)).real
+    def _of_cells(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        cells = self.solid.lateral_cell_compliance(i, j, self.spacing)
+        cells = _without_edges(cells, cells.shape[1:], (2, 0), (2, 1))
+        return rfft2(cells).real
 
+    def _multiplied(
+        self, values: np.ndarray, matrix: np.ndarray, grid: tuple[int, int]
+    ) -> np.ndarray:
+        """Multiply two fields by symmetric matrices of their spectra on a grid."""
 
-def wave_vectors(
-    grid: tuple[int, int], spacing: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return qx and qy of the waves of a grid; any finite wave in place of zero."""
-    qx = 2 * np.pi * np.fft.fftfreq(grid[0], spacing)[:, None]
-    qy = 2 * np.pi * np.fft.rfftfreq(grid[1], spacing) + 0.0 * qx
-    qy[0, 0] = 1.0 / spacing
-    return qx, qy
+        def multiply(spectra: np.ndarray) -> np.ndarray:
+            x, y = spectra
+            xx, yy, xy = matrix
+            products = np.empty_like(spectra)
+            np.multiply(xx, x, out=products[0])
+            np.multiply(yy, y, out=products[1])
+            spectra *= xy
+            products += spectra[::-1]
+            return products
 
-
-def cell_vectors(grid: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lattice vectors (i, j) of the cells of a grid from the first one."""
-    i, j = (np.fft.fftfreq(n, 1.0 / n).round() for n in grid)
-    return i[:, None], j
-
-
-def workers_of(grid: tuple[int, int]) -> int:
-    """Return the number of threads of a transform."""
-    return available_threads() if math.prod(grid) >= _LEAST_SHARED else 1
+        self.pairs += math.prod(grid) / math.prod(self.grid)
+        return _filtered(values, multiply, grid)
 
 
-def _without_edges(values: np.ndarray, grid: tuple[int, int]) -> np.ndarray:
-    """Set the odd component to zero where the signs of both ends of a period meet."""
-    for axis, n in enumerate(grid):
-        if n % 2 == 0:
-            values[2].swapaxes(0, axis)[n // 2] = 0.0
+class CrossResponse(_Response):
+    """Lateral displacement by pressure, and normal displacement by tractions.
+
+    Parameters
+    ----------
+    shape, spacing, solid, periodic
+        See `LateralHalfSpace`; the solid needs `cross_wave_compliance` if periodic, and
+        else `cross_cell_compliance`.
+
+    Raises
+    ------
+    ValueError
+        If shape or spacing are not valid.
+    NotImplementedError
+        If the solid has no coupled components.
+    """
+
+    def lateral(self, pressure: np.ndarray) -> np.ndarray:
+        """Return the displacement along x and y by a pressure.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape (n, m)
+
+        Returns
+        -------
+        ndarray, shape (2, n, m)
+        """
+        return _filtered(pressure, lambda p: 1j * self._compliance * p, self.grid)
+
+    def normal(self, tractions: np.ndarray) -> np.ndarray:
+        """Return the upward displacement by tractions along x and y.
+
+        Parameters
+        ----------
+        tractions : ndarray, shape (2, n, m)
+            On the surface (pressure).
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+        """
+
+        def multiply(spectra: np.ndarray) -> np.ndarray:
+            return 1j * (self._compliance * spectra).sum(axis=0)
+
+        return _filtered(tractions, multiply, self.grid)
+
+    def _of_waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        spectrum = self.solid.cross_wave_compliance(qx, qy)
+        spectrum[:, 0, 0] = 0.0  # the mean displaces nothing
+        return _without_edges(spectrum, self.grid, (0, 0), (1, 1))
+
+    def _of_cells(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        cells = self.solid.cross_cell_compliance(i, j, self.spacing)
+        return rfft2(cells).imag  # of the odd part
+
+
+def _without_edges(
+    values: np.ndarray, grid: tuple[int, ...], *odd: tuple[int, int]
+) -> np.ndarray:
+    """Set odd components, along an axis, to zero where the ends of a period meet."""
+    for component, axis in odd:
+        if grid[axis] % 2 == 0:
+            values[component].swapaxes(0, axis)[grid[axis] // 2] = 0.0
     return values
 
 
@@ -220,19 +299,14 @@ def _inverse(spectrum: np.ndarray) -> np.ndarray:
 
 
 def _filtered(
-    values: np.ndarray, matrix: np.ndarray, grid: tuple[int, int]
+    values: np.ndarray,
+    multiply: Callable[[np.ndarray], np.ndarray],
+    grid: tuple[int, int],
 ) -> np.ndarray:
-    """Multiply two fields on a window of a grid by a 2 x 2 matrix of their spectra."""
-    _, n, m = values.shape
-    workers = workers_of(grid)
+    """Apply an operation to the spectra of fields on a window of a grid."""
+    (n, m), threads = values.shape[-2:], workers(math.prod(grid))
     # rows first: those of the padding are zero
-    spectra = fft(rfft(values, grid[1], workers=workers), grid[0], 1, workers=workers)
-    x, y = spectra
-    xx, yy, xy = matrix
-    products = np.empty_like(spectra)
-    np.multiply(xx, x, out=products[0])
-    np.multiply(yy, y, out=products[1])
-    spectra *= xy
-    products += spectra[::-1]
-    rows = ifft(products, axis=1, workers=workers, overwrite_x=True)[:, :n]
-    return irfft(rows, grid[1], workers=workers)[:, :, :m]
+    rows = rfft(values, grid[1], workers=threads)
+    products = multiply(fft(rows, grid[0], -2, workers=threads))
+    rows = ifft(products, axis=-2, workers=threads, overwrite_x=True)[..., :n, :]
+    return irfft(rows, grid[1], workers=threads)[..., :m]

@@ -132,20 +132,13 @@ def crystal_modulus(symbol: str) -> float:
 
 def _hill(stiffness: np.ndarray, compliance: np.ndarray) -> tuple[float, float]:
     """Return Hill's averages of the bulk and the shear modulus."""
-    normal, coupling, shear = _sums(stiffness)
-    voigt_bulk = (normal + 2.0 * coupling) / 9.0
-    voigt_shear = (normal - coupling + 3.0 * shear) / 15.0
-    normal, coupling, shear = _sums(compliance)
-    reuss_bulk = 1.0 / (normal + 2.0 * coupling)
-    reuss_shear = 15.0 / (4.0 * normal - 4.0 * coupling + 3.0 * shear)
-    return (voigt_bulk + reuss_bulk) / 2.0, (voigt_shear + reuss_shear) / 2.0
-
-
-def _sums(matrix: np.ndarray) -> tuple[float, float, float]:
-    """Return the sums of the normal, the coupling and the shear entries."""
-    diagonal = np.diag(matrix)
-    coupling = matrix[0, 1] + matrix[1, 2] + matrix[0, 2]
-    return float(diagonal[:3].sum()), float(coupling), float(diagonal[3:].sum())
+    (total, trace, shear), (s_total, s_trace, s_shear) = (
+        (m[:3, :3].sum(), np.trace(m[:3, :3]), np.trace(m[3:, 3:]))
+        for m in (stiffness, compliance)
+    )
+    voigt = total / 9.0, (3.0 * trace - total + 6.0 * shear) / 30.0
+    reuss = 1.0 / s_total, 7.5 / (3.0 * s_trace - s_total + 1.5 * s_shear)
+    return float(voigt[0] + reuss[0]) / 2.0, float(voigt[1] + reuss[1]) / 2.0
 
 
 def fcc_spacing(symbol: str) -> float:

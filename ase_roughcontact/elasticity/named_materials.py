@@ -19,7 +19,6 @@ J. N. Israelachvili, Intermolecular and Surface Forces, 3rd ed. (2011), Ch. 13.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
@@ -73,19 +72,6 @@ class Material:
     poisson: float | None = None
 
 
-def _isotropic(young: float, poisson: float) -> tuple[float, float]:
-    return young / (1.0 - poisson**2), poisson
-
-
-def _average(symbol: str) -> tuple[float, float]:
-    return crystal_modulus(symbol), poisson_ratio(crystal_constants(symbol))
-
-
-def _from_hamaker(constant: float) -> float:
-    """Return a surface energy (J/m^2) for a Hamaker constant (1e-20 J)."""
-    return constant * 1e-20 / (24.0 * math.pi * (ATTRACTION_RANGE * 1e-9) ** 2)
-
-
 def indentation_modulus(c11: float, c33: float, c13: float, c44: float) -> float:
     """Return the contact modulus of a transversely isotropic solid along its axis, 3.
 
@@ -98,29 +84,34 @@ def indentation_modulus(c11: float, c33: float, c13: float, c44: float) -> float
     return 2.0 * math.sqrt((c11 * c33 - c13**2) / (c11 * shear))
 
 
-def _read(**entry: Any) -> Material:
+def _read(
+    crystal: str = "",
+    isotropic: tuple[float, float] | None = None,
+    axial: tuple[float, ...] = (),
+    hamaker: float | None = None,
+    **entry: Any,
+) -> Material:
     """Return the material of an entry of the file ``materials.toml``."""
-    kind, modulus = next((k, m) for k, m in _MODULI.items() if k in entry)
-    contact_modulus, poisson = modulus(entry.pop(kind))
-    if "hamaker" in entry:
-        entry["surface_energy"] = _from_hamaker(entry.pop("hamaker"))
-    return Material(contact_modulus, poisson=poisson, **entry)
+    moduli: tuple[float, float | None]
+    if crystal:
+        moduli = crystal_modulus(crystal), poisson_ratio(crystal_constants(crystal))
+    elif isotropic:
+        moduli = isotropic[0] / (1.0 - isotropic[1] ** 2), isotropic[1]
+    else:
+        moduli = indentation_modulus(*axial), None
+    if hamaker is not None:  # in 1e-20 J, to J/m^2
+        area = 24.0 * math.pi * (ATTRACTION_RANGE * 1e-9) ** 2
+        entry["surface_energy"] = hamaker * 1e-20 / area
+    return Material(moduli[0], poisson=moduli[1], **entry)
 
 
-# Contact moduli and Poisson's ratios.
-_MODULI: dict[str, Callable[[Any], tuple[float, float | None]]] = {
-    "crystal": _average,
-    "isotropic": lambda constants: _isotropic(*constants),
-    "axial": lambda constants: (indentation_modulus(*constants), None),
-}
 #: Materials by name, from the file ``materials.toml``. Crystals of `CRYSTALS` are
 #: known, too; see `material`.
 MATERIALS = {name: _read(**entry) for name, entry in TABLES["materials"].items()}
-_CRYSTALS = {
-    each: Material(modulus, MATERIALS["Si"].source, each, poisson=poisson)
-    for each, (modulus, poisson) in ((each, _average(each)) for each in CRYSTALS)
-}
-_KNOWN = _CRYSTALS | MATERIALS
+_KNOWN = {
+    each: _read(crystal=each, source=MATERIALS["Si"].source, symbol=each)
+    for each in CRYSTALS
+} | MATERIALS
 
 
 def material(name: str) -> Material:

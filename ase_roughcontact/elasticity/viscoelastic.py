@@ -12,7 +12,7 @@ pressure :math:`m`, and the step is a contact with a solid softer by :math:`J_s`
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,11 +22,26 @@ from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 
 
+@dataclass(frozen=True)
 class Scaled(ElasticSolid):
-    """Solid whose compliance is that of another one times a factor."""
+    """Solid whose compliance is that of another one times a factor.
+
+    Parameters
+    ----------
+    solid : ElasticSolid
+    factor : float
+
+    Raises
+    ------
+    ValueError
+        If the factor is not positive.
+    """
 
     solid: ElasticSolid
     factor: float
+
+    def __post_init__(self) -> None:
+        positive(factor=self.factor)
 
     @property
     def elastic(self) -> ElasticSolid:
@@ -69,28 +84,6 @@ class Scaled(ElasticSolid):
 
 
 @dataclass(frozen=True)
-class Softened(Scaled):
-    """Solid whose compliance is that of another one times a factor.
-
-    Parameters
-    ----------
-    solid : ElasticSolid
-    factor : float
-
-    Raises
-    ------
-    ValueError
-        If the factor is not positive.
-    """
-
-    solid: ElasticSolid
-    factor: float
-
-    def __post_init__(self) -> None:
-        positive(factor=self.factor)
-
-
-@dataclass(frozen=True)
 class Viscoelastic(Scaled):
     r"""Linear viscoelastic solid.
 
@@ -118,9 +111,8 @@ class Viscoelastic(Scaled):
     """
 
     solid: Any
+    factor: float = field(default=1.0, init=False, repr=False)
     creep: Creep
-
-    factor = 1.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.solid, ElasticSolid):
@@ -133,12 +125,9 @@ class Viscoelastic(Scaled):
         """Solid to which it relaxes; raises `ValueError` for a fluid."""
         if not self.creep.relaxed:
             raise ValueError("a fluid relaxes to no solid: its creep has a flow")
-        return Softened(self.solid, 1.0 / self.creep.relaxed)
+        return Scaled(self.solid, 1.0 / self.creep.relaxed)
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, which identify the solid in files."""
-        return {
-            "name": type(self).__name__,
-            "solid": self.solid.todict(),
-            "creep": self.creep.todict(),
-        }
+        parts = {"solid": self.solid.todict(), "creep": self.creep.todict()}
+        return {"name": type(self).__name__, **parts}

@@ -22,7 +22,7 @@ import numpy as np
 
 from ase_roughcontact.contact import Problem, State
 from ase_roughcontact.contact.state import TRACTION_DEPTH
-from ase_roughcontact.elasticity.cross import CrossResponse
+from ase_roughcontact.elasticity.lateral import CrossResponse
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
 

@@ -21,8 +21,7 @@ from ase_roughcontact._util.validation import (
     positive,
 )
 from ase_roughcontact.analysis.friction import loop_energies, static_friction
-from ase_roughcontact.elasticity.cross import CrossResponse
-from ase_roughcontact.elasticity.lateral import LateralHalfSpace
+from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
 from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_records import SlidingStep
 from ase_roughcontact.paths.record import LoadStep

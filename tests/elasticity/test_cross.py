@@ -15,9 +15,8 @@ from ase_roughcontact.elasticity import (
     cross_kernel,
 )
 from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.elasticity.cross import CrossResponse
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
-from ase_roughcontact.elasticity.lateral import LateralHalfSpace
+from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
 from ase_roughcontact.elasticity.named_materials import dundurs_parameter
 
 NU, BETA = 0.3, 0.4 / 1.4

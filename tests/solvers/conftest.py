@@ -5,7 +5,7 @@ import pytest
 
 from ase_roughcontact import Creep, Viscoelastic
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.viscoelastic import Scaled, Softened
+from ase_roughcontact.elasticity.viscoelastic import Scaled
 
 CREEP = Creep([0.5, 2.0], [0.3, 4.0], flow=0.1)
 SHORT = 0.01
@@ -27,7 +27,7 @@ def kind_of_solid(request, monkeypatch):
         if isinstance(halfspace.solid, Scaled):
             elastic(self, halfspace, heights, *others, **past)
             return
-        solid = Viscoelastic(Softened(halfspace.solid, 1.0 / softer), CREEP)
+        solid = Viscoelastic(Scaled(halfspace.solid, 1.0 / softer), CREEP)
         crept = type(halfspace)(
             halfspace.shape, halfspace.spacing, solid, **halfspace.fft
         )
