@@ -1,34 +1,25 @@
 """Scenes and scene files."""
 
 import pickle
+from unittest.mock import patch
 
 import numpy as np
 import pytest
+from ase.optimize import LBFGS
 from small_scene import SMALL
 
-import ase_roughcontact as rc
+from ase_roughcontact import NewtonKrylov
 from ase_roughcontact.interactions import wall_parameters
-from ase_roughcontact.paths.accuracy import OF_ATOMS
-from ase_roughcontact.scene import Scene, Steps, default_text
+from ase_roughcontact.scene import OPTIMIZERS, Scene, Steps, default_text, on_modes
 from ase_roughcontact.scene.config import SubstrateConfig
 from ase_roughcontact.scene.file import SECTIONS
 
 
-def test_lengths_of_the_indenter_are_in_units_of_the_spacing():
-    scene = Scene.parse(SMALL)
-    a0 = rc.fcc_spacing("Cu")
-    rough = rc.SelfAffine(0.1, 0.8, 4 * a0, 16 * a0)
-    assert scene.surface == rc.RoughSphere(60 * a0, rough)
-
-
 def test_built_in_scene_is_the_paper_s_roughness_over_four_decades_of_load():
     scene = Scene.default()
-    assert scene.shape is None
-    assert scene.sphere.radius == 2500.0
-    assert (scene.roughness.short_wavelength, scene.roughness.long_wavelength) == (
-        4.0,
-        512.0,
-    )
+    rough = scene.roughness
+    assert scene.shape is None and scene.sphere.radius == 2500.0
+    assert (rough.short_wavelength, rough.long_wavelength) == (4.0, 512.0)
     assert len(scene.targets) >= 10
     assert scene.targets[-1] / scene.targets[0] == pytest.approx(1e4)
 
@@ -36,10 +27,11 @@ def test_built_in_scene_is_the_paper_s_roughness_over_four_decades_of_load():
 def test_the_built_in_scene_explains_every_key():
     text = default_text()
     for title, section in SECTIONS.items():
+        keys = dict.fromkeys(section().entries())
+        if title == "interaction":
+            keys |= dict.fromkeys(wall_parameters())
         assert f"[{title}]" in text
-        keys = section().entries() | dict.fromkeys(wall_parameters())
-        wanted = keys if title == "interaction" else section().entries()
-        assert [key for key in wanted if f"{key} = " not in text] == []
+        assert [key for key in keys if f"{key} = " not in text] == []
 
 
 def test_adhesion_increases_the_predicted_area_unless_flats_adhere():
@@ -123,46 +115,28 @@ WALL = 'kind = "full"\nwork_of_adhesion = '
         ("substrate", 'symbol = "Fe"', "the .* of Fe is not known"),
         ("substrate", 'symbol = "Sj"', "unknown chemical symbol 'Sj'$"),
         ("substrate", "shape = [0, 4]", "shape must be two whole numbers >= 1"),
-        ("substrate", f"shape = [{HUGE}, 1]", "shape must be"),
         ("substrate", "periodic = true", "shape = .auto. needs a free half space"),
         ("sphere", "radius = -1", "radius must be a finite number > 0, got -1"),
-        ("sphere", f"radius = {HUGE}", "radius must be a finite number"),
         ("sphere", 'radius = "-1 nm"', "radius must be a finite .*, got '-1 nm'"),
         ("sphere", 'radius = "2 Å"', r"a0 = 2.553 Å, got '2 Å', 0.783 a0"),
         ("sphere", 'profile = "cone"', "profile must be 'paraboloid' or 'sphere'"),
         ("roughness", "rms_slope = 0", "rms_slope must be a finite number > 0"),
-        ("roughness", "hurst = 1.5", "hurst must lie between 0 and 1, got 1.5"),
-        ("roughness", "short_wavelength = 600", "short_wavelength = 600, got 512"),
         ("roughness", "short_wavelength = 1.0", "must be at least 2 a0 .* got 1"),
         ("roughness", 'long_wavelength = "x"', "long_wavelength must be a number, or"),
-        ("roughness", "seed = -1", "seed must be an integer >= 0, got -1"),
         ("roughness", "domain = 3.0", "domain must be at least long_wavelength = 512"),
-        (
-            "roughness",
-            "long_wavelength = 39.7\ndomain = 200.5",
-            'domain must be a whole number of a0, got 200.5 a0: give "201 a0',
-        ),
+        ("roughness", "domain = 2048.5", 'whole number of a0, .*: give "2049 a0'),
         ("interaction", 'kind = "sof"\nrange = 1', "unknown kind of interaction 'sof'"),
         ("interaction", 'kind = "full"', "kind = 'full' needs work_of_adhesion"),
-        (
-            "interaction",
-            "cutoff = 3\nexponent = 2",
-            "has no cutoff, got 3; .* no exponent",
-        ),
-        ("interaction", f"{WALL}1.0\ncutoff = 1.0", "cutoff must be larger than attr"),
+        ("interaction", "cutoff = 3\nexponent = 2", "has no cutoff, .* no exponent"),
         ("interaction", f"{WALL}50.0", r"> 0 and < 10 J/m\^2, got 50.0"),
         ("path", "values = 0.3", "values must be a list of numbers, got"),
-        ("path", "values = ['1']", "values must be a list of numbers, got"),
         ("path", "values = [true]", "values must be a list of numbers, got"),
         ("path", "values = []", "values must have at least one step"),
-        ("path", "values = [nan]", "values must be finite"),
         ("path", f"values = [{HUGE}]", "values must be"),
         ("path", 'control = "lod"\nvalues = [1.0]', "unknown control 'lod'; .*'load'"),
         ("path", "first = 1.0", "give either values, or .*, got first"),
         ("path", "values = [1.0]\nfirst = 1.0", "give either .*, got values, first"),
-        ("path", "first = inf\nlast = 1\nsteps = 2", "first must be a finite number"),
         ("path", "first = 1\nlast = 2\nsteps = 0", "steps must be an integer >= 1"),
-        ("path", "first = 1\nlast = 2\nsteps = true", "steps must be a number"),
         ("path", "first = 1\nlast = 2\nsteps = 10000000", "steps must be at most 1000"),
         ("path", "first = -1\nlast = 2\nsteps = 2", "geometric path needs first and"),
         ("solver", "accuracy = 2.0", "accuracy must be a relative error from"),
@@ -220,35 +194,22 @@ def test_independent_errors_are_reported_at_once():
         assert part in str(error.value)
 
 
-def test_the_default_domain_is_an_integer_number_of_spacings_suited_to_ffts():
-    def side(long_wavelength):
-        text = SMALL.replace("long_wavelength = 16.0", long_wavelength)
-        scene = Scene.parse(text)
-        return scene.surface.roughness.side / scene.spacing
-
-    assert side("long_wavelength = 39.7") == pytest.approx(160.0, rel=1e-14)
-    assert side("long_wavelength = 39.75") == pytest.approx(159.0, rel=1e-14)
-    assert len(Scene.parse(SMALL.replace("16.0", "39.7")).atoms()) > 32 * 30
+@pytest.mark.parametrize("longest, side", [("39.7", 160.0), ("39.75", 159.0)])
+def test_the_default_domain_is_a_number_of_spacings_suited_to_ffts(longest, side):
+    scene = Scene.parse(SMALL.replace("16.0", longest))
+    assert scene.rough.side / scene.spacing == pytest.approx(side, rel=1e-14)
 
 
-def test_a_roughness_that_needs_too_much_memory_is_an_error(tmp_path):
-    file = tmp_path / "large.toml"
-    file.write_text("[roughness]\nlong_wavelength = 1e6\n[path]\nvalues = [1.0]\n")
-    message = (
-        r"large.toml: \[roughness\] .* domain of 4000000 x 4000000 .* smaller domain"
-    )
+def test_a_roughness_that_needs_too_much_memory_is_an_error():
+    scene = Scene.parse("[roughness]\nlong_wavelength = 1e6\n[path]\nvalues = [1.0]\n")
+    message = r"large: \[roughness\] .* domain of 4000000 x 4000000 .* smaller domain"
     with pytest.raises(MemoryError, match=message):
-        Scene.read(file)
+        scene.check("large")
 
 
-def test_accuracy_is_a_name_or_a_number_and_fmax_replaces_it():
-    text = SMALL.replace("fmax = 1e-4", 'accuracy = "high"')
-    assert Scene.parse(text).accuracy.error == OF_ATOMS
-    assert Scene.parse(text).fmax is None
-    scene = Scene.parse(SMALL.replace("fmax", "accuracy = 1e-3\nfmax"))
-    assert scene.accuracy.error == 1e-3
-    tolerance = 1e-4 * scene.contact_modulus * scene.spacing**2
-    assert next(scene.relax()).tolerance == tolerance
+def test_words_for_the_accuracy_are_one_number_for_atoms():
+    scene = Scene.parse(SMALL.replace("fmax = 1e-4", 'accuracy = "high"'))
+    assert (scene.accuracy.error, scene.fmax) == (1e-4, None)
 
 
 def test_relax_can_begin_in_the_middle_of_the_path():
@@ -262,3 +223,21 @@ def test_a_scene_is_sent_to_processes_without_what_was_built():
     short = pickle.dumps(scene)
     scene.check()
     assert pickle.dumps(scene) == short and pickle.loads(short) == scene
+
+
+class FewSteps(NewtonKrylov):
+    """Newton-Krylov solver that takes one step at most."""
+
+    def run(self, fmax=0.05, steps=1):
+        return super().run(fmax, min(steps, 1))
+
+
+@pytest.mark.parametrize(
+    "optimizer, converged",
+    [(on_modes(LBFGS, alpha=1.0, memory=5), True), (FewSteps, False)],
+)
+def test_a_scene_file_names_an_optimizer_after_one_entry(optimizer, converged):
+    text = SMALL.replace("LBFGS", "mine").replace("[32, 30]", "[22, 20]")
+    with patch.dict(OPTIMIZERS, mine=optimizer):
+        steps = list(Scene.parse(text.replace("0.6", "0.3")).relax())
+    assert {step.converged for step in steps} == {converged}

@@ -1,19 +1,23 @@
-"""Solids of scene files."""
+"""Solids of scene files: moduli, hardness, and how a run names them."""
 
 import json
+import math
 
 import numpy as np
 import pytest
 from ase.build import bulk
-from ase.calculators.eam import EAM
 from ase.units import GPa
-from matscipy.calculators.eam.io import read_eam, write_eam
+from matscipy.calculators.eam.io import EAMParameters, write_eam
 from small_scene import SMALL
 from spring_crystal import fcc_springs
 
+import ase_roughcontact as rc
 from ase_roughcontact.cli import main
+from ase_roughcontact.cli.description import bodies, theory
 from ase_roughcontact.elasticity import Crystal, Cubic, Isotropic, Layer
+from ase_roughcontact.elasticity.material import HARDNESS
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import reference_for
 
 A = 3.6
 
@@ -129,21 +133,14 @@ def test_a_plan_tells_that_uniform_compression_is_left_out():
         ("anisotropic = true", "elastic_constants instead of contact_modulus"),
         ('symbol = "Si"\nmaterial = "Au"', "not both, got 'Si' and 'Au'"),
         ('material = "silica"', "did you mean 'SiO2'"),
-        (
-            "layer_modulus = 5.0\nlayer_poisson = 0.0",
-            "layer_thickness; layer_poisson ne",
-        ),
+        ("layer_modulus = 5.0\nsliding = true", "layer_thickness; sliding needs"),
         ("layer_thickness = 5.0", "give layer_modulus"),
         (LAYER.replace("50.0", "1e6"), "layer_modulus is in GPa"),
         (f"{LAYER}\nlayer_poisson = 0.7", "poisson must be"),
         (f"{LAYER}\nrigid_base = true", "a rigid base has no contact_modulus"),
-        (f"{LAYER}\nrigid_base = true\n{CONSTANTS}", "rigid base has no elastic_const"),
-        (f"{LAYER}\nrigid_base = true\npoisson = 0.3", "a rigid base has no poisson"),
-        ("anisotropic = true\nelastic_constants = [168e9, 121e9, 75e9]", "is in GPa"),
         ("elastic_constants = [168e9, 121e9, 75e9]", "elastic_constants is in GPa"),
         ('calculator = "emt"', "contact_modulus follows from the forces"),
         ('surface = "bcc100"', "surface needs one of calculator, potential, crystal, "),
-        (f'{LAYER}\nsurface = "fcc100"', "surface needs one of calculator"),
     ],
 )
 def test_contradictions_are_errors(lines, message):
@@ -159,9 +156,7 @@ def test_contradictions_are_errors(lines, message):
         ('calculator = "emt"\nsymbol = "Pb"', "EMT knows .* Al, .*Pt, got .*'Pb'"),
         ('potential = "missing.alloy"', "can't read .*missing.alloy"),
         ('potential = "."', "can't read .*directory"),
-        ('crystal = "."', "can't read .*directory"),
         ('potential = "Cu.eam.fs"', "in the format eam/fs: .*from the end of the name"),
-        ('potential = "Cu.eam"', "in the format eam: "),
         ('potential = "Cu.adp"', "in the format eam/alloy: .*written with Python"),
         ('calculator = "emt"\nsurface = "bcc100"', "Cu is fcc, .*surface='fcc100'"),
         ('anisotropic = true\nsurface = "fcc111"', "surface"),
@@ -173,7 +168,7 @@ def test_contradictions_are_errors(lines, message):
 )
 def test_unsuitable_files_are_errors(lines, message, crystal_file):
     folder = crystal_file.parent
-    for name in ("small_scene.py", "Cu.eam.fs", "Cu.eam", "Cu.adp"):
+    for name in ("small_scene.py", "Cu.eam.fs", "Cu.adp"):
         (folder / name).write_text(SMALL)
     text = SMALL.replace("contact_modulus = 100.0", lines)
     with pytest.raises(ValueError, match=message):
@@ -190,11 +185,11 @@ def test_calculators_by_name(tmp_path):
 
 @pytest.mark.slow
 def test_formats_of_potentials_of_embedded_atoms(tmp_path):
-    alloy, fs = tmp_path / "Cu.eam.alloy", tmp_path / "Cu.eam.fs"
-    write_sutton_chen(alloy, cutoff=4.5)
-    source, parameters, embedding, density, pair = read_eam(alloy)
-    write_eam(source, parameters, embedding, density[:, None], pair, fs, "eam/fs")
-    first, second = (scene(f'potential = "{file}"', "").solid for file in (alloy, fs))
+    solids = []
+    for kind in ("alloy", "fs"):
+        write_sutton_chen(tmp_path / f"Cu.eam.{kind}", f"eam/{kind}")
+        solids.append(scene(f'potential = "{tmp_path}/Cu.eam.{kind}"', "").solid)
+    first, second = solids
     assert 3.5 < first.spacing * np.sqrt(2) < 3.7
     assert 40 < first.contact_modulus / GPa < 200
     assert max(first.figures.values()) < 1e-4
@@ -202,41 +197,99 @@ def test_formats_of_potentials_of_embedded_atoms(tmp_path):
     assert second.contact_modulus == pytest.approx(first.contact_modulus, rel=1e-4)
 
 
-def write_sutton_chen(file, cutoff=5.0):
+def write_sutton_chen(file, kind, cutoff=4.5):
     """Write the potential of A. P. Sutton, J. Chen, Philos. Mag. Lett. 61, 139 (1990).
 
     The functions for copper fall smoothly to zero between 80 % of the cutoff and it.
     """
     energy, a, c, n, m = 1.2382e-2, 3.61, 39.432, 9, 6
+    r, rho = np.linspace(0.0, cutoff, 4000), 0.1 * np.arange(4000)
+    x = np.clip((cutoff - r) / (0.2 * cutoff), 0.0, 1.0)
+    smooth = x**3 * (10 - 15 * x + 6 * x**2)
+    density, pair = ((a / np.maximum(r, 0.5)) ** k * smooth for k in (m, n))
+    density = density.reshape((1, 4000) if kind == "eam/alloy" else (1, 1, 4000))
+    lattice = ["Cu"], [29], [63.546], [a], ["fcc"]
+    grid = EAMParameters(*lattice, 4000, 4000, 0.1, r[1], cutoff)
+    embedding = -energy * c * np.sqrt(rho)[None]
+    write_eam("", grid, embedding, density, (r * energy * pair)[None, None], file, kind)
 
-    def power(exponent):
-        def values(r):
-            x = np.clip((cutoff - np.asarray(r)) / (0.2 * cutoff), 0.0, 1.0)
-            return (
-                (a / np.maximum(r, 0.5)) ** exponent * x**3 * (10 - 15 * x + 6 * x**2)
-            )
 
-        return values
+NAMED = 'layer_thickness = "2 nm"\nlayer_modulus = 5.0'
 
-    pair = power(n)
-    potential = EAM(
-        elements=["Cu"],
-        embedded_energy=np.array([lambda rho: -energy * c * np.sqrt(rho)]),
-        electron_density=np.array([power(m)]),
-        phi=np.array([[lambda r: energy * pair(r)]]),
-        d_embedded_energy=np.array([None]),
-        d_electron_density=np.array([None]),
-        d_phi=np.array([[None]]),
-        cutoff=cutoff,
-        form="alloy",
-        Z=[29],
-        nr=4000,
-        nrho=4000,
-        dr=cutoff / 3999,
-        drho=0.1,
-        lattice=["fcc"],
-        mass=[63.546],
-        a=[a],
+
+@pytest.mark.parametrize(
+    "lines, hardness",
+    [
+        ("", HARDNESS["Cu"]),
+        ('material = "Si"\ncontact_modulus = 171.2', HARDNESS["Si"]),
+        ("contact_modulus = 100.0", math.nan),
+        ("contact_modulus = 100.0\nhardness = 2.0", 2.0),
+        ("contact_modulus = 100.0\nhardness = inf", math.inf),
+        (f"anisotropic = true\n{CONSTANTS}", math.nan),
+        (f"{NAMED}\nrigid_base = true", math.nan),
+        (f'symbol = "Si"\n{NAMED}', math.nan),
+        (f'symbol = "Si"\n{NAMED}\nhardness = 2.0', 2.0),
+    ],
+)
+def test_the_hardness_of_an_element_is_only_that_of_its_surface(lines, hardness):
+    made = scene(lines, "")
+    assert made.hardness / GPa == pytest.approx(hardness, nan_ok=True)
+    words = {math.inf: "elastic"}.get(hardness, f"hardness {hardness:.3g} GPa")
+    known = "hardness unknown" if math.isnan(hardness) else words
+    assert known in bodies(made)["solid"]
+    assert Scene.parse(made.toml) == made
+
+
+def test_pressures_are_not_compared_with_an_unknown_hardness():
+    unknown, copper = (
+        list(scene(lines, "").relax(validity="ignore"))[-1].validity
+        for lines in ("contact_modulus = 100.0", 'symbol = "Cu"')
     )
-    potential.Nelements = 1
-    potential.write_potential(str(file), numformat="%.14e")
+    assert "hardness" in copper and "hardness" not in unknown
+
+
+def test_the_hardness_of_the_base_is_not_that_of_a_layer_in_python():
+    sphere = rc.RoughSphere(60.0)
+    atoms = rc.substrate("Cu", (24, 24), sphere)
+    atoms.calc = rc.RoughContact(sphere, solid=Layer(0.5, thickness=20.0))
+    for hardness in (None, np.nan):
+        steps = list(
+            rc.load_path(
+                atoms, penetrations=[0.5], validity=rc.Validity(hardness=hardness)
+            )
+        )
+        assert "hardness" not in steps[-1].validity
+    for step in rc.load_path(atoms, [0.5], validity=rc.Validity("ignore", 1e-4)):
+        assert "hardness" in step.validity
+
+
+@pytest.mark.parametrize(
+    "lines, label",
+    [
+        ('symbol = "Si"', "Si, E* = 171.2 GPa, spacing"),
+        ('material = "mica"', "mica, E* = 55.78 GPa, spacing"),
+        ("contact_modulus = 100", "half space of given moduli, E* = 100 GPa, spacing"),
+        ("anisotropic = true", "Cu, anisotropic continuum, E* = "),
+        (f'symbol = "Si"\n{NAMED}', "layer of 2 nm, E* = 5 GPa, bonded to Si, E* = 1"),
+        (
+            f"{NAMED}\nrigid_base = true\nsliding = true",
+            "layer of 2 nm, E* = 5 GPa, sliding on a rigid base, spacing",
+        ),
+        (
+            f"{NAMED}\nrigid_base = true\nlayer_poisson = 0.3\nperiodic = true",
+            "layer of 2 nm, E* = 5 GPa, bonded to a rigid base, heights from the mean "
+            "plane of its surface, spacing",
+        ),
+    ],
+)
+def test_the_first_line_of_a_run_names_the_solid(lines, label):
+    assert bodies(scene(lines, ""))["solid"].startswith(label)
+
+
+@pytest.mark.parametrize(
+    "lines, half_space",
+    [("", "the base without a layer"), ("rigid_base = true", "material of the layer")],
+)
+def test_the_theory_beside_a_layer_names_its_half_space(lines, half_space):
+    described = theory(reference_for(scene(f"{NAMED}\n{lines}", "")))
+    assert described["A/A_Hertz"].endswith(half_space)

@@ -6,10 +6,12 @@ The expected conversion factors follow from the elementary charge.
 import json
 import math
 import re
+from operator import attrgetter
 
 import numpy as np
 import pytest
 
+from ase_roughcontact.ensemble.columns import scene_columns
 from ase_roughcontact.scene import Scene, default_text
 
 CHARGE = 1.602176634e-19  # eV in J
@@ -75,66 +77,47 @@ def scene_with(changes=(), **tables):
     return Scene.parse(text)
 
 
-def rough(scene):
-    return scene.surface.roughness
+def relaxed_by(scene):
+    return type(scene.optimizer(scene.atoms(), logfile=None)).__name__
 
 
-# Quantity defined by a key, its value in ASE's units, and another value of the key.
+# Quantity defined by a key (an attribute or a function of the scene), its value in
+# ASE's units, and another value of the key.
 KEYS = {
     "substrate.symbol": (lambda s: s.atoms().symbols[0], "Au", "Cu"),
     "substrate.spacing": (lambda s: s.atoms().positions[1, 1], A0, 3.0),
-    "substrate.contact_modulus": (
-        lambda s: s.atoms().calc.parameters["contact_modulus"],
-        MODULUS * GPA,
-        90.0,
-    ),
-    "substrate.hardness": (lambda s: s.hardness, 0.7 * GPA, 0.8),
-    "substrate.shape": (
-        lambda s: (np.diag(s.atoms().cell)[:2] / A0).tolist(),
-        [32.0, 48.0],
-        [36, 48],
-    ),
+    "substrate.contact_modulus": ("solid.contact_modulus", MODULUS * GPA, 90.0),
+    "substrate.hardness": ("hardness", 0.7 * GPA, 0.8),
+    "substrate.shape": (lambda s: s.atoms().cell[0, 0], 32.0 * A0, [36, 48]),
     "substrate.periodic": (
         lambda s: s.atoms().pbc.tolist(),
         [True, True, False],
         False,
     ),
-    "substrate.model": (lambda s: s.area_column, "continuum_area", "atoms"),
-    "sphere.radius": (lambda s: s.surface.radius, 60.0 * A0, 70.0),
-    "sphere.profile": (lambda s: s.surface.profile, "sphere", "paraboloid"),
-    "roughness.rms_slope": (lambda s: rough(s).rms_slope, 0.2, 0.1),
-    "roughness.hurst": (lambda s: rough(s).hurst, 0.7, 0.8),
-    "roughness.short_wavelength": (
-        lambda s: rough(s).short_wavelength,
-        5.0 * A0,
-        4.0,
-    ),
-    "roughness.long_wavelength": (lambda s: rough(s).long_wavelength, 16.0 * A0, 20.0),
-    "roughness.longest_wavelength": (
-        lambda s: rough(s).longest_wavelength,
-        24.0 * A0,
-        30.0,
-    ),
-    "roughness.seed": (lambda s: rough(s).seed, 3, 4),
-    "roughness.random_amplitudes": (lambda s: rough(s).random_amplitudes, True, False),
-    "roughness.normalise": (lambda s: rough(s).normalise, "ensemble", "realisation"),
-    "roughness.domain": (lambda s: rough(s).side, 120.0 * A0, 150.0),
-    "interaction.kind": (lambda s: s.wall.attractive, True, "repulsive"),
-    "interaction.work_of_adhesion": (
-        lambda s: -float(s.wall.evaluate(A0)[0]),
-        0.3 * J_PER_M2,
-        0.4,
-    ),
-    "interaction.cutoff": (lambda s: s.wall.cutoff, 7.0 * A0, 8.0),
-    "path.control": (lambda s: s.control, "loads", "height"),
+    "substrate.model": ("area_column", "continuum_area", "atoms"),
+    "sphere.radius": ("surface.radius", 60.0 * A0, 70.0),
+    "sphere.profile": ("surface.profile", "sphere", "paraboloid"),
+    "roughness.rms_slope": ("rough.rms_slope", 0.2, 0.1),
+    "roughness.hurst": ("rough.hurst", 0.7, 0.8),
+    "roughness.short_wavelength": ("rough.short_wavelength", 5.0 * A0, 4.0),
+    "roughness.long_wavelength": ("rough.long_wavelength", 16.0 * A0, 20.0),
+    "roughness.longest_wavelength": ("rough.longest_wavelength", 24.0 * A0, 30.0),
+    "roughness.seed": ("rough.seed", 3, 4),
+    "roughness.random_amplitudes": ("rough.random_amplitudes", True, False),
+    "roughness.normalise": ("rough.normalise", "ensemble", "realisation"),
+    "roughness.domain": ("rough.side", 120.0 * A0, 150.0),
+    "interaction.kind": ("wall.attractive", True, "repulsive"),
+    "interaction.work_of_adhesion": ("wall.work_of_adhesion", 0.3 * J_PER_M2, 0.4),
+    "interaction.cutoff": ("wall.cutoff", 7.0 * A0, 8.0),
+    "path.control": ("control", "loads", "height"),
     "path.first": (lambda s: s.targets[0], 2.0 * NN, 3.0),
     "path.last": (lambda s: s.targets[-1], 50.0 * NN, 60.0),
     "path.steps": (lambda s: len(s.targets), 3, 4),
     "path.scale": (lambda s: s.targets[1], 26.0 * NN, "geometric"),
-    "solver.optimizer": (lambda s: type(relaxed_by(s)).__name__, "LBFGS", "FIRE"),
-    "solver.accuracy": (lambda s: s.accuracy.error, 1e-3, 1e-4),
-    "solver.fmax": (lambda s: s.fmax, 1e-5 * MODULUS * GPA * A0**2, 1e-6),
-    "solver.max_steps": (lambda s: s.solver.max_steps, 77, 78),
+    "solver.optimizer": (relaxed_by, "LBFGS", "FIRE"),
+    "solver.accuracy": ("accuracy.error", 1e-3, 1e-4),
+    "solver.fmax": ("fmax", 1e-5 * MODULUS * GPA * A0**2, 1e-6),
+    "solver.max_steps": ("solver.max_steps", 77, 78),
 }
 # The same of the parameters of other walls, with the kind and all parameters.
 POWER_LAW = {
@@ -146,19 +129,11 @@ POWER_LAW = {
 }
 PLASTIC = {"kind": "plastic", "permanent": True, "hardness": 0.4}
 OF_WALLS = {
-    "interaction.attraction_range": (
-        POWER_LAW,
-        lambda wall: wall.attraction_range,
-        1.5 * A0,
-    ),
-    "interaction.exponent": (POWER_LAW, lambda wall: wall.exponent, 2.5),
-    "interaction.relative_cutoff": (
-        POWER_LAW,
-        lambda wall: wall.cutoff,
-        12.0 * 1.5 * A0,
-    ),
-    "interaction.permanent": (PLASTIC, lambda wall: wall.permanent, True),
-    "interaction.hardness": (PLASTIC, lambda wall: wall.hardness, 0.4 * GPA),
+    "interaction.attraction_range": (POWER_LAW, "attraction_range", 1.5 * A0),
+    "interaction.exponent": (POWER_LAW, "exponent", 2.5),
+    "interaction.relative_cutoff": (POWER_LAW, "cutoff", 12.0 * 1.5 * A0),
+    "interaction.permanent": (PLASTIC, "permanent", True),
+    "interaction.hardness": (PLASTIC, "hardness", 0.4 * GPA),
 }
 # Keys that replace others, tested separately.
 INSTEAD = {
@@ -167,10 +142,6 @@ INSTEAD = {
     "roughness.unit",
     "path.values",
 }
-
-
-def relaxed_by(scene):
-    return scene.optimizer(scene.atoms(), logfile=None)
 
 
 def keys_of(text):
@@ -187,24 +158,97 @@ def test_the_table_has_every_key_of_a_scene_file():
     assert keys_of(default_text()) == KEYS.keys() | OF_WALLS.keys() | INSTEAD
 
 
+def value_of(key, scene):
+    read = KEYS[key][0]
+    return (attrgetter(read) if isinstance(read, str) else read)(scene)
+
+
+def expected_of(key):
+    expected = KEYS[key][1]
+    return pytest.approx(expected, rel=1e-7) if type(expected) is float else expected
+
+
 @pytest.mark.parametrize("key", KEYS)
 def test_keys_are_converted_to_the_units_of_ase(key):
-    read, expected, other = KEYS[key]
-    if isinstance(expected, float):
-        expected = pytest.approx(expected, rel=1e-7)
-    assert read(scene_with()) == expected
-    changes = {key: other}
+    assert value_of(key, scene_with()) == expected_of(key)
+    changes = {key: KEYS[key][2]}
     if key == "interaction.kind":  # which has neither work of adhesion nor cutoff
         changes |= {"interaction.work_of_adhesion": None, "interaction.cutoff": None}
-    assert read(scene_with(changes)) != expected
+    assert value_of(key, scene_with(changes)) != expected_of(key)
+
+
+@pytest.mark.parametrize(
+    "key, values",
+    [
+        ("sphere.radius", ["15 nm", "150 Å", "0.015 µm", "60 a0"]),
+        ("substrate.spacing", ["0.25 nm", "2.5 Å"]),
+        ("substrate.contact_modulus", ["0.08 TPa", "80 GPa", "8e4 MPa"]),
+        ("substrate.hardness", ["0.7 GPa", "700 MPa"]),
+        ("roughness.long_wavelength", ["4 nm", "40 Å", "16 a0"]),
+        ("interaction.work_of_adhesion", ["300 mJ/m²", "0.3 N/m"]),
+        ("interaction.cutoff", ["1.75 nm", "7 a0"]),
+        ("path.first", ["2 nN", "2000 pN", "0.002 µN"]),
+    ],
+)
+def test_quantities_may_have_a_unit(key, values):
+    for value in values:
+        given = scene_with({key: value})
+        given.check()
+        assert value_of(key, given) == expected_of(key)
+        assert Scene.parse(given.toml) == given
+        assert scene_columns(given)["work_of_adhesion"] == pytest.approx(0.3)
+
+
+def test_units_of_sections_and_of_listed_values():
+    rough = {"short_wavelength": 1.25, "long_wavelength": 4.0, "unit": "nm"}
+    path = {"control": "penetration", "values": ["0.02 nm", 0.3, "0.1 a0"]}
+    given = scene_with(
+        sphere={"radius": 15.0, "unit": "nm"}, roughness=rough, path=path
+    )
+    assert given.radius == pytest.approx(150.0)
+    assert given.rough.short_wavelength == pytest.approx(12.5)
+    assert given.rough.long_wavelength == pytest.approx(40.0)
+    np.testing.assert_allclose(given.targets, [0.2, 0.3, 0.1 * A0])
+    soft = {"kind": "loop", "deepest": 1.0, "cantilever": "200 mN/m"}
+    assert scene_with(path=soft).cantilever == pytest.approx(0.2 * J_PER_M2)
+
+
+@pytest.mark.parametrize(
+    "section, line, message",
+    [
+        ("sphere", 'radius = "15 inch"', r"unknown unit of radius 'inch'\. Known: a0"),
+        ("sphere", 'radius = "nm"', 'radius must be a number, or .* such as "3 nm"'),
+        ("sphere", 'radius = 15.0\nunit = "miles"', "unknown unit 'miles'"),
+        ("path", 'values = ["0.2 nm"]', r"unknown unit of values 'nm'\. Known: nN"),
+        ("substrate", 'hardness = "3 GPA"', "hardness 'GPA'; did you mean 'GPa'"),
+        ("substrate", 'contact_modulus = "stiff"', "such as \"3 GPa\", got 'stiff'"),
+        ("substrate", "contact_modulus = true", "must be a number or a string"),
+        ("path", 'kind = "loop"\ncantilever = "5"', "such as \"3 N/m\", got '5'"),
+        (
+            "roughness",
+            'unit = "nm"\nshort_wavelength = 0.4\nlong_wavelength = 4.0',
+            r"at least 2 a0 = 0\.51\d+ nm .* got 0\.4 nm",
+        ),
+        (
+            "roughness",
+            'unit = "nm"\nshort_wavelength = 8.0\nlong_wavelength = 4.0',
+            r"short_wavelength = 8\.0, got 4\.0",
+        ),
+    ],
+)
+def test_wrong_units_are_errors_of_the_key_in_its_unit(section, line, message):
+    path = "" if section == "path" else "[path]\nvalues = [1.0]\n"
+    with pytest.raises(ValueError, match=rf"\[{section}\] .*{message}"):
+        Scene.parse(f"[{section}]\n{line}\n{path}").check()
 
 
 @pytest.mark.parametrize("key", OF_WALLS)
 def test_parameters_of_walls_are_converted_to_the_units_of_ase(key):
-    interaction, read, expected = OF_WALLS[key]
-    assert read(scene_with(interaction=interaction).wall) == pytest.approx(expected)
+    interaction, name, expected = OF_WALLS[key]
     usual = {k: v for k, v in interaction.items() if f"interaction.{k}" != key}
-    assert read(scene_with(interaction=usual).wall) != pytest.approx(expected)
+    given, default = (scene_with(interaction=i).wall for i in (interaction, usual))
+    assert getattr(given, name) == pytest.approx(expected)
+    assert getattr(default, name) != pytest.approx(expected)
 
 
 @pytest.mark.parametrize("control", ["load", "penetration", "height"])
@@ -226,49 +270,43 @@ def test_elastic_constants_are_in_gigapascal_by_default_those_of_the_crystal():
     assert 80.0 * GPA < crystal.contact_modulus < 110.0 * GPA
     # isotropic: E = mu (3 lambda + 2 mu)/(lambda + mu), nu = lambda/2(lambda + mu)
     mu, lame = 20.0, 40.0
-    constants = [lame + 2.0 * mu, lame, mu]
+    constants = [lame + 2.0 * mu, f"{lame} GPa", f"{1e3 * mu} MPa"]
     scene = scene_with(substrate={"symbol": "Au", "elastic_constants": constants})
     nu = 0.5 * lame / (lame + mu)
     young = mu * (3.0 * lame + 2.0 * mu) / (lame + mu)
     assert scene.contact_modulus == pytest.approx(young / (1.0 - nu**2) * GPA)
 
 
-@pytest.mark.parametrize("shape", ["auto", [40, 40]], ids=str)
-@pytest.mark.parametrize("control", ["load", "penetration"])
-def test_a_given_window_is_kept_and_an_automatic_one_follows_the_contact(
-    shape, control
-):
-    scene = scene_with(
-        {"substrate.shape": shape, "substrate.periodic": False},
-        roughness=None,
-        interaction={},
-        path={"control": control, "values": [0.5, 4.0]},
-        solver={},
+def relaxed_with(values=(2.0,), shape=(40, 40), **solver):
+    """Results of steps in a window with the given keys of [solver]."""
+    return list(
+        scene_with(
+            {
+                "substrate.shape": shape,
+                "substrate.periodic": False,
+                "substrate.model": "atoms",
+            },
+            roughness=None,
+            interaction={},
+            path={"control": "penetration", "values": values},
+            solver=solver,
+        ).relax()
     )
-    windows = {record.window for record in scene.relax()}
+
+
+@pytest.mark.parametrize("shape", ["auto", [40, 40]], ids=str)
+def test_a_given_window_is_kept_and_an_automatic_one_follows_the_contact(shape):
+    windows = {record.window for record in relaxed_with([0.5, 4.0], shape)}
     assert len(windows) == (2 if shape == "auto" else 1)
     assert ("40x40" in windows) == (shape != "auto")
 
 
-def relaxed_with(**solver):
-    """Return the result of a step with the given keys of [solver]."""
-    changes = {"shape": [40, 40], "periodic": False, "model": "atoms"}
-    (record,) = scene_with(
-        {f"substrate.{key}": value for key, value in changes.items()},
-        roughness=None,
-        interaction={},
-        path={"control": "penetration", "values": [2.0]},
-        solver=solver,
-    ).relax()
-    return record
-
-
 @pytest.mark.parametrize("accuracy", [1e-1, 1e-5])
 def test_steps_have_accuracy_tolerance_and_iterations_of_the_scene(accuracy):
-    record = relaxed_with(accuracy=accuracy)
+    (record,) = relaxed_with(accuracy=accuracy)
     mean = record.normal_force / record.repulsive_atoms
     assert 0.02 * accuracy < record.tolerance / mean < 0.2501 * accuracy
-    tolerance = relaxed_with(accuracy=1e-1, fmax=1e-7).tolerance
-    assert tolerance == pytest.approx(1e-7 * MODULUS * GPA * A0**2)
-    record = relaxed_with(optimizer="LBFGS", max_steps=3)
+    (record,) = relaxed_with(accuracy=1e-1, fmax=1e-7)
+    assert record.tolerance == pytest.approx(1e-7 * MODULUS * GPA * A0**2)
+    (record,) = relaxed_with(optimizer="LBFGS", max_steps=3)
     assert (record.iterations, record.converged) == (3, False)

@@ -213,7 +213,12 @@ MODULI, MODULUS, STEPS = "[0.5, 0.3]", "contact_modulus = 2.0", "[path]\nvalues 
         (LOOP, "[path]", "[path]\nstep = 1.0", 'step need kind = "loop"'),
         (LOOP, "relaxation_", "#", "a loop with a rate, needs a viscoelastic solid"),
         (LOOP, 'rate = "20 nm/s"', "", "dwell need.*give kind = .time"),
-        (PATH, MODULI, "[0.5]", "relaxation_moduli and relaxation_times .* same length"),
+        (
+            PATH,
+            MODULI,
+            "[0.5]",
+            "relaxation_moduli and relaxation_times .* same length",
+        ),
         (PATH, MODULI, "[-0.5, 0.5]", "relaxation_moduli must be .* > 0, got -0.5"),
         (PATH, MODULI, "[0.9, 0.5]", "relaxation moduli .* sum is at most 1, got 1.4"),
         (PATH, "relaxation_times", "#", "both relaxation_moduli and relaxation_times"),
