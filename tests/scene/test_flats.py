@@ -15,28 +15,37 @@ from ase_roughcontact.topography import SelfAffine
 PIXEL, POINTS, AMPLITUDE = 2.0, 64, 0.5  # nm
 
 SCENE = """
-[substrate]
-contact_modulus = 100.0
-hardness = inf
-[sphere]
-radius = inf
+substrate = { contact_modulus = 100.0, hardness = inf }
+sphere = { radius = inf }
+interaction = { kind = "hard" }
+path = { values = ["100 MPa"] }
 [topography]
 file = "scan.npy"
 role = "substrate"
 spacing = 2.0
 unit = "nm"
 periodic = true
-[interaction]
-kind = "hard"
-[path]
-values = ["100 MPa"]
+"""
+RANDOM = """
+[roughness]
+short_wavelength = 8.0
+long_wavelength = 32.0
+domain = 128.0
+[solver]
+accuracy = "fast"
 """
 
 
-@pytest.fixture
-def wave(tmp_path, monkeypatch):
-    """Change to a folder with the scan of a cosine along x."""
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """A folder of its own for each test, in which the scans are."""
     monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def wave():
+    """Write the scan of a cosine along x."""
     x = 2.0 * math.pi * np.arange(POINTS) / POINTS
     np.save("scan.npy", AMPLITUDE * np.cos(x)[:, None] * np.ones((1, 8)))
 
@@ -52,6 +61,8 @@ def test_area_and_gap_of_a_wave_are_those_of_westergaard(wave, part):
     pressure = step.normal_force / scene.nominal_area
     assert pressure == pytest.approx(part * full * UNITS["MPa"])
     assert step.nominal_pressure == pytest.approx(pressure)
+    conductance = 2.0 * step.contact_stiffness / scene.contact_modulus
+    assert step.conductance == pytest.approx(conductance)
     fraction = 2.0 / math.pi * math.asin(math.sqrt(part))
     assert step.continuum_area / scene.nominal_area == pytest.approx(fraction, abs=0.01)
     # mean gap by K. L. Johnson, Contact Mechanics (1985), section 13.2
@@ -60,18 +71,11 @@ def test_area_and_gap_of_a_wave_are_those_of_westergaard(wave, part):
     assert step.mean_gap == pytest.approx(gap, rel=0.02)
 
 
-def test_conductance_is_two_stiffnesses_over_the_modulus(wave):
-    scene = Scene.parse(SCENE)
-    (step,) = scene.relax()
-    expected = 2.0 * step.contact_stiffness / scene.contact_modulus
-    assert step.conductance == pytest.approx(expected)
-
-
-def test_the_command_prints_and_draws_a_flat_without_a_sphere(wave, tmp_path, capsys):
-    (tmp_path / "flat.toml").write_text(SCENE)
+def test_the_command_prints_and_draws_a_flat_without_a_sphere(wave, folder, capsys):
+    (folder / "flat.toml").write_text(SCENE)
     assert main(["run", "flat.toml", "--out", "out"]) == 0
     main(["report", "out"])
-    page = (tmp_path / "out" / "report.html").read_text()
+    page = (folder / "out" / "report.html").read_text()
     printed = capsys.readouterr().out
     assert [w for w in ("Hertz", "sphere", "radius") if w in printed] == []
     for text in (printed, page):
@@ -80,7 +84,7 @@ def test_the_command_prints_and_draws_a_flat_without_a_sphere(wave, tmp_path, ca
     with open("out/curve.csv") as table:
         (step,) = table_rows(table)
     assert float(step["nominal_pressure"]) == pytest.approx(100.0 * UNITS["MPa"])
-    assert (tmp_path / "out" / "curve.png").exists()
+    assert (folder / "out" / "curve.png").exists()
 
 
 def fraction_and_error(heights, pressure):
@@ -95,8 +99,7 @@ def fraction_and_error(heights, pressure):
     return step.continuum_area / nominal, step.area_error / nominal
 
 
-def test_errors_of_a_scan_without_period_contain_how_it_goes_on(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_errors_of_a_scan_without_period_contain_how_it_goes_on():
     rough, covered, errors = SelfAffine(0.2, 0.8, 4.0, 256.0, domain=256.0), 0, []
     whole = rough.heights((256, 256), 1.0)
     for i in range(0, 256, POINTS):
@@ -122,40 +125,20 @@ def test_the_part_of_the_scan_that_is_left_out_is_printed(wave):
     assert expected in bodies(scene)["indenter"]
 
 
-def test_random_flats_have_kappa_of_hard_walls(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    text = """
-[substrate]
-contact_modulus = 100.0
-hardness = inf
-model = "continuum"
-[sphere]
-radius = inf
-[roughness]
-short_wavelength = 8.0
-long_wavelength = 32.0
-domain = 128.0
-[interaction]
-kind = "hard"
-[path]
-values = ["100 MPa"]
-[solver]
-accuracy = "fast"
-"""
+def test_random_flats_have_kappa_of_hard_walls():
+    text = SCENE[: SCENE.index("[topography]")] + RANDOM
+    text = text.replace("hardness", 'model = "continuum", hardness')
     scene = Scene.parse(text)
     (step,) = scene.relax()
     kappa = step.continuum_area * scene.rough.rms_slope * scene.contact_modulus
     assert 1.8 < kappa / step.normal_force < 2.5
 
 
-def test_a_tip_is_no_flat_and_a_hollow_neither(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_tip_is_no_flat_and_a_hollow_neither():
     x = np.arange(-20.0, 21.0)
     tip = -(x[:, None] ** 2 + x**2) / 60.0
-    text = SCENE.replace('substrate"\nsp', 'indenter"\nsp').replace(
-        "periodic = true", ""
-    )
-    text = text.replace('"100 MPa"', '"1 nN"')
+    text = SCENE.replace('"substrate"', '"indenter"').replace("100 MPa", "1 nN")
+    text = text.replace("periodic = true", "")
     np.save("scan.npy", tip)
     scene = Scene.parse(text)
     scene.check()
@@ -171,9 +154,8 @@ def test_a_tip_is_no_flat_and_a_hollow_neither(tmp_path, monkeypatch):
     [("indenter", False, True), ("indenter", True, False), ("substrate", False, False)],
 )
 def test_a_scanned_indenter_without_a_tip_is_a_flat_with_a_warning(
-    tmp_path, monkeypatch, role, periodic, warned
+    role, periodic, warned
 ):
-    monkeypatch.chdir(tmp_path)
     np.save("scan.npy", SelfAffine(0.2, 0.8, 8.0, 64.0, seed=1).heights((64, 64), 1.0))
     text = SCENE.replace('substrate"\n', f'{role}"\n')
     scene = Scene.parse(text.replace("= true", f"= {str(periodic).lower()}"))
@@ -186,7 +168,7 @@ def test_a_scanned_indenter_without_a_tip_is_a_flat_with_a_warning(
     [
         ("spacing = 2.0", "spacing = [2.0, 3.0]", "pixels of a flat must be squares"),
         ("radius = inf", 'radius = "1 um"', "unit of values 'MPa'"),
-        ("[substrate]", "[substrate]\nshape = [80, 8]", "at most 64 x 8"),
+        ("hardness", "shape = [80, 8], hardness", "at most 64 x 8"),
     ],
 )
 def test_what_does_not_fit_a_flat_is_an_error(wave, old, new, message):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact.cli import main
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import InteractionConfig, Scene
 from ase_roughcontact.scene.preview import preview
 
 TEXT = """
@@ -66,17 +66,14 @@ def test_grid_loses_at_most_half_the_slope():
     assert coarse.lost_slope < 0.5 < coarser.lost_slope < 0.6
 
 
+ADHESIVE = {"interaction.kind": "adhesive", "interaction.work_of_adhesion": 5.0}
+
+
 @pytest.mark.parametrize(
-    "values",
-    [
-        {},
-        {"substrate.shape": (64, 64)},
-        {"interaction.kind": "adhesive", "interaction.work_of_adhesion": 0.1},
-    ],
+    "values", [{}, {"substrate.shape": (64, 64)}, ADHESIVE], ids=range(3)
 )
 def test_run_of_few_small_steps_is_its_own_preview(values):
-    path = MANY.replace(", 10.0", "")
-    short = scene(path=path).with_values(values)
+    short = scene(path=MANY.replace(", 10.0", "")).with_values(values)
     assert preview(short) is short
     coarse = preview(scene(path=MANY).with_values(values))
     assert len(coarse.targets) == 1
@@ -88,19 +85,13 @@ def test_run_of_few_small_steps_is_its_own_preview(values):
         {"path.values": (5e4,)},
         {"substrate.shape": (320, 320), "roughness.domain": 512},
         # JKR's contact is large under any load
-        {
-            "interaction.kind": "adhesive",
-            "interaction.work_of_adhesion": 5.0,
-            "sphere.radius": 2e4,
-            "roughness": None,
-        },
+        {**ADHESIVE, "sphere.radius": 2e4, "roughness": None},
     ],
+    ids=range(3),
 )
 def test_few_steps_in_large_windows_have_a_preview(values):
     large = scene(path="values = [5.0]").with_values(values)
-    coarse = preview(large)
-    assert coarse is not large
-    assert coarse.grid_change.label == "4 a0"
+    assert preview(large).grid_change.label == "4 a0"
 
 
 def test_tolerance_of_forces_is_not_kept():
@@ -115,56 +106,57 @@ def test_built_in_scene_is_planned_in_a_tenth_of_its_time():
 
 @pytest.mark.parametrize("radius, spacing", [(100.0, "a0"), (20_000.0, "4 a0")])
 def test_preview_of_a_loop_is_its_deepest_state(radius, spacing):
-    loop = Scene.parse('[path]\nkind = "loop"\ndeepest = 2.0').with_values(
-        {
-            "interaction.kind": "adhesive",
-            "interaction.work_of_adhesion": 0.1,
-            "sphere.radius": radius,
-        }
-    )
-    shown = preview(loop)
+    loop = Scene.parse('path = { kind = "loop", deepest = 2.0 }').with_values(ADHESIVE)
+    weak = {"interaction.work_of_adhesion": 0.1, "sphere.radius": radius}
+    shown = preview(loop.with_values(weak))
     assert list(shown.targets) == [2.0] and shown.control == "penetrations"
     assert shown.grid_change.label == spacing
 
 
 def test_crystal_becomes_an_isotropic_solid_of_its_modulus(crystal, tmp_path):
     crystal.write(tmp_path / "springs.json")
-    atoms = Scene.parse(
-        f'[substrate]\ncrystal = "{tmp_path / "springs.json"}"\n[path]\nvalues = [1.0]'
+    file = tmp_path / "springs.json"
+    coarse = preview(
+        Scene.parse(f'[substrate]\ncrystal = "{file}"\n[path]\nvalues = [1.0]')
     )
-    coarse = preview(atoms)
     coarse.check()
     assert coarse.is_continuum and not coarse.substrate.of_atoms
     assert coarse.contact_modulus == pytest.approx(crystal.contact_modulus)
     assert coarse.spacing == pytest.approx(crystal.spacing)
 
 
-def test_command_writes_a_preview_beside_the_run(tmp_path, capsys):
-    file, out = tmp_path / "my.toml", tmp_path / "out"
-    file.write_text(scene().toml)
-    assert main(["run", str(file), "--out", str(out), "--preview"]) == 0
-    text = capsys.readouterr().out
+@pytest.fixture
+def run_preview(tmp_path, capsys):
+    """Function that previews a scene by the command: output, and folder of results."""
+
+    def command(scene):
+        file, out = tmp_path / "my.toml", tmp_path / "out"
+        file.write_text(scene.toml)
+        assert main(["run", str(file), "--out", str(out), "--preview"]) == 0
+        assert not out.exists()
+        return capsys.readouterr().out, tmp_path / "out-preview"
+
+    return command
+
+
+def test_command_writes_a_preview_beside_the_run(run_preview):
+    text, folder = run_preview(scene())
     assert "grid of spacing 4 a0 =" in text and "% of the rms slope" in text
     assert "errors of areas " in text and "estimated" in text
-    folder = tmp_path / "out-preview"
     assert Scene.read(folder / "scene.toml") == preview(scene())
     assert len((folder / "curve.csv").read_text().splitlines()) == 2
-    assert not out.exists()
 
 
-def test_command_calculates_a_short_run_itself(tmp_path, capsys):
-    file, out = tmp_path / "my.toml", tmp_path / "out"
-    file.write_text(scene(path="values = [5.0]").toml)
-    assert main(["run", str(file), "--out", str(out), "--preview"]) == 0
-    assert capsys.readouterr().out.startswith("The run is as short as a preview")
-    assert Scene.read(tmp_path / "out-preview" / "scene.toml") == Scene.read(file)
-    assert not out.exists()
+def test_command_calculates_a_short_run_itself(run_preview):
+    text, folder = run_preview(scene(path="values = [5.0]"))
+    assert text.startswith("The run is as short as a preview")
+    assert Scene.read(folder / "scene.toml") == scene(path="values = [5.0]")
 
 
 def test_preview_of_a_wall_with_a_history_turns_where_its_path_does():
-    plastic = {"kind": "plastic", "hardness": 1.0, "permanent": True}
-    path = f"values = {[10.0 * n for n in (*range(1, 17), *range(15, 0, -1), 2)]}"
-    full = scene(path=path).with_values(
-        {f"interaction.{key}": value for key, value in plastic.items()}
+    plastic = InteractionConfig.of(
+        {"kind": "plastic", "permanent": True, "hardness": 1}
     )
+    path = f"values = {[10.0 * n for n in (*range(1, 17), *range(15, 0, -1), 2)]}"
+    full = scene(path=path).with_values({"interaction": plastic})
     assert {160.0, 10.0} <= set(preview(full).path.values)

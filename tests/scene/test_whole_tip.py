@@ -12,12 +12,9 @@ from ase_roughcontact.scene.reference import reference_for
 X, Y = np.meshgrid(np.arange(-30.0, 34.0), np.arange(-33.0, 31.0), indexing="ij")
 TIP = -(4.0 * X**2 + 4.0 * Y**2) / 200.0  # Å, radius 100 Å at a spacing of 2 Å
 TEXT = """
-[substrate]
-spacing = 2.0
-contact_modulus = 100.0
-hardness = inf
-[sphere]
-radius = inf
+substrate = { spacing = 2.0, contact_modulus = 100.0, hardness = inf }
+sphere = { radius = inf }
+path = { control = "load", values = [2.0, 40.0] }
 [topography]
 file = "scan.npy"
 role = "indenter"
@@ -25,22 +22,20 @@ unit = "Å"
 spacing = 2.0
 detrend = "none"
 center = "highest"
-[path]
-control = "load"
-values = [2.0, 40.0]
 """
 
 
 @pytest.fixture
 def read(tmp_path):
-    def scene(heights=TIP, **changes):
+    def scene(heights=TIP, lines=()):
         np.save(tmp_path / "scan.npy", heights)
         text = TEXT
-        for old, new in changes.pop("lines", {}).items():
+        for old, new in dict(lines).items():
             assert old in text
             text = text.replace(old, new)
-        (tmp_path / "scene.toml").write_text(text)
-        return Scene.read(tmp_path / "scene.toml")
+        found = Scene.parse(text, str(tmp_path / "scene.toml"))
+        found.check()
+        return found
 
     return scene
 
@@ -56,17 +51,15 @@ def test_the_summary_of_an_array_says_which_index_and_which_radius_is_meant(read
 
 
 ROUGH = SelfAffine(0.05, 0.8, 8.0, 32.0, seed=1).heights((64, 64), 2.0)
-LOADS = 'control = "load"\nvalues = [2.0, 40.0]'
-DEPTHS = 'control = "penetration"\nvalues = [0.5, 1.5]'
-ADHESIVE = '[interaction]\nkind = "adhesive"\nwork_of_adhesion = 0.05\n[path]'
+LOADS = 'control = "load", values = [2.0, 40.0]'
+DEPTHS = {LOADS: 'control = "penetration", values = [0.5, 1.5]'}
+ADHESIVE = 'interaction = { kind = "adhesive", work_of_adhesion = 0.05 }\npath'
+SHAPE = {"{ spacing": "{ shape = [50, 50], spacing"}
 
 
-@pytest.mark.parametrize(
-    "lines", [{}, {LOADS: DEPTHS}, {LOADS: DEPTHS, "[path]": ADHESIVE}]
-)
+@pytest.mark.parametrize("lines", [{}, DEPTHS, {**DEPTHS, "path": ADHESIVE}])
 def test_the_scan_of_a_paraboloid_gives_the_steps_of_a_sphere(read, lines):
-    of_atoms = {"[substrate]": '[substrate]\nmodel = "atoms"'}
-    whole = read(lines=lines | of_atoms)
+    whole = read(lines=lines).with_values({"substrate.model": "atoms"})
     assert whole.surface == RoughSphere(np.inf, whole.scan)
     sphere = whole.with_values({"sphere.radius": "10 nm", "topography": None})
     assert whole.plan().runs
@@ -74,14 +67,9 @@ def test_the_scan_of_a_paraboloid_gives_the_steps_of_a_sphere(read, lines):
 
 
 def test_a_plan_of_a_rough_tip_runs_as_the_tip_does(read):
-    lines = {LOADS: DEPTHS}
-    free = read(TIP + ROUGH, lines=lines)
-    shape = {"spacing = 2.0\ncontact": "shape = [50, 50]\nspacing = 2.0\ncontact"}
-    fixed = read(TIP + ROUGH, lines=lines | shape)
-    assert free.plan().runs
-    assert fixed.plan().runs
-    wide = lines | shape | {"radius = inf": 'radius = "1 mm"'}
-    assert read(lines=wide).plan().runs
+    free, fixed = (read(TIP + ROUGH, DEPTHS | each) for each in ({}, SHAPE))
+    wide = read(lines=DEPTHS | SHAPE | {"radius = inf": 'radius = "1 mm"'})
+    assert all(scene.plan().runs for scene in (free, fixed, wide))
     assert np.array(steps(free)) == pytest.approx(np.array(steps(fixed)), rel=1e-3)
 
 
@@ -137,12 +125,8 @@ HOLES[20:40] = np.nan
         (np.zeros((64, 64)), {'center = "highest"': ""}, "all heights are the same"),
         (1e-4 * ROUGH, {}, "rms slope is 4.99e-06"),
         (30.0 * ROUGH, {}, "rms slope is 1.5, usual"),
-        (
-            200.0 * ROUGH,
-            {"radius = inf": 'radius = "1 nm"'},
-            "radius of the sphere, 1 nm",
-        ),
-        (ROUGH, {"spacing = 2.0\ndet": 'spacing = "0.1 mm"\ndet'}, "6.4 mm wide"),
+        (200.0 * ROUGH, {"radius = inf": 'radius = "1 nm"'}, "of the sphere, 1 nm"),
+        (ROUGH, {"spacing = 2.0\n": 'spacing = "0.1 mm"\n'}, "6.4 mm wide"),
         (TIP, {'"indenter"': '"indenter"'}, "radius of about 10 nm at its"),
         (ROUGH, {"radius = inf": "radius = 30"}, "30 is in spacings a0 .*, 6 nm: give"),
     ],
@@ -162,7 +146,7 @@ def test_usual_scans_are_not_doubted(read):
 def test_the_fitted_modulus_is_that_of_the_sample(read):
     from ase_roughcontact.scene.fit_parameters import changed, value_of
 
-    of_both = read(lines={"radius = inf": 'radius = inf\nmaterial = "Si3N4"'})
+    of_both = read(lines={"radius = inf": 'radius = inf, material = "Si3N4"'})
     assert value_of(of_both, "contact_modulus") == pytest.approx(100.0)
     same = changed(of_both, {"contact_modulus": 100.0})
     assert same.contact_modulus == pytest.approx(of_both.contact_modulus)
@@ -174,9 +158,7 @@ def test_a_whole_tip_may_be_higher_than_its_radius(read):
 
 
 def test_the_indices_of_an_array_may_be_exchanged(read):
-    rows = read(
-        TIP[:50].T, lines={"spacing = 2.0\ndet": "spacing = 2.0\ntranspose = true\ndet"}
-    )
+    rows = read(TIP[:50].T, {"detrend": "transpose = true\ndetrend"})
     summary = rows.topography.summary
     assert "50 x 64 points (second index along x)" in summary
     assert summary == read(TIP[:50]).topography.summary.replace("first", "second")
