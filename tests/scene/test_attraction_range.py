@@ -13,21 +13,13 @@ from ase_roughcontact.scene.force_curve import ForceCurve
 
 NM, NN = UNITS["nm"], UNITS["nN"]
 SCENE = """
-[substrate]
-spacing = "{spacing} nm"
-contact_modulus = {modulus}
-hardness = inf
-[sphere]
-radius = "30 nm"
+substrate = {{ spacing = "{spacing} nm", contact_modulus = {modulus}, hardness = inf }}
+sphere = {{ radius = "30 nm" }}
+path = {{ kind = "loop", deepest = "0.1 nm", tolerance = 5e-3, cantilever = 20.0 }}
 [interaction]
 kind = "{kind}"
 work_of_adhesion = 0.05
 attraction_range = "{reach} nm"
-[path]
-kind = "loop"
-deepest = "0.1 nm"
-tolerance = 5e-3
-cantilever = 20.0
 """
 SOFT_KINDS = "adhesive", "full"
 
@@ -63,18 +55,15 @@ def test_the_pull_off_force_does_not_depend_on_the_grid(kind):
 def test_the_cutoff_of_the_full_wall_is_relative_to_its_range():
     wall = scene("full", spacing=1.0).wall
     assert wall.cutoff == pytest.approx(10.0 * wall.attraction_range)
-    given = {"interaction.cutoff": "0.1 nm"}
+    given = scene("full").with_values({"interaction.cutoff": "0.1 nm"})
     message = r"cutoff must be larger than attraction_range, 0\.165 nm, got 0\.1 nm"
     with pytest.raises(ValueError, match=message):
-        _ = scene("full").with_values(given).wall
+        given.check()
 
 
 MATERIALS = """
-[substrate]
-material = "{}"
-[sphere]
-material = "SiO2"
-radius = "1 um"
+substrate = {{ material = "{}" }}
+sphere = {{ material = "SiO2", radius = "1 um" }}
 [interaction]
 kind = "{}"
 """

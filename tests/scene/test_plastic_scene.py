@@ -14,27 +14,21 @@ from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.theory import plastic_area
 
 TEXT = """
-[substrate]
-{substrate}
-[sphere]
-radius = 200.0
+substrate = {{ {substrate} }}
+sphere = {{ radius = 200.0 }}
 {roughness}
-[interaction]
-kind = "plastic"
-{interaction}
-[path]
-{path}
+interaction = {{ kind = "plastic", {interaction} }}
+path = {{ {path} }}
 """
 
 
 def scene_of(
     substrate='symbol = "Cu"',
-    interaction="",
-    path='control = "penetration"\nvalues = [0.5, 1.0, 0.5]',
-    roughness="[roughness]\nrms_slope = 0.02\nlong_wavelength = 16.0",
+    interaction="permanent = false",
+    path='control = "penetration", values = [0.5, 1.0, 0.5]',
+    roughness="roughness = { rms_slope = 0.02, long_wavelength = 16.0 }",
 ):
-    text = TEXT.format(**locals())
-    scene = Scene.parse(text, "plastic.toml")
+    scene = Scene.parse(TEXT.format(**locals()), "plastic.toml")
     scene.check()
     return scene
 
@@ -44,7 +38,7 @@ def test_hardness_is_that_of_the_table_or_given_once_in_either_section():
     assert scene.wall == PlasticWall(HARDNESS["Cu"] * UNITS["GPa"])
     assert scene.hardness == scene.wall.hardness
     harder = 0.9 * UNITS["GPa"]
-    assert scene_of('symbol = "Cu"\nhardness = 0.9').wall.hardness == harder
+    assert scene_of('symbol = "Cu", hardness = 0.9').wall.hardness == harder
     scene = scene_of(interaction="hardness = 0.9")
     assert scene.wall.hardness == scene.hardness == harder
 
@@ -53,9 +47,17 @@ def test_hardness_is_that_of_the_table_or_given_once_in_either_section():
     "substrate, interaction, message",
     [
         ('symbol = "Cu"', "hardness = -1.0", r"\[interaction\] hardness must be > 0"),
-        ('symbol = "Cu"\nhardness = -1.0', "", r"\[substrate\] hardness is in GPa"),
+        (
+            'symbol = "Cu", hardness = -1.0',
+            "permanent = true",
+            r"\[substrate\] hardness is",
+        ),
         ('symbol = "Cu"', "permanent = 1", "permanent must be true or false, got 1"),
-        ("contact_modulus = 100.0", "", r"\[interaction\] .*needs hardness \(GPa\)"),
+        (
+            "contact_modulus = 100.0",
+            "permanent = true",
+            r"\[interaction\] .*needs hardness \(GPa\)",
+        ),
     ],
 )
 def test_a_wrong_or_missing_hardness_is_named(substrate, interaction, message):
@@ -77,7 +79,7 @@ def test_run_counts_atoms_in_plastic_contact(tmp_path):
 
 
 def test_loads_beyond_the_elastic_range_are_planned():
-    scene = scene_of(path='control = "load"\nvalues = [1.0, 20.0]')
+    scene = scene_of(path='control = "load", values = [1.0, 20.0]')
     plan, steps = scene.plan(), list(scene.relax(validity="raise"))
     assert all(step.converged for step in steps)
     windows = steps[-1].window, plan.steps[-1].window
@@ -100,8 +102,7 @@ def test_theory_is_plastic_where_the_contact_is():
 
 
 def test_loop_dissipates_energy():
-    path = 'kind = "loop"\ndeepest = 1.0\nstep = 0.3\ntolerance = 1e-2'
-    loop = scene_of(interaction="permanent = true", path=path, roughness="").loop(
-        validity="ignore"
-    )
+    path = 'kind = "loop", deepest = 1.0, step = 0.3, tolerance = 1e-2'
+    scene = scene_of(interaction="permanent = true", path=path, roughness="")
+    loop = scene.loop(validity="ignore")
     assert loop.dissipated_energy > 0.5 * loop.approach[-1].energy

@@ -94,15 +94,6 @@ def test_flats_adhere_by_one_formula_in_theory_and_criteria():
         low, high = (low, work) if found(work) else (work, high)
 
 
-def test_adhesion_flattens_only_waves_that_are_not_wider_than_the_contact():
-    smooth = reference_for(adhesive(SMOOTH, 0.5)).smooth
-    radius = np.sqrt(smooth.contact_area(0.0) / np.pi)
-    for longest, flattened in ((8.0, True), (40.0, False)):
-        scene = adhesive(ROUGH.replace("16.0", str(longest)), 0.5)
-        assert (radius >= 0.5 * longest * scene.spacing) == flattened
-        assert ("flattens" in reference_for(scene).explanation) == flattened
-
-
 def test_equation_4_with_adhesion_is_not_shown_below_its_range():
     scene = adhesive(ROUGH, 0.05)
     reference = reference_for(scene)

@@ -9,25 +9,20 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
 
 TEXT = """
+sphere = {{ radius = 100.0 }}
+roughness = {{ long_wavelength = 16.0 }}
+interaction = {{ kind = "hard" }}
+path = {{ values = [10.0] }}
 [substrate]
-{keys}
+{}
 contact_modulus = 100.0
 hardness = inf
-[sphere]
-radius = 100.0
-[roughness]
-long_wavelength = 16.0
-[interaction]
-kind = "hard"
-[path]
-values = [10.0]
 """
+CONTINUUM = 'spacing = 2.0\nmodel = "continuum"\n'
 
 
-def scene(keys=""):
-    if "spacing" not in keys:
-        keys = f"spacing = 2.0\n{keys}"
-    return Scene.parse(TEXT.format(keys=keys))
+def scene(keys="spacing = 2.0"):
+    return Scene.parse(TEXT.format(keys))
 
 
 @pytest.mark.parametrize(
@@ -35,9 +30,8 @@ def scene(keys=""):
     [("a0/2", "refine = 2"), ("2 a0", "coarsen = 2"), ("a0", "refine = 1")],
 )
 def test_spacing_relative_to_the_atoms_is_that_grid(text, keys):
-    crystal = 'symbol = "Cu"\nmodel = "continuum"\n'
     written, meant = (
-        Scene.parse(TEXT.format(keys=crystal + line))
+        scene(f'symbol = "Cu"\nmodel = "continuum"\n{line}')
         for line in (f'spacing = "{text}"', keys)
     )
     written.check()
@@ -50,7 +44,7 @@ def test_spacing_relative_to_the_atoms_is_that_grid(text, keys):
 
 def test_question_decides_on_the_area_that_is_printed():
     for model, column in (("atoms", "contact_area"), ("continuum", "continuum_area")):
-        asked = scene(f'model = "{model}"')
+        asked = scene(f'spacing = 2.0\nmodel = "{model}"')
         assert asked.area_column == column
         (step,) = asked.relax()
         reference = reference_for(asked)
@@ -64,9 +58,7 @@ def test_question_decides_on_the_area_that_is_printed():
 
 
 def test_refined_scene_has_another_grid_and_all_else_the_same():
-    coarse = scene('model = "continuum"\nrefine = 1')
-    fine = scene('model = "continuum"\nrefine = 2')
-    fine.check()
+    coarse, fine = (scene(f"{CONTINUUM}refine = {ratio}") for ratio in (1, 2))
     assert (fine.spacing, fine.radius, fine.rough) == (2.0, 200.0, coarse.rough)
     assert fine.wall == coarse.wall
     (a,), (b,) = coarse.relax(), fine.relax()
@@ -76,9 +68,9 @@ def test_refined_scene_has_another_grid_and_all_else_the_same():
 
 
 def test_header_says_grid_and_loss():
-    fine = bodies(scene('model = "continuum"\nrefine = 2'))
+    fine = bodies(scene(CONTINUUM + "refine = 2"))
     assert fine["grid"] == "continuum on a grid of spacing a0/2 = 0.1 nm"
-    coarse = scene('model = "continuum"\ncoarsen = 4')
+    coarse = scene(CONTINUUM + "coarsen = 4")
     text = bodies(coarse)["grid"]
     assert "spacing 4 a0 = 0.8 nm; a grid 4 times as coarse" in text
     assert f"{100 * coarse.lost_slope:.2g} % of the rms slope" in text
@@ -94,7 +86,7 @@ def test_header_says_grid_and_loss():
         ("refine = 2", r'\[substrate\] refine, .* need model = "continuum"'),
         ('spacing = "a0/2"', 'a spacing of a0/2 need model = "continuum"'),
         ('model = "atom"', r"\[substrate\] unknown model 'atom'; did you"),
-        ('model = "continuum"\nrefine = 0', "refine must be an integer >= 1"),
+        (CONTINUUM + "refine = 0", "refine must be an integer >= 1"),
     ],
 )
 def test_contradictions_are_errors(keys, message):
@@ -103,6 +95,5 @@ def test_contradictions_are_errors(keys, message):
 
 
 def test_lattice_of_a_crystal_is_no_continuum():
-    lattice = Scene.parse('[substrate]\nmodel = "continuum"\ncalculator = "emt"')
     with pytest.raises(ValueError, match=r"needs moduli.*is a lattice"):
-        lattice.check()
+        Scene.parse('substrate = { model = "continuum", calculator = "emt" }').check()

@@ -1,6 +1,5 @@
 """Scenes with a scan as the roughness."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -53,13 +52,13 @@ def test_roles_and_places_are_those_of_the_section(folder):
     assert rough.center == pytest.approx((126.0 - 20.0, 30.0))
 
 
-def test_a_scan_gives_the_steps_of_its_height_map(folder):
+def test_a_scan_is_pressed_and_its_path_resumed(folder):
     scene = read(folder, SECTION + 'center = "highest"\nmargin = 2.0\n')
-    (step,) = scene.relax([0.6])
-    path = replace(scene, topography=None)
-    assert step.converged
-    assert step.contact_area < next(path.relax([0.6])).contact_area
-    assert step.normal_force > 0.0
+    steps, again = (list(scene.run(folder / "run")) for _ in range(2))
+    assert [step.normal_force for step in steps] == [s.normal_force for s in again]
+    smooth = replace(scene, topography=None).relax([0.6])
+    assert 0.0 < steps[-1].contact_area < next(smooth).contact_area
+    assert steps[-1].converged
 
 
 def test_theory_for_a_scan_is_that_of_its_statistics(folder):
@@ -78,13 +77,12 @@ def test_lengths_of_a_scan_may_have_units(folder):
     rough = read(folder, SECTION + section).rough
     assert rough.center == pytest.approx((20.0, 30.0))
     assert rough.spacing == pytest.approx((2.0, 2.0))
-    section = 'center = "highest"\nmargin = "2 nm"\n'
-    with_unit = read(folder, SECTION + section).rough.center
-    without = read(folder, SECTION + section.replace('"2 nm"', "2.0")).rough.center
-    assert with_unit == without
-    assert min(with_unit) >= 20.0 and max(with_unit) <= 106.0
+    section = SECTION + 'center = "highest"\nmargin = "2 nm"\n'
+    center = read(folder, section).rough.center
+    assert center == read(folder, section.replace('"2 nm"', "2.0")).rough.center
+    assert min(center) >= 20.0 and max(center) <= 106.0
     with pytest.raises(ValueError, match=r"12.8 x 12.8 nm, is 9 nm from all edges"):
-        read(folder, SECTION + section.replace('"2 nm"', '"90 Å"'))
+        read(folder, section.replace("2 nm", "90 Å"))
 
 
 def test_a_scan_of_one_asperity_is_not_compared_with_rough_surfaces(tmp_path):
@@ -149,7 +147,6 @@ def noisy(folder, points=0.0, lines=0.0, part=64):
         ({"points": 0.002}, "slope, which changes areas: give a scan with less noise"),
         ({"points": 0.01}, 'give cutoff_wavelength = "0.8 nm", which also removes'),
         ({"lines": 0.01}, 'give detrend = "lines"'),
-        ({"points": 0.01, "lines": 0.01}, 'give detrend = "lines"'),
         ({}, ""),
     ],
 )
@@ -187,10 +184,3 @@ def test_a_part_of_a_scan_that_is_declared_periodic_is_doubted(folder):
     (warning,) = doubts(read(folder, SECTION + "periodic = true\n"))
     assert "from one edge to the opposite" in warning
     assert "is the scan periodic?" in warning
-
-
-def test_a_path_on_a_scan_is_resumed(folder):
-    scene = read(folder)
-    first = [step.normal_force for step in scene.run(folder / "run")]
-    again = [step.normal_force for step in scene.run(folder / "run")]
-    assert json.dumps(first) == json.dumps(again)

@@ -12,7 +12,6 @@ from small_scene import SMALL
 from spring_crystal import fcc_springs
 
 import ase_roughcontact as rc
-from ase_roughcontact.cli import main
 from ase_roughcontact.cli.description import bodies, theory
 from ase_roughcontact.elasticity import Crystal, Cubic, Isotropic, Layer
 from ase_roughcontact.elasticity.material import HARDNESS
@@ -74,33 +73,22 @@ def test_solids_and_their_runs(lines, modulus, expected, tmp_path):
     assert (used["solid"] is None) == isinstance(expected, Isotropic)
 
 
-def test_a_crystal_sets_spacing_and_modulus(crystal_file, tmp_path):
-    made = scene(f'crystal = "{crystal_file}"', "")
-    crystal = Crystal.read(crystal_file)
+def test_a_crystal_beside_the_scene_sets_spacing_and_modulus(crystal_file, tmp_path):
+    text = SMALL.replace("contact_modulus = 100.0", 'crystal = "springs.json"')
+    made = Scene.parse(text, str(crystal_file.parent / "my.toml"))
+    crystal, out = Crystal.read(crystal_file), tmp_path / "run"
     assert made.spacing == crystal.spacing
     assert made.contact_modulus == crystal.contact_modulus
     assert made.radius == pytest.approx(60.0 * crystal.spacing)
-    *_, last = made.run(tmp_path / "run")
+    *_, last = made.run(out)
     assert last.converged
-    resumed = list(made.run(tmp_path / "run"))
-    assert resumed[-1].normal_force == last.normal_force
-    other = scene("").with_values({"substrate.spacing": crystal.spacing})
-    with pytest.raises(ValueError, match=r"another scene.*crystal was"):
-        list(other.run(tmp_path / "run"))
-
-
-def test_a_crystal_is_found_beside_the_scene_and_copied_to_the_results(
-    crystal_file, tmp_path, capsys
-):
-    text = SMALL.replace("contact_modulus = 100.0", 'crystal = "springs.json"')
-    (tmp_path / "my.toml").write_text(text)
-    (tmp_path / "springs.json").write_text(crystal_file.read_text())
-    out = tmp_path / "out"
-    assert main(["run", str(tmp_path / "my.toml"), "--out", str(out)]) == 0
-    modulus = Crystal.read(crystal_file).contact_modulus / GPa
-    assert f"E* = {modulus:.4g} GPa" in capsys.readouterr().out
+    assert list(made.run(out))[-1].normal_force == last.normal_force
     assert json.loads((out / "springs.json").read_text())["symbol"] == "Cu"
     assert Scene.read(out / "scene.toml").solid.todict()["name"] == "Crystal"
+    assert f"E* = {crystal.contact_modulus / GPa:.4g} GPa" in bodies(made)["solid"]
+    other = scene("").with_values({"substrate.spacing": crystal.spacing})
+    with pytest.raises(ValueError, match=r"another scene.*crystal was"):
+        list(other.run(out))
 
 
 def test_the_soft_base_of_a_stiff_layer_does_not_refuse_a_load():
@@ -238,14 +226,6 @@ def test_the_hardness_of_an_element_is_only_that_of_its_surface(lines, hardness)
     known = "hardness unknown" if math.isnan(hardness) else words
     assert known in bodies(made)["solid"]
     assert Scene.parse(made.toml) == made
-
-
-def test_pressures_are_not_compared_with_an_unknown_hardness():
-    unknown, copper = (
-        list(scene(lines, "").relax(validity="ignore"))[-1].validity
-        for lines in ("contact_modulus = 100.0", 'symbol = "Cu"')
-    )
-    assert "hardness" in copper and "hardness" not in unknown
 
 
 def test_the_hardness_of_the_base_is_not_that_of_a_layer_in_python():

@@ -11,6 +11,7 @@ from operator import attrgetter
 import numpy as np
 import pytest
 
+from ase_roughcontact._util.files import tomllib
 from ase_roughcontact.ensemble.columns import scene_columns
 from ase_roughcontact.scene import Scene, default_text
 
@@ -20,61 +21,46 @@ GPA = 1e-21 / CHARGE  # in eV/Å^3
 J_PER_M2 = 1e-20 / CHARGE  # in eV/Å^2
 A0, MODULUS = 2.5, 80.0
 
-SCENE = {
-    "substrate": {
-        "symbol": "Au",
-        "spacing": A0,
-        "contact_modulus": MODULUS,
-        "hardness": 0.7,
-        "shape": [32, 48],
-        "periodic": True,
-        "model": "continuum",
-        "refine": 1,
-    },
-    "sphere": {"radius": 60.0, "profile": "sphere"},
-    "roughness": {
-        "rms_slope": 0.2,
-        "hurst": 0.7,
-        "short_wavelength": 5.0,
-        "long_wavelength": 16.0,
-        "longest_wavelength": 24.0,
-        "seed": 3,
-        "random_amplitudes": True,
-        "normalise": "ensemble",
-        "domain": 120.0,
-    },
-    "interaction": {"kind": "full", "work_of_adhesion": 0.3, "cutoff": 7.0},
-    "path": {
-        "control": "load",
-        "first": 2.0,
-        "last": 50.0,
-        "steps": 3,
-        "scale": "linear",
-    },
-    "solver": {
-        "optimizer": "LBFGS",
-        "accuracy": 1e-3,
-        "fmax": 1e-5,
-        "max_steps": 77,
-    },
-}
+SCENE = tomllib.loads(
+    """
+    sphere = { radius = 60.0, profile = "sphere" }
+    interaction = { kind = "full", work_of_adhesion = 0.3, cutoff = 7.0 }
+    path = { control = "load", first = 2.0, last = 50.0, steps = 3, scale = "linear" }
+    solver = { optimizer = "LBFGS", accuracy = 1e-3, fmax = 1e-5, max_steps = 77 }
+    [substrate]
+    symbol = "Au"
+    spacing = 2.5
+    contact_modulus = 80.0
+    hardness = 0.7
+    shape = [32, 48]
+    periodic = true
+    model = "continuum"
+    refine = 1
+    [roughness]
+    rms_slope = 0.2
+    hurst = 0.7
+    short_wavelength = 5.0
+    long_wavelength = 16.0
+    longest_wavelength = 24.0
+    seed = 3
+    random_amplitudes = true
+    normalise = "ensemble"
+    domain = 120.0
+    """
+)
 
 
 def scene_with(changes=(), **tables):
     """Return the scene of a file with changed keys or tables; None removes one."""
-    text = ""
-    for title, keys in (SCENE | tables).items():
-        if keys is None:
-            continue
-        others = {
-            key.partition(".")[2]: value
-            for key, value in dict(changes).items()
-            if key.startswith(f"{title}.")
-        }
-        given = {key: v for key, v in (keys | others).items() if v is not None}
-        lines = [f"{key} = {json.dumps(value)}" for key, value in given.items()]
-        text += "\n".join([f"[{title}]", *lines, ""])
-    return Scene.parse(text)
+    document = {k: dict(v) for k, v in (SCENE | tables).items() if v is not None}
+    for key, value in dict(changes).items():
+        title, _, name = key.partition(".")
+        document[title][name] = value
+    lines = []
+    for title, keys in document.items():
+        lines += [f"[{title}]"]
+        lines += [f"{k} = {json.dumps(v)}" for k, v in keys.items() if v is not None]
+    return Scene.parse("\n".join(lines))
 
 
 def relaxed_by(scene):
@@ -120,13 +106,8 @@ KEYS = {
     "solver.max_steps": ("solver.max_steps", 77, 78),
 }
 # The same of the parameters of other walls, with the kind and all parameters.
-POWER_LAW = {
-    "kind": "power-law",
-    "work_of_adhesion": 0.3,
-    "attraction_range": 1.5,
-    "exponent": 2.5,
-    "relative_cutoff": 12.0,
-}
+POWER_LAW = {"kind": "power-law", "work_of_adhesion": 0.3, "attraction_range": 1.5}
+POWER_LAW |= {"exponent": 2.5, "relative_cutoff": 12.0}
 PLASTIC = {"kind": "plastic", "permanent": True, "hardness": 0.4}
 OF_WALLS = {
     "interaction.attraction_range": (POWER_LAW, "attraction_range", 1.5 * A0),
