@@ -70,7 +70,10 @@ class Coupling:
         depth = min(layers, bulk_depth)
         self.layers = min(layers, surface.constants.reach)
         self.shape = shape
-        self.forces = self._forces_at_rest(surface, calculator, depth)
+        slab = surface.column(depth).repeat((surface.size, surface.size, 1))
+        slab.calc = calculator
+        forces = -slab.get_forces()[depth - self.layers : depth]
+        self.forces = forces - forces.mean(axis=0)
         cut = surface.cut_couplings(calculator, depth, self.layers)
         greens = LatticeGreensFunction(surface.constants, depth)
         lowest = slice(-3 * self.layers, None)
@@ -84,14 +87,6 @@ class Coupling:
         column = surface.column(layers)[layers - self.layers :]
         self.matrices = on_cells(difference, column, shape, surface.constants.spacing)
         self._impose_sum_rule()
-
-    def _forces_at_rest(
-        self, surface: CrystalSurface, calculator: Any, depth: int
-    ) -> np.ndarray:
-        slab = surface.column(depth).repeat((surface.size, surface.size, 1))
-        slab.calc = calculator
-        forces = -slab.get_forces()[depth - self.layers : depth]
-        return forces - forces.mean(axis=0)
 
     def _impose_sum_rule(self) -> None:
         """Remove what is left of forces under a uniform displacement."""

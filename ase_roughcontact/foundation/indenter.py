@@ -142,9 +142,8 @@ class RigidIndenter(Calculator):
         total = self.area * float(energy.sum())
         total += self.load * self.atoms.positions[index, 2]
         gaps = np.full(len(self.atoms), np.inf)
-        gaps[others] = gap
         contact = np.zeros(len(self.atoms), bool)
-        contact[others] = pressure > 0.0
+        gaps[others], contact[others] = gap, pressure > 0.0
         self.results = {
             "energy": total,
             "free_energy": total,
@@ -159,33 +158,24 @@ class RigidIndenter(Calculator):
         half = abs(cell).sum(axis=0) / 2
         facts = IndenterFacts(self.indenter)
         periodic = facts.radius == math.inf and np.allclose(facts.periods, 2 * half)
-        known = half
-        if not periodic:
-            known = np.minimum(half, getattr(self.indenter, "extent", math.inf))
-        n, m = np.floor(known / self._step * (1 + _ROUNDING)).astype(int).tolist()
-        if periodic and np.allclose(half, self._sides(n, m)):
-            # one period, of which the samples beyond the cell are a part
-            heights = self._samples(-n, -m, (2 * n, 2 * m))
-            self._heights = np.pad(heights, ((1, 2), (1, 2)), mode="wrap")
-            n, m = n + 1, m + 1
-        else:
-            n, m = (np.array([n, m]) + (known >= half)).tolist()
-            self._heights = self._samples(-n, -m, (2 * n + 1, 2 * m + 1))
-        x, y = (self._step * np.arange(-k, k + 1) for k in (n, m))
+        extent = math.inf if periodic else getattr(self.indenter, "extent", math.inf)
+        known = np.minimum(half, extent)
+        number = np.floor(known / self._step * (1 + _ROUNDING)).astype(int)
+        whole = periodic and np.allclose(half, self._step * number)
+        if not whole:  # beyond the cell, for the slopes at its border
+            number += known >= half
+        (n, m), (x, y) = (2 * number + 1 - whole).tolist(), (-self._step * number)
+        self._heights = self.indenter.heights((n, m), self._step, (x, y))
+        if whole:  # one period, of which the samples beyond the cell are a part
+            self._heights = np.pad(self._heights, (1, 2), mode="wrap")
+            number += 1
+        x, y = (self._step * np.arange(-k, k + 1) for k in number)
         self._spline = RectBivariateSpline(x, y, self._heights)
-        self._reach = self._sides(n, m)
+        self._reach = self._step * number
         self._cell = cell.copy()
         ends = np.array([1.0, -1.0])[:, None] * cell[:, None] / 2
         slopes = self._shape(ends.reshape(4, 2))[1].reshape(2, 2, 2)
         self._kink = abs(np.diff(slopes, axis=1)).max() > _SMOOTH
-
-    def _sides(self, n: int, m: int) -> np.ndarray:
-        return self._step * np.array([n, m])
-
-    def _samples(self, i: int, j: int, shape: tuple[int, int]) -> np.ndarray:
-        """Return heights on a grid from sample (i, j) on."""
-        origin = self._step * i, self._step * j
-        return self.indenter.heights(shape, self._step, origin)
 
     def _shape(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return heights and slopes, shape (n,) and (n, 2)."""

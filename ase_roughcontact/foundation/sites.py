@@ -14,8 +14,6 @@ _CELL = 1e-4
 # Largest distance of atoms from their sites, and of displacements of neighbours, in
 # spacings: a site that belongs to another stacking is at least 0.5 spacings away.
 _SITE = 0.3
-# Displacement, in spacings, beyond which the atom may be that of another site.
-_OTHER_SITE = 0.7
 # Largest mean displacement of a layer relative to the one below it, in spacings.
 _LAYER = 0.1
 
@@ -84,14 +82,32 @@ class Sites:
         places += np.append(mean @ rows[:, :2], lowest[:, 2].mean())
         steps = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1)
         positions = places[:, None, None] + steps @ rows
-        indices = np.empty((coupled, *shape), int)
-        for layer in range(coupled):
-            from_below = coupled - 1 - layer
-            found = order[from_below * number : (from_below + 1) * number]
-            indices[layer] = _matched(
-                atoms, found, places[layer], rows, shape, surface, from_below
-            )
-        return cls(indices, positions, atoms.cell.array, surface.constants.spacing)
+        spacing = surface.constants.spacing
+        indices = np.full((coupled, *shape), -1)
+        for below in range(coupled):
+            layer, place = indices[-1 - below], places[-1 - below]
+            found = order[below * number : (below + 1) * number]
+            relative = atoms.positions[found] - place
+            cell = np.rint(relative[:, :2] @ np.linalg.inv(rows[:, :2])).astype(int)
+            relative -= cell @ rows
+            distance = np.linalg.norm(relative, axis=1)
+            shift = np.linalg.norm(relative.mean(axis=0)) / spacing
+            layer[tuple((cell % shape).T)] = found
+            others = [i for i in found if atoms.symbols[i] != surface.symbol]
+            wrong = distance.max() > _SITE * spacing or shift > _LAYER * max(below, 1)
+            if wrong or layer.min() < 0 or others:
+                worst = found[distance.argmax()]
+                reason = f"atom {worst} is {distance.max():.2f} Å from a site"
+                if others:
+                    reason = f"atom {others[0]} is {atoms.symbols[others[0]]}"
+                raise ValueError(
+                    f"layer {below + 1} from below is not that of {surface.surface} "
+                    f"{surface.symbol} with the lattice constant "
+                    f"{surface.lattice_constant:.4f} Å: {reason}. Check elements, "
+                    "stacking, order of layers, vacancies and lattice constant, or use "
+                    "crystal_slab"
+                )
+        return cls(indices, positions, atoms.cell.array, spacing)
 
     def displacement(self, positions: np.ndarray) -> np.ndarray:
         """Return the displacement of the atoms from rest, up to a uniform one.
@@ -117,17 +133,13 @@ class Sites:
             if squares.size and not squares.max() <= limit:
                 place = np.unravel_index(squares.argmax(), squares.shape)
                 distance = squares.max() ** 0.5
-                other = (
-                    "If atoms have been removed, or their order has changed, make a "
-                    "new foundation. "
-                )
                 raise ValueError(
                     f"atom {self.indices[place]}, in the {self.indices.shape[0]} "
                     "lowest layers, has left its lattice site: it is displaced by "
-                    f"{distance:.2f} Å relative to a neighbour. "
-                    f"{other if distance > _OTHER_SITE * self.spacing else ''}The "
-                    "layers on the foundation are elastic: use more explicit layers, "
-                    "or a lower load, temperature or time step"
+                    f"{distance:.2f} Å relative to a neighbour. The layers on the "
+                    "foundation are elastic: use more explicit layers, or a lower load,"
+                    " temperature or time step. If atoms have been removed, or their "
+                    "order has changed, make a new foundation"
                 )
         return moved
 
@@ -161,37 +173,3 @@ def cells(atoms: Atoms, surface: CrystalSurface) -> tuple[int, int]:
             "crystal_slab, or with this lattice constant"
         )
     return n, m
-
-
-def _matched(
-    atoms: Atoms,
-    found: np.ndarray,
-    place: np.ndarray,
-    rows: np.ndarray,
-    shape: tuple[int, int],
-    surface: CrystalSurface,
-    from_below: int,
-) -> np.ndarray:
-    """Return the atoms of one layer by cell, shape (n, m)."""
-    relative = atoms.positions[found] - place
-    steps = np.rint(relative[:, :2] @ np.linalg.inv(rows[:, :2])).astype(int)
-    relative -= steps @ rows
-    distance = np.linalg.norm(relative, axis=1)
-    worst = found[distance.argmax()]
-    indices = np.full(shape, -1)
-    indices[tuple((steps % shape).T)] = found
-    spacing = surface.constants.spacing
-    shift = np.linalg.norm(relative.mean(axis=0)) / spacing
-    others = [i for i in found if atoms.symbols[i] != surface.symbol]
-    wrong = distance.max() > _SITE * spacing or shift > _LAYER * max(from_below, 1)
-    if wrong or indices.min() < 0 or others:
-        reason = f"atom {worst} is {distance.max():.2f} Å from a site"
-        if others:
-            reason = f"atom {others[0]} is {atoms.symbols[others[0]]}"
-        raise ValueError(
-            f"layer {from_below + 1} from below is not that of {surface.surface} "
-            f"{surface.symbol} with the lattice constant "
-            f"{surface.lattice_constant:.4f} Å: {reason}. Check elements, stacking, "
-            "order of layers, vacancies and lattice constant, or use crystal_slab"
-        )
-    return indices

@@ -105,9 +105,8 @@ class CrystalSurface(Stored):
     @classmethod
     def _of(cls, entries: dict[str, Any]) -> CrystalSurface:
         constants = entries["constants"]
-        for name in ("source", "target", "offset", "matrix"):
-            constants[name] = np.array(constants[name])
-        entries["constants"] = ForceConstants(**constants)
+        arrays = {k: np.array(v) for k, v in constants.items() if isinstance(v, list)}
+        entries["constants"] = ForceConstants(**constants | arrays)
         entries["heights"] = np.array(entries["heights"])
         return cls(**entries)
 
