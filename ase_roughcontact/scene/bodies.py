@@ -95,10 +95,8 @@ class Bodies:
     @property
     def kappa_repulsive(self) -> float:
         """Kappa of the mean contact pressure ``h'rms E*/kappa`` without attraction."""
-        wall = self.wall
-        if wall.kappa is not None:
-            return wall.kappa
-        return theory.KAPPA_HARD if wall.hard else theory.KAPPA_REPULSIVE
+        usual = theory.KAPPA_HARD if self.wall.hard else theory.KAPPA_REPULSIVE
+        return self.wall.kappa or usual
 
     @property
     def inverse_kappa(self) -> float:

@@ -107,8 +107,8 @@ def build(scene: SceneFile) -> Bodies:
         radius = radius_of(scene.sphere, scene.topography, spacing)
         if radius == math.inf and rough is None:
             raise ValueError(
-                "radius = inf needs a section [topography], whose scan is the whole "
-                "tip or a rough flat, or [roughness]: give that, or a finite radius"
+                "radius = inf needs [topography], the scan of a whole tip or a rough "
+                "flat, or [roughness]: give that, or a finite radius"
             )
         profile: Any = scene.sphere.profile
         pixel = spacing

@@ -87,8 +87,7 @@ class SubstrateConfig(Section):
         change = GridChange.of(self.refine, self.coarsen, self.spacing)
         if change and self.area_column != "continuum_area":
             raise ValueError(
-                'refine, coarsen and a spacing of a0/2 need model = "continuum": the '
-                "grid of the model of atoms is their lattice"
+                'refine, coarsen and a spacing of a0/2 need model = "continuum"'
             )
         return change
 
@@ -99,8 +98,7 @@ class SubstrateConfig(Section):
             return grid_shape(self.shape)
         if self.periodic:
             raise ValueError(
-                'shape = "auto" needs a free half space: give the shape of the '
-                "periodic cell, [n, m]"
+                'shape = "auto" needs a free half space: give that of the cell, [n, m]'
             )
         return lookup(self.shape, {"auto": None}, "shape")
 
@@ -121,10 +119,8 @@ class SphereConfig(Section):
 
     def contents(self) -> dict[str, Any]:
         """Return the values by key for comparison; see `Section.contents`."""
-        values = super().contents()
-        if self.radius is None:
-            values |= {"radius": DEFAULT_RADIUS, "unit": "a0"}
-        return values
+        usual = {"radius": DEFAULT_RADIUS, "unit": "a0"} if self.radius is None else {}
+        return super().contents() | usual
 
 
 @dataclass(frozen=True)
@@ -193,9 +189,9 @@ class FrictionConfig(Section):
     @property
     def label(self) -> str:
         """The law in words."""
-        found = []
-        if self.coefficient is not None:
-            found.append(f"coefficient {self.coefficient:g}")
+        found = (
+            [] if self.coefficient is None else [f"coefficient {self.coefficient:g}"]
+        )
         if self.shear_strength is not None:
             found.append(f"shear strength {self.shear_strength:g} GPa")
         coupled = "; coupled to the pressure" if self.coupled else ""

@@ -45,7 +45,16 @@ def radius_of(
         if topography is None:
             return math.inf
         scan = topography.surface
-        return math.inf if is_flat(scan, topography.role) else scan.tip.radius
+        if topography.role == "substrate" or scan.periodic:
+            return math.inf
+        if scan.tip.is_tip:
+            return scan.tip.radius
+        if scan.turned.tip.is_tip:
+            raise ValueError(
+                "the scan of a tip is not convex around its highest point: is the "
+                "height reversed? Else give the radius of the sphere in place of inf"
+            )
+        return math.inf
     if given is None:
         if topography is None or topography.role != "indenter":
             return DEFAULT_RADIUS * spacing
@@ -67,25 +76,6 @@ def radius_of(
             f"{radius:.3g} a0"
         )
     return radius * spacing
-
-
-def is_flat(scan: HeightMap, role: str) -> bool:
-    """Return whether a scan without a sphere is a rough flat, and no whole tip.
-
-    Raises
-    ------
-    ValueError
-        If the scan is that of a tip with its height reversed.
-    """
-    if role == "substrate" or scan.periodic:
-        return True
-    if not scan.tip.is_tip and scan.turned.tip.is_tip:
-        raise ValueError(
-            "radius = inf means that the scan is the whole tip or a rough flat, but it "
-            "is not convex around its highest point: is the height reversed? Else give "
-            "the radius of the sphere"
-        )
-    return not scan.tip.is_tip
 
 
 def flat_cell(

@@ -27,8 +27,6 @@ from ase_roughcontact.windows.expected import (
 )
 from ase_roughcontact.windows.memory import frame_memory, friction_memory
 
-# Number of steps up to which an error lists them.
-_MOST_LISTED = 20
 # What paths with friction leave out, and the second also unless it is coupled.
 _SLIDING_LEFT_OUT = (
     "changes of the heights by sliding, which must be small compared to the roughness"
@@ -81,14 +79,11 @@ def _without(
     """Return a message that steps can't be calculated, and how to omit them."""
     unit = UNITS[path.unit]
     first, last = failing[[0, -1]] / unit
-    kept = targets[~np.isin(targets, failing)] / unit
     which = f"{first:g}" if first == last else f"{first:g} to {last:g}"
     text = f"[path] {path.control} of {which} {path.unit}: {problem}"
-    if not kept.size:
+    if len(failing) == len(targets):
         return text
-    if kept.size > _MOST_LISTED:
-        return f"{text}; or leave out the {len(failing)} steps from {first:g} on"
-    return f"{text}; or give values = [{', '.join(f'{k:.6g}' for k in kept)}]"
+    return f"{text}; or leave out the {len(failing)} steps from {first:g} on"
 
 
 def plan_of(scene: Any) -> Plan:

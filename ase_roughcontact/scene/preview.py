@@ -63,7 +63,9 @@ def preview(scene: Scene) -> Scene:
             return scene
     else:
         scene = scene.planned
-        if _is_short(scene):
+        # the solid of a crystal takes longer than the steps
+        is_short = len(scene.targets) < _FEW_STEPS and not scene.substrate.of_atoms
+        if is_short and _points(scene) < _FEW_POINTS:
             return scene
     continuum = _continuum(scene)
     for ratio in _RATIOS:
@@ -80,14 +82,6 @@ def preview(scene: Scene) -> Scene:
         kept = np.union1d(kept, turns)
     values: Any = tuple(steps[kept].tolist())
     return coarse.with_values({"path": Steps(scene.path.control, values=values)})
-
-
-def _is_short(scene: Scene) -> bool:
-    """Return whether a run has few steps in small windows."""
-    # the solid of a crystal takes longer than the steps
-    if scene.substrate.of_atoms or len(scene.targets) >= _FEW_STEPS:
-        return False
-    return _points(scene) < _FEW_POINTS
 
 
 def _points(scene: Scene) -> float:

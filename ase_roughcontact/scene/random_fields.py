@@ -115,9 +115,7 @@ def local_adhesion(
         valid.
     """
     if (section.rms is None) == (not section.file):
-        raise ValueError(
-            "give rms, of a random field, or file, a map of the work of adhesion"
-        )
+        raise ValueError("give rms, of a random field, or file, a map of adhesion")
     if section.rms is not None:
         field = random_field(section, spacing, least_domain, rms_slope=1.0)
         return Heterogeneity(field, section.rms)
@@ -146,9 +144,8 @@ def _domain(rough: SelfAffine, spacing: float, unit: str, least: float) -> float
     """Return the domain: the given one, or a whole number of spacings."""
     if rough.short_wavelength < (2.0 - _ROUNDING) * spacing:
         raise ValueError(
-            f"short_wavelength must be at least 2 a0{_in(2 * spacing, unit)} to be "
-            f"resolved by atoms at a spacing of a0, got {rough.short_wavelength:g} "
-            f"{unit}"
+            f"short_wavelength must be at least 2 a0{_in(2 * spacing, unit)}, as atoms "
+            f"resolve no shorter waves, got {rough.short_wavelength:g} {unit}"
         )
     side = rough.side / spacing
     if rough.domain is None and least > rough.side:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 
 from ase_roughcontact._util.files import replaced
@@ -15,27 +15,6 @@ from ase_roughcontact.scene.file import SceneFile, read_text
 
 #: Files that are the results of a scene.
 RESULTS = "sweep.traj", "places.csv"
-
-
-def changes(scene: SceneFile, folder: Path) -> list[str]:
-    """Return how a scene differs from the scene of a folder of results.
-
-    Parameters
-    ----------
-    scene : SceneFile
-    folder : path
-
-    Returns
-    -------
-    list of str
-
-    Raises
-    ------
-    ValueError
-        If the folder has no valid scene.
-    """
-    file = folder / "scene.toml"
-    return scene.changes_from(SceneFile.parse(read_text(file), str(file), copied=True))
 
 
 def check_folder(
@@ -53,13 +32,17 @@ def check_folder(
     Raises
     ------
     ValueError
-        With the differences of the scenes, or if the folder has results, but no
+        With the differences of the scenes, or if the folder has results, but no valid
         scene.
     """
     if any((folder / name).exists() for name in results):
-        found = changes(scene, folder)
-        if found:
-            raise ValueError(another_scene(folder, found))
+        file = folder / "scene.toml"
+        old = SceneFile.parse(read_text(file), str(file), copied=True)
+        if found := scene.changes_from(old):
+            raise ValueError(
+                f"{folder} contains results of another scene: {'; '.join(found)}. Give "
+                "another folder, or delete this one"
+            )
 
 
 def write_inputs(scene: SceneFile, file: Path, text: str | None = None) -> None:
@@ -114,15 +97,13 @@ def write_results(
                 report(number, step.validity)
                 yield step
     except OtherPathError as error:
-        found: list[str] = []
-        with suppress(ValueError, OSError):
-            found = changes(scene, folder)
-        if not found:
-            raise
-        raise ValueError(
-            f"{another_scene(folder, found)}; a path can be extended only by steps "
-            "after its last one"
-        ) from error
+        try:
+            check_folder(scene, folder)
+        except ValueError as other:
+            raise ValueError(
+                f"{other}; a path can be extended only by steps after its last one"
+            ) from error
+        raise
 
 
 def results_folder(folder: str | Path) -> Path:
@@ -132,11 +113,3 @@ def results_folder(folder: str | Path) -> Path:
         raise ValueError(f"{folder} is a file, give a folder for the results")
     path.mkdir(parents=True, exist_ok=True)
     return path
-
-
-def another_scene(folder: Path, differences: Sequence[str]) -> str:
-    """Return the error about a folder with results of another scene."""
-    return (
-        f"{folder} contains results of another scene: {'; '.join(differences)}. Give "
-        "another folder, or delete this one"
-    )

@@ -83,8 +83,7 @@ class TopographyConfig(Section):
         if self.center == "highest" and surface.extent == 0.0:
             raise ValueError(
                 "the highest point is on the edge of the scan: is the height reversed, "
-                "or the role wrong? Else give a margin, the distance from the edges at "
-                "which the highest point is sought"
+                "or the role wrong? Else give margin, its least distance from the edges"
             )
         return surface
 

@@ -215,10 +215,8 @@ class Scene(SceneFile):
         with problems.of("friction"):
             _ = self.friction and self.friction.law
             if self.friction and not issubclass(self.path.record, SlidingStep):
-                raise ValueError(
-                    'needs [path] kind = "sliding", got kind = '
-                    f'"{self.path.kind}": give that, or leave out [friction]'
-                )
+                kind = self.path.kind
+                raise ValueError(f'needs [path] kind = "sliding", got kind = "{kind}"')
         with problems.of("path"):
             _ = self.planned, self.cantilever
             self.path.check(self.bodies)

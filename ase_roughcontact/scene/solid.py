@@ -35,7 +35,7 @@ from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
 from ase_roughcontact.windows.regrid import GridChange
 
 # Modulus (GPa) above that of any solid: a larger value is in another unit.
-_LARGEST_MODULUS = 1e4
+_LARGEST = 1e4
 # Slabs for potentials of embedded atoms, which reach far and have a Hessian.
 _EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
 # Calculators by name: metals with parameters, which are for some gases, too.
@@ -127,9 +127,7 @@ def named(substrate: SubstrateConfig) -> SubstrateConfig:
         check_element(given.symbol or SYMBOL)
         return replace(given, symbol=given.symbol or SYMBOL)
     if given.symbol:
-        raise ValueError(
-            f"give symbol or material, not both, got {given.symbol!r} and {name!r}"
-        )
+        raise ValueError(f"give symbol or material, got {given.symbol!r} and {name!r}")
     known = material(name)
     spacing = known.spacing if given.spacing is None else given.spacing
     given = replace(given, symbol=known.symbol, spacing=spacing)
@@ -193,8 +191,7 @@ def poisson_of(substrate: SubstrateConfig) -> float:
             known = material(substrate.name).poisson
     if known is None:
         raise ValueError(
-            "friction needs Poisson's ratio, which is not known of this solid: give "
-            "poisson"
+            "friction needs Poisson's ratio, which is unknown: give poisson"
         )
     return known
 
@@ -284,10 +281,8 @@ def _constants(substrate: SubstrateConfig) -> tuple[float, ...]:
 def _in_gpa(name: str, modulus: float) -> float:
     """Return a modulus after a check of its size (GPa)."""
     positive(**{name: modulus})
-    if modulus > _LARGEST_MODULUS:
-        raise ValueError(
-            f"{name} is in GPa, at most {_LARGEST_MODULUS:g}, got {modulus:g}"
-        )
+    if modulus > _LARGEST:
+        raise ValueError(f"{name} is in GPa, at most {_LARGEST:g}, got {modulus:g}")
     return modulus
 
 
@@ -313,10 +308,7 @@ def _layer(substrate: SubstrateConfig) -> Layer:
 
 def _crystal(substrate: SubstrateConfig) -> Crystal:
     if substrate.model == "continuum":
-        raise ValueError(
-            'model = "continuum" needs moduli: a solid that follows from the forces '
-            "between atoms is a lattice"
-        )
+        raise ValueError('model = "continuum" needs moduli: a crystal is a lattice')
     file, changed = substrate.potential or substrate.crystal, 0
     if file:
         try:
@@ -331,14 +323,10 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
         )
     surface, symbol = substrate.surface or _SURFACE, substrate.symbol
     solid = _crystal_of(bool(substrate.crystal), file, changed, symbol, surface)
-    if solid.symbol != substrate.symbol:
-        raise ValueError(
-            f"{file} is a crystal of {solid.symbol}, not of symbol = {symbol!r}"
-        )
-    if substrate.surface not in ("", solid.surface):
-        raise ValueError(
-            f"{file} has the surface {solid.surface}, not surface = {surface!r}"
-        )
+    for key, found in (("symbol", solid.symbol), ("surface", solid.surface)):
+        given = getattr(substrate, key)
+        if given not in ("", found):
+            raise ValueError(f"{file} has the {key} {found}, got {key} = {given!r}")
     return solid
 
 
@@ -356,9 +344,8 @@ def _crystal_of(
         calculator = EAM(file, kind=kind)
     except Exception as error:
         raise ValueError(
-            f"{file} is not a potential in the format {kind}: {error}. The format "
-            f"follows from the end of the name, one of {', '.join(_FORMATS)}; crystals "
-            "of other potentials are written with Python, and given by crystal"
+            f"{file} is not a potential in the format {kind}: {error}. Known formats "
+            f"are {', '.join(_FORMATS)}; for others write a crystal with Python"
         ) from error
     return Crystal.from_calculator(calculator, symbol, surface, **_EAM_SLABS)
 

@@ -121,7 +121,7 @@ WALL = 'kind = "full"\nwork_of_adhesion = '
         ("sphere", 'radius = "2 Å"', r"a0 = 2.553 Å, got '2 Å', 0.783 a0"),
         ("sphere", 'profile = "cone"', "profile must be 'paraboloid' or 'sphere'"),
         ("roughness", "rms_slope = 0", "rms_slope must be a finite number > 0"),
-        ("roughness", "short_wavelength = 1.0", "must be at least 2 a0 .* got 1"),
+        ("roughness", "short_wavelength = 1.0", "must be at least 2 a0, .* got 1"),
         ("roughness", 'long_wavelength = "x"', "long_wavelength must be a number, or"),
         ("roughness", "domain = 3.0", "domain must be at least long_wavelength = 512"),
         ("roughness", "domain = 2048.5", 'whole number of a0, .*: give "2049 a0'),
