@@ -6,9 +6,8 @@ import argparse
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -82,9 +81,15 @@ def ensemble(options: argparse.Namespace) -> int:
         values[key] = listed
     if options.error is not None and "roughness.seed" in values:
         raise ValueError("--error chooses the seeds: omit --set roughness.seed")
-    scenes = product(scene, values)
-    with _executor(options) as executor, progress_bar(options) as draw:
-        enough, failures = _calculate(options, scenes, executor, draw)
+    scenes, pool = product(scene, values), {"workers": options.workers}
+    with ExitStack() as stack:
+        if options.scheduler is not None:
+            found = scheduler_executor(options.scheduler)
+            pool["executor"], workers = stack.enter_context(found)
+            if prints_text(options):
+                print(workers, flush=True)
+        draw = stack.enter_context(progress_bar(options))
+        enough, failures = _calculate(options, scenes, pool, draw)
     if options.error is None:
         _print_mean_areas(options, scene, values)
     if options.table:
@@ -100,39 +105,28 @@ def ensemble(options: argparse.Namespace) -> int:
     return 0 if enough and not failures else 1
 
 
-@contextmanager
-def _executor(options: argparse.Namespace) -> Iterator[Executor | None]:
-    """Return the executor of the scheduler; None for processes on this machine."""
-    if options.scheduler is None:
-        yield None
-        return
-    with scheduler_executor(options.scheduler) as (executor, workers):
-        if prints_text(options):
-            print(workers, flush=True)
-        yield executor
-
-
 def _calculate(
     options: argparse.Namespace,
     scenes: list[Scene],
-    executor: Executor | None,
+    pool: dict[str, Any],
     draw: Callable | None,
 ) -> tuple[bool, dict[str, str]]:
     """Return whether the error is small enough, and messages of cases that failed."""
-    pool: dict[str, Any] = {"executor": executor, "workers": options.workers}
-    failures: dict[str, str] = {}
+    enough, failures = True, dict[str, str]()
     if options.error is None:
         for progress in run_ensemble(scenes, options.database, **pool):
             _print_progress(options, progress, draw)
             failures = progress.failures
-        return True, failures
-    enough = True
+        return enough, failures
     for scene in scenes:
         samplings = sample_ensemble(scene, options.database, options.error, **pool)
         for sampling in samplings:
             _print_progress(options, sampling.progress, draw, sampling.error)
             if sampling.progress.steps == sampling.progress.total:
-                _print_means(options, scene, sampling)
+                if options.json:
+                    _print_json(scene, map(asdict, sampling.means))
+                elif not options.quiet:
+                    show(*means_table(scene, sampling))
         enough &= sampling.done
         failures |= sampling.progress.failures
     return enough, failures
@@ -156,13 +150,10 @@ def _print_progress(
         print(f"{progress}{running}", flush=True)
 
 
-def _print_means(options: argparse.Namespace, scene: Scene, sampling: Sampling) -> None:
+def _print_json(scene: Scene, means: Iterable[dict[str, Any]]) -> None:
     units = {"mean": "Å^2", "target": report.target_unit(scene)}
-    if options.json:
-        for mean in sampling.means:
-            print(json_line(asdict(mean), units), flush=True)
-    elif not options.quiet:
-        show(*means_table(scene, sampling))
+    for mean in means:
+        print(json_line(mean, units), flush=True)
 
 
 def _print_mean_areas(
@@ -173,27 +164,23 @@ def _print_mean_areas(
     others = {key: listed for key, listed in values.items() if key not in seeds}
     if options.quiet or not any(len(listed) > 1 for listed in seeds.values()):
         return
-    units = {"mean": "Å^2", "target": report.target_unit(scene)}
     for chosen in itertools.product(*others.values()):
         settings = dict(zip(others, chosen, strict=True))
         realisations = product(scene, {k: [v] for k, v in settings.items()} | seeds)
         means = mean_areas(realisations, options.database)
-        if not options.json:
+        if options.json:
+            shown = ({name: getattr(mean, name) for name in _MEAN} for mean in means)
+            _print_json(scene, (settings | each for each in shown))
+        else:
             heading = ", ".join(f"{key} = {value}" for key, value in settings.items())
             show(*([heading] if heading else []), _table(realisations[0], means))
-            continue
-        for mean in means:
-            shown = {name: getattr(mean, name) for name in _MEAN}
-            print(json_line(settings | shown, units))
 
 
 def _table(scene: Scene, means: Sequence[MeanArea], more: bool = False) -> Table:
     """Return the table of mean areas; with the realisations to expect if wanted."""
     unit = printed_unit(report.target_unit(scene))
-    heads = [
-        f"{'time' if unit == 's' else scene.path.control} ({unit})",
-        f"mean {report.heading(scene, scene.area_column)}",
-    ]
+    target = "time" if unit == "s" else scene.path.control
+    heads = [f"{target} ({unit})", f"mean {report.heading(scene, scene.area_column)}"]
     heads += ["standard error (%)", "realisations", "expected (likely)"]
     rows = [
         (
@@ -201,7 +188,7 @@ def _table(scene: Scene, means: Sequence[MeanArea], more: bool = False) -> Table
             mean.mean / UNITS["nm²"],
             number(100.0 * mean.error, 2),
             mean.realisations,
-            f"{mean.expected} ({_range(mean.likely)})",
+            "{} ({} to {})".format(mean.expected, *mean.likely),
         )
         for mean in means
     ]
@@ -212,15 +199,11 @@ def _table(scene: Scene, means: Sequence[MeanArea], more: bool = False) -> Table
 def means_table(scene: Scene, sampling: Sampling) -> list[Any]:
     """Return the mean areas of an ensemble, their errors and what is still needed."""
     wanted = f"standard error of {100.0 * sampling.wanted:g} %"
-    likely = _range(sampling.likely_missing)
+    likely = "{} to {}".format(*sampling.likely_missing)
     rest = f"About {sampling.missing} more steps (likely {likely}) for a {wanted}."
     done = f"All areas have a {wanted} or less."
     means = _table(scene, sampling.means, more=True)
     return [means, done if sampling.done else rest]
-
-
-def _range(ends: tuple[int, int]) -> str:
-    return f"{ends[0]} to {ends[1]}"
 
 
 def _values_of_key(text: str) -> tuple[str, list[Any]]:

@@ -20,6 +20,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
 from glob import escape, glob
+from pathlib import Path
 from typing import Any
 
 from ase import Atoms
@@ -167,6 +168,13 @@ class EnsembleDatabase:
         if "://" in self.address:
             return _server_lock(self.address, name)
         return lock(f"{self.address}-{name}.lock")
+
+    def checkpoint(self, case: str) -> Path | None:
+        """Return the file of the last frame of a case; None with a server."""
+        if "://" in self.address:
+            return None
+        root, _ = os.path.splitext(self.address)
+        return Path(f"{root}-checkpoints", f"{case}.traj")
 
     def is_locked(self, name: str) -> bool:
         """Whether a name is locked by a process that is alive."""

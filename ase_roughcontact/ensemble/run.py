@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import time
 import uuid
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future, wait
 from contextlib import AbstractContextManager, ExitStack
-from functools import partial
 
 import numpy as np
 
@@ -108,47 +106,37 @@ def run_ensemble(
     4
     """
     scenes = list(scenes)
-    cases = {case_of(scene): scene for scene in scenes}
-    if not cases:
+    if not scenes:
         raise ValueError("an ensemble needs at least one scene, got none")
     positive(interval=interval)
     pool = worker_pool(executor, workers)
-    costs = {case: expected_costs(scene) for case, scene in cases.items()}
-    wanted: dict[str, Sequence[int] | None]
-    wanted = {case: range(len(cost) - 1) for case, cost in costs.items()}
-    for case, scene in cases.items():
-        if scene.path.count(scene.bodies) is None:
-            wanted[case] = None
-            if scene.path.schedule(scene.bodies) is None:
-                raise ValueError(
-                    f'an ensemble has no paths of kind = "{scene.path.kind}", which '
-                    'choose their steps as they run: give kind = "steps" or "time"'
-                )
-    if steps is not None:
-        wanted = dict(zip(map(case_of, scenes), steps, strict=True))
-        for case, numbers in wanted.items():
-            if numbers is None:
-                continue
-            each = np.diff(costs[case])[list(numbers)]
+    costs = {case_of(scene): expected_costs(scene) for scene in scenes}
+    chosen = [None] * len(scenes) if steps is None else steps
+    pairs = zip(scenes, chosen, strict=True)
+    tasks = {case_of(scene): (scene, numbers) for scene, numbers in pairs}
+    for case, (scene, numbers) in tasks.items():
+        if scene.path.count(scene.bodies) is not None:
+            wanted = range(len(costs[case]) - 1) if numbers is None else numbers
+            tasks[case] = scene, wanted
+            each = np.diff(costs[case])[list(wanted)]
             costs[case] = np.append(0.0, np.cumsum(each))
+        elif scene.path.schedule(scene.bodies) is None:
+            raise ValueError(
+                f'an ensemble has no paths of kind = "{scene.path.kind}", which '
+                'choose their steps as they run: give kind = "steps" or "time"'
+            )
     largest_first = sorted(costs.items(), key=lambda item: -item[1][-1])
-    in_time = all(numbers is None for numbers in wanted.values())
+    in_time = all(numbers is None for _, numbers in tasks.values())
     meter = ProgressMeter(dict(largest_first), "paths" if in_time else "steps")
     shared = EnsembleDatabase(database_address(database))
     shared.create()
-    on_server = "://" in shared.address
-    root, _ = os.path.splitext(shared.address)
-    checkpoints = None if on_server else f"{root}-checkpoints"
-    calculate = partial(calculate_case, shared, checkpoints)
-    tasks = {case: (scene, wanted[case]) for case, scene in cases.items()}
-    return _run(shared, tasks, meter, calculate, pool, interval)
+    return _run(shared, tasks, meter, pool, interval)
 
 
 def _run(
     database: EnsembleDatabase,
     tasks: Mapping[str, tuple[Scene, Sequence[int] | None]],
     meter: ProgressMeter,
-    calculate: Callable[..., tuple[str, str]],
     pool: AbstractContextManager[Executor],
     interval: float,
 ) -> Generator[Progress, None, None]:
@@ -184,10 +172,16 @@ def _run(
                 waiting = set(submitted.values())
                 for case in unfinished:
                     if case not in waiting:
-                        task = executor.submit(calculate, run, case, *tasks[case])
-                        submitted[task] = case
+                        given = database, run, case, *tasks[case]
+                        submitted[executor.submit(calculate_case, *given)] = case
                 wait(submitted, timeout=interval)
-                busy = _collect(submitted, meter.failures)
+                busy = False  # whether other runs work on some of the cases
+                for task in [task for task in submitted if task.done()]:
+                    state, message = task.result()
+                    case = submitted.pop(task)
+                    busy |= state == "busy"
+                    if state == "failed":
+                        meter.failures[case] = message
             except OSError:
                 raise
             except Exception as error:
@@ -198,18 +192,6 @@ def _run(
                 ) from error
             if busy:
                 time.sleep(interval)
-
-
-def _collect(submitted: dict[Future, str], failures: dict[str, str]) -> bool:
-    """Remove the cases that ended; return whether other runs work on some of them."""
-    busy = False
-    for task in [task for task in submitted if task.done()]:
-        case = submitted.pop(task)
-        state, message = task.result()
-        busy |= state == "busy"
-        if state == "failed":
-            failures[case] = message
-    return busy
 
 
 def _cancel(submitted: Mapping[Future, str]) -> None:

@@ -11,7 +11,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.threads import available_threads, threads
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.columns import scene_columns, step_columns
@@ -22,7 +21,6 @@ from ase_roughcontact.scene import Scene
 
 def calculate_case(
     database: EnsembleDatabase,
-    checkpoints: PathName | None,
     run: str,
     case: str,
     scene: Scene,
@@ -33,8 +31,6 @@ def calculate_case(
     Parameters
     ----------
     database : EnsembleDatabase
-    checkpoints : path or None
-        Folder for the last frame of a path whose steps depend on the previous ones.
     run : str
         Name that is locked as long as the run continues.
     case : str
@@ -51,7 +47,7 @@ def calculate_case(
     message : str
         Why it failed.
     """
-    frame = None if checkpoints is None else Path(checkpoints, f"{case}.traj")
+    frame = database.checkpoint(case)
     data = {"scene": scene.entries()}
     with database.lock(case) as free:
         if not free:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from ensemble_scenes import Here, finish, rows
 
-from ase_roughcontact.ensemble import case_of, read_ensemble, run_ensemble, run_places
+from ase_roughcontact.ensemble import case_of, read_ensemble, run_ensemble
 from ase_roughcontact.scene import Scene
 
 TEXT = """
@@ -75,23 +75,6 @@ def test_a_scan_that_is_replaced_while_the_ensemble_runs_fails_the_case(tmp_path
     *_, last = run_ensemble([scene], database, late, interval=0.01)
     (message,) = last.failures.values()
     assert "scan.txt" in message and last.steps == 0
-
-
-def test_places_of_a_replaced_scan_are_refused(tmp_path):
-    here, out = tmp_path / "here", tmp_path / "out"
-    for _ in range(2):
-        (place,) = run_places(write_scan(here, 0.1), (1, 1), out, Here())
-        assert place.converged
-    with pytest.raises(ValueError, match=r"another scene: \[topography\] file"):
-        next(run_places(write_scan(here, 0.2), (1, 1), out, Here()))
-
-
-def test_figures_of_a_run_are_of_the_scan_that_was_copied(tmp_path):
-    scene, out = write_scan(tmp_path / "here", 0.1), tmp_path / "out"
-    list(scene.run(out))
-    scan = scene.scan
-    write_scan(tmp_path / "here", 0.2)
-    assert Scene.of_results(out).scan == scan
 
 
 def test_files_of_one_name_are_refused(tmp_path):

@@ -93,24 +93,6 @@ def test_steps_of_an_ordinary_ensemble_are_used_and_the_largest_number_is_kept(
     assert set(ids) == set(map(case_of, scenes))
 
 
-def test_interrupted_sampling_is_continued(sampled, tmp_path):
-    database = tmp_path / "e.db"
-    with ThreadPoolExecutor(1) as pool:
-        reports = sample_ensemble(LOADS, database, 0.3, pool, interval=0.01)
-        while next(reports).progress.steps < 3:
-            pass
-        reports.close()
-        done = read_ensemble(database)["seconds"]
-    assert not list(tmp_path.glob("*.lock"))
-    assert 3 <= done.size < 16
-    last = sample(LOADS, database, 0.3)[-1]
-    assert last.done
-    assert np.isin(done, read_ensemble(database)["seconds"]).all()
-    _, reports = sampled
-    pilot = next(r for r in reports if min(m.realisations for m in r.means) == 8)
-    assert [m.mean for m in last.means] == [m.mean for m in pilot.means]
-
-
 def test_the_number_of_realisations_is_at_most_doubled_at_once(tmp_path):
     scene = replace(SCENE, path=PathConfig(values=(0.3,)))
     with ThreadPoolExecutor(1) as pool:
@@ -131,18 +113,6 @@ def test_steps_that_have_not_converged_are_not_in_the_mean(tmp_path):
     finish(hasty, database)
     assert read_ensemble(database)["converged"].sum() == 4
     assert [mean.realisations for mean in mean_areas(hasty, database)] == [0, 0]
-
-
-def test_standard_error_covers_the_mean_of_many_realisations():
-    """Simulated areas: the mean is within two standard errors in about 95 %."""
-    rng = np.random.default_rng(0)
-    held = [
-        abs(mean.mean - 1.0) <= 2.0 * mean.error * mean.mean
-        for mean in (
-            MeanArea.of(1.0, rng.normal(1.0, 0.3, size=30), 0.05) for _ in range(400)
-        )
-    ]
-    assert 0.91 < np.mean(held) < 0.98
 
 
 @pytest.mark.parametrize("spread", [0.1, 0.31])

@@ -113,13 +113,6 @@ def test_a_missing_last_step_is_calculated_after_all_before_it(tmp_path, whole):
     assert_rows_are_those_of(whole, database)
 
 
-def test_a_complete_case_is_not_calculated_again(tmp_path, monkeypatch):
-    database = tmp_path / "e.db"
-    finish([SCENE], database)
-    monkeypatch.setattr(Scene, "relax", None)
-    assert finish([SCENE], database).steps == 1
-
-
 @pytest.fixture(scope="module")
 def two_seeds(tmp_path_factory):
     """Database of two realisations, and their scenes."""

@@ -33,7 +33,6 @@ from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensem
 from ase_roughcontact.ensemble.columns import step_columns
 from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.ensemble.executors import worker_pool
-from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
 slow = partial(pytest.param, marks=pytest.mark.slow)  # processes of their own
@@ -227,19 +226,6 @@ def test_closing_the_generator_stops_the_workers(tmp_path):
     assert 0 < len(rows(database, record="step")) == done < STEPS
     assert not list(tmp_path.glob("*.lock"))
     assert finish(SCENES, database).steps == STEPS
-
-
-def test_a_worker_stops_after_its_step_when_its_run_has_ended(tmp_path):
-    database, folder = new_database(tmp_path), tmp_path / "frames"
-    task = database, folder, "run", case_of(LONG), LONG
-    assert calculate_case(*task) == ("stopped", "")
-    assert not database.steps()
-    with ThreadPoolExecutor(1) as pool:
-        with database.lock("run"):
-            worker = pool.submit(calculate_case, *task)
-            wait_for(database.steps)
-        assert worker.result() == ("stopped", "")
-    assert 0 < len(database.steps()) < 10
 
 
 def die_writing(scene, database, count, after):
