@@ -101,8 +101,11 @@ def _relax(
     if not missing:
         return
     if scene.is_in_order:
-        path = _resume(scene, missing[0], frame)
-        yield from (record for record in path if record.step in missing)
+        for record in _resume(scene, missing[0], frame):
+            if record.step in missing:
+                yield record
+            if record.step == missing[-1]:
+                return
     else:  # each step has one solution, whatever came before
         records = scene.relax(scene.targets[list(missing)], validity="ignore")
         for number, record in zip(missing, records, strict=True):

@@ -1,8 +1,8 @@
 """Printed and written values have the units given beside them.
 
-Printed values are compared with ``curve.csv``, which is in ASE's units, with conversion
-factors from the elementary charge. The units of JSON lines are compared with the factor
-by which a value changes when lengths are doubled and moduli are quadrupled.
+Printed values are compared with ``curve.csv``, which is in ASE's units. The units of
+JSON lines are compared with the factor by which a value changes when lengths are doubled
+and moduli are quadrupled.
 """
 
 import io
@@ -15,20 +15,9 @@ import pytest
 from scipy.special import erf
 
 from ase_roughcontact._util.files import table_rows
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 
-CHARGE = 1.602176634e-19  # eV in J
-# Printed units, in ASE's units.
-UNITS = {
-    "Å": 1.0,
-    "nm": 10.0,
-    "nm²": 100.0,
-    "nN": 1e-19 / CHARGE,
-    "GPa": 1e-21 / CHARGE,
-    "J/m²": 1e-20 / CHARGE,
-    "s": 1.0,
-    "GB": 1e9,
-}
 # Columns of curve.csv by the words of printed headings.
 COLUMNS = {
     "load": "normal_force",
@@ -197,33 +186,22 @@ def test_printed_ratios_are_those_of_the_formulas(case):
         np.testing.assert_allclose(numbers_of(table["theory"]), ratio, rtol=3e-4)
 
 
-def test_the_heading_of_a_run_states_the_scene(case):
-    text = case[3]
-    given = {"spacing": (2.5, "Å"), "E[*]": (100.0, "GPa"), "radius": (15.0, "nm")}
-    for word, (value, unit) in given.items():
-        assert stated(text, word, unit) == pytest.approx(value * UNITS[unit], rel=1e-3)
-
-
-def test_adhesion_is_printed_in_joule_per_square_metre_and_pull_off_in_nanonewton(case):
-    wall, _, _, text, records = case
-    if wall != "sticky":
-        assert "J/m²" not in text and "ull-off" not in text
-        return
-    assert stated(text, "w =", "J/m²") == pytest.approx(0.5 * UNITS["J/m²"])
-    pull_off = stated(text, "[Pp]ull-off", "nN")
-    scale = np.pi * 0.5 * UNITS["J/m²"] * 150.0
-    assert 1.5 * scale < pull_off < 2.0 * scale  # between DMT and JKR
-    least = min(column(records, "normal_force"))
-    assert stated(text, "tension", "nN") == pytest.approx(-least, rel=1e-3)
-
-
-def test_the_height_of_first_contact_is_printed_for_paths_of_heights(case):
-    _, control, _, text, records = case
-    if control != "height":
-        assert "first contact" not in text
-        return
-    touch = column(records, "height") + column(records, "penetration")
-    assert stated(text, "first contact", "Å") == pytest.approx(touch[0], rel=1e-3)
+def test_values_of_scene_and_results_are_printed_with_their_units(case):
+    wall, control, _, text, records = case
+    expected = {("spacing", "Å"): 2.5, ("radius", "nm"): 150.0}
+    expected["E[*]", "GPa"] = 100.0 * UNITS["GPa"]
+    assert ("first contact" in text) == (control == "height")
+    if control == "height":
+        touch = column(records, "height") + column(records, "penetration")
+        expected["first contact", "Å"] = touch[0]
+    assert ("J/m²" in text) == ("ull-off" in text) == (wall == "sticky")
+    if wall == "sticky":
+        expected["w =", "J/m²"] = 0.5 * UNITS["J/m²"]
+        expected["tension", "nN"] = -min(column(records, "normal_force"))
+        scale = np.pi * 0.5 * UNITS["J/m²"] * 150.0  # between DMT and JKR
+        assert 1.5 * scale < stated(text, "[Pp]ull-off", "nN") < 2.0 * scale
+    for (word, unit), value in expected.items():
+        assert stated(text, word, unit) == pytest.approx(value, rel=1e-3)
 
 
 def test_memory_is_printed_in_gigabytes_and_residual_forces_in_ase_s_unit(case):

@@ -14,14 +14,11 @@ from ase.io import read
 from matplotlib.figure import Figure
 
 from ase_roughcontact._util.files import table_rows
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 
-CHARGE = 1.602176634e-19  # eV in J
-NN = 1e-19 / CHARGE  # in eV/Å
-J_PER_M2 = 1e-20 / CHARGE  # in eV/Å^2
-GPA = 1e-21 / CHARGE  # in eV/Å^3
-NM = 10.0  # in Å
-RADIUS, MODULUS, WORK = 150.0, 100.0 * GPA, 0.5 * J_PER_M2
+NN, GPA, NM = UNITS["nN"], UNITS["GPa"], UNITS["nm"]
+RADIUS, MODULUS, WORK = 150.0, 100.0 * GPA, 0.5 * UNITS["J/m²"]
 
 SCENE = """
 substrate = {{ spacing = 2.5, contact_modulus = 100.0 }}

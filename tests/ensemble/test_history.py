@@ -42,9 +42,17 @@ def assert_rows_are_those_of_the_whole_path(database, scene):
 
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_a_missing_last_step_continues_the_ones_before(tmp_path, scene):
-    database = tmp_path / "e.db"
+def test_a_missing_last_step_continues_the_ones_before(tmp_path, scene, monkeypatch):
+    database, relaxed, relax = tmp_path / "e.db", [], Scene.relax
+
+    def counted(*arguments, **options):
+        for step in relax(*arguments, **options):
+            relaxed.append(step.step)
+            yield step
+
+    monkeypatch.setattr(Scene, "relax", counted)
     assert finish([scene], database, steps=[range(2)]).steps == 2
+    assert relaxed == [0, 1]
     assert finish([scene], database).steps == 3
     assert_rows_are_those_of_the_whole_path(database, scene)
 

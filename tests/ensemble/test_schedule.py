@@ -7,14 +7,11 @@ import pytest
 from ase.db import connect
 from ensemble_scenes import Here
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensemble
 from ase_roughcontact.ensemble.columns import scene_columns
 from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
 from ase_roughcontact.scene import InteractionConfig, PathConfig, Scene
-
-CHARGE = 1.602176634e-19  # eV in J
-NN = 1e-19 / CHARGE  # in eV/Å
-GPA = 1e-21 / CHARGE  # in eV/Å^3
 
 SCENE = Scene.parse(
     """
@@ -119,8 +116,8 @@ def test_columns_are_in_the_units_of_the_file_or_of_ase(control, tmp_path):
     for name, value in inputs.items():
         assert columns[name].tolist() == [value] * 3
     np.testing.assert_allclose(columns["spacing"], 2.5)
-    np.testing.assert_allclose(columns["contact_modulus"], 80.0 * GPA)
-    unit = NN if control == "load" else 1.0
+    np.testing.assert_allclose(columns["contact_modulus"], 80.0 * UNITS["GPa"])
+    unit = UNITS["nN"] if control == "load" else 1.0
     np.testing.assert_allclose(columns["target"], [3.0 * unit, unit, 2.0 * unit])
     assert columns["step"].tolist() == [0, 1, 2]
     reached = {"load": "normal_force"}.get(control, control)
