@@ -32,7 +32,7 @@ from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.footprint import Footprint, centred_box
 from ase_roughcontact.windows.memory import check_memory
-from ase_roughcontact.windows.prediction import DepthPrediction, contact_level
+from ase_roughcontact.windows.prediction import contact_level, predicted_depth
 
 # A window is kept for the next step while it has at most this many times the atoms that
 # are needed.
@@ -40,9 +40,6 @@ _LARGEST_EXCESS = 2.0
 # Largest factor by which the depth of the overlap, for which a window is made, grows
 # at once when a window was too small.
 _LARGEST_DEEPENING = 2.0
-# With a repulsive wall, a step starts from flat atoms if this many times more atoms
-# overlap than at the last one.
-_RESTART_GROWTH = 1.1
 #: Number of atoms above which a window is made for the expected contact only, not for
 #: all atoms that the rigid indenter overlaps, and factor by which it is larger than it.
 CONTACT_WINDOW_SIZE, CONTACT_WINDOW_SCALE = 256 * 256, 1.03
@@ -94,11 +91,8 @@ class AutoWindow:
         self._expected: ExpectedContact | None = None
         if isinstance(indenter, RoughSphere):
             self._expected = ExpectedContact(indenter, self._wall, solid, spacing)
-        self._prediction = DepthPrediction(self.footprint, self._wall, solid)
         self._level = -np.inf  # for which the window was made
-        # of the state relaxed last: atoms in the range of the wall, and in the overlap
-        self._in_range: Box | None = None
-        self._overlap_size = math.inf
+        self._in_range: Box | None = None  # of the wall in the state relaxed last
 
     def choose(self, state: State, support: Support) -> State:
         """Return the state from which a step starts, on the window of the step.
@@ -131,12 +125,6 @@ class AutoWindow:
         self._level = self._wall.cutoff - height
         if load is None:
             self.footprint.check(self._level)
-        overlap = self.footprint.overlap(self._level)
-        if (
-            not self._wall.attractive
-            and overlap.size > _RESTART_GROWTH * self._overlap_size
-        ):
-            state = self._flattened(state, support)
         needed = self._needed(self._level, self._box_in_range(state))
         needed = needed.union(adhesive_contact).union(_with_history(state))
         usual = self.footprint.standard_size(needed)
@@ -191,8 +179,6 @@ class AutoWindow:
 
     def accept(self, state: State, fields: ContactState) -> None:
         """Keep what the choice of the next window needs to know of a relaxed state."""
-        overlap = self.footprint.box_below(self._wall.cutoff - state.height)
-        self._overlap_size = overlap.size
         if self._rises:
             near = fields.gap < self._wall.cutoff
             self._in_range = Box.bounding(near, state.window.start)
@@ -233,7 +219,8 @@ class AutoWindow:
     def _predicted_height(self, load: float, default: float) -> float:
         if load <= 0.0:
             return default
-        return self.first_contact - self._prediction.depth(load)
+        depth = predicted_depth(load, self.footprint, self._wall, self._solid)
+        return self.first_contact - depth
 
     def _needed(self, level: float, also: Box | None) -> Box:
         """Return the box of atoms that a window for a level must contain."""

@@ -34,69 +34,47 @@ _CORRECTIONS = 12
 _GAP_BESIDE = 8.0 * math.sqrt(2.0) / 3.0
 
 
-class DepthPrediction:
-    """Depth of the indenter under a load, by ``N = c E* d s``.
+def predicted_depth(
+    load: float, footprint: Footprint, wall: Interaction, solid: ElasticSolid
+) -> float:
+    """Return a depth at which the indenter carries at least a load, ``N = c E* d s``.
 
     ``c`` is `LOAD_FACTOR`. The half side ``s`` is that of the box of the atoms that the
     rigid indenter overlaps. With a hardness the load is at most ``pi H s^2``.
 
     Parameters
     ----------
+    load : float
+        Positive (force).
     footprint : Footprint
+        Of the indenter.
     wall : Interaction
     solid : ElasticSolid
         Its modulus is that of waves of the size of the overlap.
+
+    Returns
+    -------
+    float
+        At most 1.2 times that of the equation, or that at which the overlap leaves
+        the domain of the roughness. It is searched from small depths on, as the surface
+        is then evaluated only where the indenter overlaps.
     """
+    spacing = footprint.spacing
 
-    def __init__(
-        self, footprint: Footprint, wall: Interaction, solid: ElasticSolid
-    ) -> None:
-        self._footprint, self._wall, self._solid = footprint, wall, solid
-        self._power = 0  # of the last depth
-
-    def depth(self, load: float) -> float:
-        """Return a depth at which the indenter carries at least the load.
-
-        Parameters
-        ----------
-        load : float
-            Positive (force).
-
-        Returns
-        -------
-        float
-            At most 1.2 times that of the equation, or that at which the overlap leaves
-            the domain of the roughness. The depth is searched from the last one in
-            steps, as the surface is then evaluated only where the indenter overlaps.
-        """
-        first = _FIRST_DEPTH * self._footprint.spacing
-        largest = math.inf if self._wall.plastic else load / self._load(1.0, 0.5)
-
-        def suffices(power: int) -> bool:
-            depth = first * _DEPTH_RATIO**power
-            if depth >= largest:
-                return True
-            box = self._overlap(depth)
-            carried = self._load(depth, half_side(box))
-            return carried > load or self._footprint.clip(box) != box
-
-        while self._power and suffices(self._power - 1):
-            self._power -= 1
-        while not suffices(self._power):
-            self._power += 1
-        return min(first * _DEPTH_RATIO**self._power, largest)
-
-    def _overlap(self, depth: float) -> Box:
-        lowest, wall = self._footprint.lowest, self._wall
-        first_contact = wall.contact_distance - lowest
-        return self._footprint.box_below(wall.cutoff - first_contact + depth)
-
-    def _load(self, depth: float, half_side: float) -> float:
-        spacing = self._footprint.spacing
+    def carried(depth: float, half_side: float) -> float:
         radius = half_side * spacing
-        modulus = modulus_under(radius, self._solid, spacing)
-        plastic = self._wall.hardness * math.pi * radius**2
-        return min(LOAD_FACTOR * modulus * depth * radius, plastic)
+        elastic = LOAD_FACTOR * modulus_under(radius, solid, spacing) * depth * radius
+        return min(elastic, wall.hardness * math.pi * radius**2)
+
+    level = wall.cutoff - wall.contact_distance + footprint.lowest
+    largest = math.inf if wall.plastic else load / carried(1.0, 0.5)
+    depth = _FIRST_DEPTH * spacing
+    while depth < largest:
+        box = footprint.box_below(level + depth)
+        if carried(depth, half_side(box)) > load or footprint.clip(box) != box:
+            return depth
+        depth *= _DEPTH_RATIO
+    return largest
 
 
 def modulus_under(radius: float, solid: ElasticSolid, spacing: float) -> float:
