@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,23 +23,6 @@ from ase_roughcontact.interactions.parameter import (
     WORK_OF_ADHESION,
     Parameter,
 )
-
-# Number of gaps evaluated at once, so that the intermediate arrays fit into the cache.
-_CHUNK = 1 << 13
-
-
-def _in_chunks(
-    function: Callable[[np.ndarray], np.ndarray | Profile], argument: np.ndarray
-) -> Profile:
-    """Return the three values of a function of an array, calculated in chunks."""
-    values = np.asarray(argument, dtype=float)
-    flat = values.reshape(-1)
-    result = np.empty((3, flat.size))
-    for start in range(0, flat.size, _CHUNK):
-        part = slice(start, start + _CHUNK)
-        result[:, part] = function(flat[part])
-    first, second, third = result.reshape(3, *values.shape)
-    return first, second, third
 
 
 class LennardJones93(Interaction):
@@ -231,6 +213,14 @@ class LennardJones93(Interaction):
             core=distance / 2 if core is None else core,
         )
 
+    @classmethod
+    def for_substrate(
+        cls, contact_modulus: float, spacing: float, **parameters: float
+    ) -> Interaction:
+        """Make the wall for a substrate; see `repulsive` and `adhesive`."""
+        work = parameters.pop("work_of_adhesion", 0.0)
+        return cls.adhesive(contact_modulus, spacing, work, **parameters)
+
     @property
     def contact_distance(self) -> float:  # type: ignore[override]
         """Gap below which the wall is repulsive: the distance of the minimum."""
@@ -238,10 +228,8 @@ class LennardJones93(Interaction):
 
     def evaluate(self, gap: np.ndarray) -> Profile:
         """Return energy, pressure and stiffness; see `Interaction.evaluate`."""
-        return _in_chunks(self._evaluate, gap)
-
-    def _evaluate(self, gap: np.ndarray) -> np.ndarray:
-        """Return the rows of `evaluate` at one chunk of gaps."""
+        shape = np.shape(gap)
+        gap = np.asarray(gap, dtype=float).reshape(-1)
         depth = self.stiffness * self.distance**2 / 27.0
         rows = nine_three(np.maximum(gap, self.core), self.distance, depth)
         rows[0] -= self.work_of_adhesion
@@ -249,7 +237,8 @@ class LennardJones93(Interaction):
         inside = np.flatnonzero(gap < self.core)
         if inside.size:
             rows[:, inside] = taylor(rows[:, inside], self.core - gap[inside])
-        return rows
+        energy, pressure, stiffness = rows.reshape(3, *shape)
+        return energy, pressure, stiffness
 
     @abstractmethod
     def _set_tail(self, rows: np.ndarray, gap: np.ndarray) -> None:
@@ -278,13 +267,6 @@ class RepulsiveLennardJones93(LennardJones93):
     stiffness: float
     core: float
 
-    @classmethod
-    def for_substrate(
-        cls, contact_modulus: float, spacing: float, **parameters: float
-    ) -> Interaction:
-        """Make the wall for a substrate; see `LennardJones93.repulsive`."""
-        return cls.repulsive(contact_modulus, spacing, **parameters)
-
     @property
     def cutoff(self) -> float:  # type: ignore[override]
         """Gap of the minimum, at which the wall ends."""
@@ -292,10 +274,6 @@ class RepulsiveLennardJones93(LennardJones93):
 
     def inverse(self, pressure: np.ndarray) -> Profile:
         """Return the gaps at given pressures; see `Interaction.inverse`."""
-        return _in_chunks(self._inverse, pressure)
-
-    def _inverse(self, pressure: np.ndarray) -> Profile:
-        """Return the values of `inverse` at one chunk of pressures."""
         depth = self.stiffness * self.distance**2 / 27.0
         gap, exact, stiffness = nine_three_inverse(pressure, self.distance, depth)
         inside = np.flatnonzero(gap < self.core)
@@ -329,13 +307,6 @@ class AdhesiveLennardJones93(LennardJones93):
             work_of_adhesion=self.work_of_adhesion,
             attraction_range=self.attraction_range,
         )
-
-    @classmethod
-    def for_substrate(
-        cls, contact_modulus: float, spacing: float, **parameters: float
-    ) -> Interaction:
-        """Make the wall for a substrate; see `LennardJones93.adhesive`."""
-        return cls.adhesive(contact_modulus, spacing, **parameters)
 
     @property
     def cutoff(self) -> float:  # type: ignore[override]

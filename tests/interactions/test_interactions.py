@@ -216,15 +216,6 @@ def test_shape_of_gaps_is_kept_and_gaps_are_not_changed(wall):
     assert all(curve.shape == (0,) for curve in wall.evaluate(gaps[:0, 0, 0]))
 
 
-@every_wall
-def test_result_at_a_gap_does_not_depend_on_other_gaps(wall):
-    gaps = np.linspace(-A0, 1.1 * wall.cutoff, 20_001)
-    many = np.array(wall.evaluate(gaps))
-    for index in (0, 4_000, 8_191, 8_192, 20_000):  # chunks have 8192 gaps
-        alone = np.ravel(wall.evaluate(gaps[[index]]))
-        assert_allclose(many[:, index], alone, rtol=1e-13, atol=1e-15 * E)
-
-
 def test_zero_work_of_adhesion_gives_the_repulsive_wall():
     assert LennardJones93.adhesive(E, A0, 0.0) == REPULSIVE
 
