@@ -28,9 +28,14 @@ def make_atoms(wall, periodic=False, load=0.0, **options):
     return atoms
 
 
+def solver_of(atoms, **options):
+    hard = atoms.calc.parameters["interaction"].hard
+    return (rc.ActiveSet if hard else rc.NewtonKrylov)(atoms, **options)
+
+
 def relaxed_atoms(wall, periodic=False, **options):
     atoms = make_atoms(wall, periodic, **options)
-    assert (rc.ActiveSet if wall.hard else rc.NewtonKrylov)(atoms).run(fmax=1e-9)
+    assert solver_of(atoms).run(fmax=1e-9)
     return atoms
 
 
@@ -101,37 +106,26 @@ def test_other_optimizers_do_not_push_through_a_relaxed_hard_wall(optimizer):
         optimizer(atoms, logfile=None).run(fmax=1e-3, steps=50)
 
 
-def test_gradient_of_the_optimizable_is_that_of_its_degrees_of_freedom(wall):
+def test_atoms_follow_the_generator_at_every_step(wall):
     atoms = make_atoms(wall)
-    optimizer = (rc.ActiveSet if wall.hard else rc.NewtonKrylov)(atoms)
+    optimizer = solver_of(atoms)
     for _ in optimizer.irun(fmax=1e-9):
         if optimizer.nsteps == 0:
             continue
+        energy = atoms.get_potential_energy()
+        assert optimizer.state.energy == pytest.approx(energy, rel=1e-9)
         gradient = optimizer.optimizable.get_gradient()
-        assert gradient.shape == (optimizer.optimizable.ndofs(),)
         np.testing.assert_array_equal(gradient, -atoms.get_forces().ravel())
         if not wall.hard:  # forces of a hard wall are reactions
             assert np.abs(gradient).max() == pytest.approx(
                 optimizer.state.error, rel=1e-3, abs=1e-12
             )
-    assert np.abs(gradient).max() < 1e-9
-
-
-def test_atoms_follow_the_generator_at_every_step(wall):
-    atoms = make_atoms(wall)
-    optimizer = (rc.ActiveSet if wall.hard else rc.NewtonKrylov)(atoms)
-    energies = [
-        (optimizer.state.energy, atoms.get_potential_energy())
-        for _ in optimizer.irun(fmax=1e-9)
-        if optimizer.nsteps
-    ]
-    assert len(energies) == optimizer.nsteps > 1
-    np.testing.assert_allclose(*np.transpose(energies), rtol=1e-9)
+    assert optimizer.nsteps > 1 and np.abs(gradient).max() < 1e-9
 
 
 def test_a_calculator_changed_during_a_run_is_an_error(wall):
     atoms = make_atoms(wall)
-    optimizer = (rc.ActiveSet if wall.hard else rc.NewtonKrylov)(atoms)
+    optimizer = solver_of(atoms)
     run = optimizer.irun(fmax=1e-9)
     next(run)
     atoms.calc.set(contact_modulus=2.0)
@@ -158,9 +152,7 @@ def test_observers_and_frames_have_the_energy_of_the_start(wall, periodic, tmp_p
         atoms.positions[-1, 2] = contact_of(atoms).first_contact + 0.5
     start = atoms.copy()
     start.calc = rc.RoughContact(ROUGH, 1.0, wall)
-    with (rc.ActiveSet if wall.hard else rc.NewtonKrylov)(
-        atoms, trajectory=file
-    ) as solver:
+    with solver_of(atoms, trajectory=file) as solver:
         solver.attach(lambda: seen.append(dict(atoms.calc.results)))
         solver.run(fmax=1e-6)
     energy, forces = start.get_potential_energy(), start.get_forces()

@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from ase.calculators.emt import EMT
 from ase.constraints import FixAtoms, Hookean
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch, LBFGSLineSearch
 from ase.optimize.sciopt import SciPyFminBFGS, SciPyFminCG
@@ -238,19 +237,3 @@ def test_later_runs_refuse_what_the_modes_do_not_support(change, words):
     change(atoms)
     with pytest.raises(ValueError, match=words):
         dynamics.run(fmax=1e-3)
-
-
-# Errors
-
-
-def test_hard_wall_is_refused():
-    with pytest.raises(ValueError, match="ActiveSet"):
-        rc.FourierModes(make_atoms(rc.HardWall()))
-
-
-@pytest.mark.parametrize("calculator", [None, EMT()], ids=["none", "EMT"])
-def test_other_calculators_are_refused(calculator):
-    atoms = make_atoms()
-    atoms.calc = calculator
-    with pytest.raises(ValueError, match="RoughContact"):
-        rc.FourierModes(atoms)

@@ -136,12 +136,22 @@ def test_restart_file_is_refused(solver, tmp_path):
         solver(make_atoms(WALLS[solver]), restart=tmp_path / "restart.json")
 
 
+FACES = rc.NewtonKrylov, rc.ActiveSet, rc.FourierModes, rc.HalfSpacePrecon
+
+
+@pytest.mark.parametrize("face", FACES)
 @pytest.mark.parametrize("calculator", [None, EMT()], ids=["none", "EMT"])
-def test_other_calculators_are_refused(solver, calculator):
-    atoms = make_atoms(WALLS[solver])
+def test_other_calculators_are_refused(face, calculator):
+    atoms = make_atoms()
     atoms.calc = calculator
     with pytest.raises(ValueError, match="RoughContact"):
-        solver(atoms)
+        face(atoms)
+
+
+@pytest.mark.parametrize("face", [rc.FourierModes, rc.HalfSpacePrecon])
+def test_a_hard_wall_is_refused_with_the_optimizer_to_use(face):
+    with pytest.raises(ValueError, match="ActiveSet"):
+        face(make_atoms(rc.HardWall()))
 
 
 # Observers, records and messages

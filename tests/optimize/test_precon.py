@@ -68,8 +68,3 @@ def test_optimizers_reach_the_same_energy_in_fewer_steps(
     assert atoms.get_potential_energy() == pytest.approx(energy, rel=accuracy)
     slow = optimizer(plain, precon=None, logfile=None, **options)
     assert not slow.run(fmax=1e-6, steps=dynamics.nsteps)
-
-
-def test_hard_wall_is_refused():
-    with pytest.raises(ValueError, match="ActiveSet"):
-        rc.HalfSpacePrecon(make_atoms(wall=rc.HardWall()))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from contacts import constant, contact_of, green, pairs, spring, steps
+from contacts import constant, contact_of, green, pairs, rough_sphere, spring, steps
 from scipy.optimize import minimize
 
 import ase_roughcontact as rc
@@ -14,21 +14,14 @@ ADHESIVE = rc.LennardJones93.adhesive(1.0, 1.0, 0.005)
 TIGHT = 1e-10
 
 
-def rough_sphere(n, seed=1, slope=0.1):
-    """Heights of a sphere of radius 10 n with random short waves on it."""
-    x = np.arange(n) - n / 2.0 + 0.5
-    q = np.hypot(np.fft.fftfreq(n)[:, None], np.fft.rfftfreq(n)[None, :])
-    power = np.divide(1.0, q, where=q > 0.0, out=np.zeros_like(q)) ** 1.8
-    power[(q > 0.25) | (q < 1.5 / n)] = 0.0
-    phase = np.exp(2j * np.pi * np.random.default_rng(seed).random(q.shape))
-    waves = np.fft.irfft2(power * phase, s=(n, n))
-    gradient = np.hypot(*np.gradient(waves))
-    sphere = (x[:, None] ** 2 + x[None, :] ** 2) / (20.0 * n)
-    return sphere + slope * waves / np.sqrt(np.mean(gradient**2))
+def sphere(n, seed=1):
+    """Heights of a sphere of radius 10 n with short waves on it."""
+    rough = rc.SelfAffine(0.1, 0.8, 4.0, 64.0, seed=seed)
+    return rough_sphere((n, n), 10.0 * n, rough)
 
 
 def scene(n=16, wall=REPULSIVE, *, heights=None, **options):
-    return contact_of(rough_sphere(n) if heights is None else heights, wall, **options)
+    return contact_of(sphere(n) if heights is None else heights, wall, **options)
 
 
 def relax(contact, height=0.0, external=None, start=None, tolerance=TIGHT, **options):
@@ -87,7 +80,7 @@ def test_a_cold_start_finds_the_state_of_a_slow_approach(seed, solid):
     # under a stronger wall, soft solids, the isotropic one too, have several states
     softness = solid.self_compliance(1.0) / Isotropic(1.0).self_compliance(1.0)
     wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.005 / max(softness, 1.0))
-    contact = scene(heights=rough_sphere(64, seed), wall=wall, solid=solid)
+    contact = scene(heights=sphere(64, seed), wall=wall, solid=solid)
     load = 10.0
     height = contact.interaction.cutoff - contact.heights.min()
     state = relax(contact, height, start=np.zeros((64, 64)), tolerance=1e-3)[-1]

@@ -1,7 +1,6 @@
 """Automatic windows: exact, enlarged where needed, never too small without an error."""
 
 import time
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -130,25 +129,6 @@ def test_penetrations_count_from_the_first_contact_of_the_whole_indenter(wall):
     first = wall[0].contact_distance - lowest
     assert record.height == pytest.approx(first - 0.2, abs=1e-12)
     assert record.normal_force > 0.0
-
-
-@REPULSIVE
-@pytest.mark.parametrize(
-    "shape", [None, (16, 16), (21, 21), (23, 23), (30, 22), (19, 26)], ids=str
-)
-def test_result_does_not_depend_on_a_window_that_contains_the_contact(wall, shape):
-    sphere = rough_sphere(seed=2, radius=20.0)
-    outline = Footprint(sphere, 1.0)
-    touching = outline.box_below(outline.lowest + 1.2)
-    height = wall[0].cutoff - outline.lowest - 1.2
-    atoms = make_atoms(sphere, wall)
-    run(atoms, wall, heights=[height])
-    other = make_atoms(sphere, wall, (24, 24))
-    window = Box((-shape[0] // 2, -shape[1] // 2), shape) if shape else touching
-    assert window.contains(touching)  # which may fill it to its edge
-    set_window(other, window)
-    run(other, wall, heights=[height], window="unchecked")
-    same_state(other, atoms)
 
 
 # Windows along a path
@@ -325,15 +305,6 @@ def test_frames_of_different_sizes_can_be_read_and_restored(tmp_path):
         restored.calc = rc.RoughContact(rough_sphere(), 1.0, SOFT[0], load=0.0)
         state = restored.calc.state(restored)
         assert state.normal_force == pytest.approx(record.normal_force, rel=1e-9)
-
-
-def test_window_does_not_depend_on_how_the_optimizer_is_given():
-    steps = []
-    for optimizer in (None, rc.NewtonKrylov, lambda *a, **o: rc.NewtonKrylov(*a, **o)):
-        atoms = make_atoms(rough_sphere(), SOFT, fixed=False)
-        (step,) = written_path(atoms, loads=[5.0], optimizer=optimizer, window="auto")
-        steps.append(replace(step, seconds=0.0))
-    assert steps[0] == steps[1] == steps[2]
 
 
 def test_unknown_window_is_an_error():
