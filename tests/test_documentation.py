@@ -107,21 +107,19 @@ def test_links_to_files_and_headings_exist(page):
         assert (folder / file).exists(), target
         if heading:
             text = (folder / file).read_text()
-            titles = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
-            assert heading in [slug(title) for title in titles], target
-
-
-def slug(title):
-    """Anchor of a heading."""
-    return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+            titles = re.findall(r"(?m)^#+ (.*)$", text.lower())
+            anchors = [re.sub(r"[^\w -]", "", each) for each in titles]
+            assert heading in [each.replace(" ", "-") for each in anchors], target
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_names_of_the_package_exist(page):
-    for name in set(
-        re.findall(r"(?<![\w/`.-])ase_roughcontact(?:\.\w+)+", PAGES[page])
-    ):
-        assert find(name) is not None, name
+def test_names_of_the_package_and_files_in_code_exist(page):
+    names = re.findall(r"(?<![\w/`.-])ase_roughcontact(?:\.\w+)+", PAGES[page])
+    assert not [name for name in {*names} if find(name) is None]
+    files = re.findall(
+        r"\b(?:examples|tests|ase_roughcontact)/[\w/.-]+", "\n".join(code(page))
+    )
+    assert not [file for file in files if not (ROOT / file.rstrip(".")).exists()]
 
 
 def find(dotted):
@@ -157,13 +155,6 @@ def test_commands_are_understood(page, capsys):
                 make_parser().parse_args(shlex.split(command))
             except SystemExit as end:
                 assert end.code == 0, f"{command}: {capsys.readouterr().err}"
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_files_in_code_exist(page):
-    for line in code(page):
-        for file in re.findall(r"\b(?:examples|tests|ase_roughcontact)/[\w/.-]+", line):
-            assert (ROOT / file.rstrip(".")).exists(), file
 
 
 def test_classes_in_code_exist():

@@ -8,7 +8,7 @@ import pytest
 from built import atoms_under
 
 import ase_roughcontact as rc
-from ase_roughcontact import analysis, elasticity, theory
+from ase_roughcontact import analysis, theory
 from ase_roughcontact.interactions import FullLennardJones93, make_wall
 from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
 
@@ -61,11 +61,6 @@ FUNCTIONS = {
     ),
     "RoughContact": (partial(energy, fixed=False), {"load": 0.1}),
     "modulus": (lambda modulus: rc.RoughContact(SPHERE, modulus), {"modulus": 1.0}),
-    "Isotropic": (elasticity.Isotropic, {"contact_modulus": 1.0}),
-    "half space": (
-        partial(elasticity.FreeHalfSpace, (4, 4)),
-        {"spacing": 1.0, "solid": 1.0},
-    ),
     "repulsive": (rc.LennardJones93.repulsive, SOLID),
     "adhesive": (rc.LennardJones93.adhesive, SOLID | {"work_of_adhesion": 0.02}),
     "full": (rc.LennardJones93.full, {"distance": 1.0, "work_of_adhesion": 0.04}),
@@ -80,7 +75,6 @@ FUNCTIONS = {
     "NewtonKrylovOptions": (NewtonKrylovOptions, asdict(NewtonKrylovOptions())),
     "ActiveSetOptions": (ActiveSetOptions, asdict(ActiveSetOptions())),
     "first_contact": (partial(analysis.first_contact, SPHERE), {"spacing": 1.0}),
-    "sphere_theory": (theory.sphere_theory, HERTZ | ADHESION),
     "regime": (theory.regime, {"normal_force": 1.0} | HERTZ | ADHESION | FACTORS),
     "RoughSphereTheory": (rough_theory, HERTZ | ADHESION | FACTORS),
     "Hertz": (theory.Hertz, HERTZ),
