@@ -71,17 +71,9 @@ def decades(first, last):
     return st.floats(np.log10(first), np.log10(last)).map(lambda x: 10.0**x)
 
 
-RADII = decades(*RANGES["radius of the sphere"])
-LOADS = decades(*RANGES["load"])
-SLOPES = decades(*RANGES["rms slope"])
-WORKS = st.floats(*RANGES["work of adhesion over $E^*$"])
-STIFFNESSES = decades(*RANGES["stiffness of the wall, in $E^*/a_0$"])
-HURSTS = st.floats(*RANGES["Hurst exponent"])
-UNITS = RANGES["modulus and spacing, in any unit"]
-LONGEST = RANGES["atoms along a side of the window"][1]
-LEAST_DEPTH, LARGEST_DEPTH = RANGES["overlap with the indenter at the start"]
-NEAREST, FARTHEST = RANGES["distance of the indenter"]
-SMALLEST_START, LARGEST_START = RANGES["pressure of a random start, in $E^*$"]
+RADIUS, LOAD, SLOPE, WORK, STIFFNESS, HURST, UNITS, SIDE, DEPTH, DISTANCE, START = (
+    RANGES.values()
+)
 
 
 def rough(slope=0.1, hurst=0.8, short=4.0, long=16.0, spacing=1.0, seed=1):
@@ -200,14 +192,14 @@ def largest_force_of_attraction(contact, state, load, wanted):
 
 
 @bounded
-@given(radius=RADII, load=LOADS, wall=walls)
+@given(radius=decades(*RADIUS), load=decades(*LOAD), wall=walls)
 def test_any_radius_carries_any_load(radius, load, wall):
     sphere = rc.RoughSphere(radius, rough(long=12.0))
     relaxed(contact_of(sphere, wall), load, max(1e-9 * load, 1e-12))
 
 
 @bounded
-@given(slope=SLOPES, load=decades(1e-12, 1e3), wall=walls, p=st.booleans())
+@given(slope=decades(*SLOPE), load=decades(1e-12, 1e3), wall=walls, p=st.booleans())
 def test_any_slope_carries_any_load(slope, load, wall, p):
     indenter = rough(slope, long=12.0)
     contact = contact_of(indenter, wall, periodic=p)
@@ -215,7 +207,7 @@ def test_any_slope_carries_any_load(slope, load, wall, p):
 
 
 @bounded
-@given(work=WORKS, stiffness=STIFFNESSES, load=decades(1e-6, 1e2))
+@given(work=st.floats(*WORK), stiffness=decades(*STIFFNESS), load=decades(1e-6, 1e2))
 def test_walls_of_any_stiffness_and_work_of_adhesion_relax(work, stiffness, load):
     wall = rc.LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
     contact = contact_of(rc.RoughSphere(100.0, rough(long=12.0)), wall)
@@ -224,7 +216,7 @@ def test_walls_of_any_stiffness_and_work_of_adhesion_relax(work, stiffness, load
 
 
 @bounded
-@given(hurst=HURSTS, wall=walls, seed=st.integers(0, 9))
+@given(hurst=st.floats(*HURST), wall=walls, seed=st.integers(0, 9))
 def test_roughness_of_any_hurst_exponent_relaxes(hurst, wall, seed):
     sphere = rc.RoughSphere(100.0, rough(hurst=hurst, long=12.0, seed=seed))
     relaxed(contact_of(sphere, wall), 1.0)
@@ -252,7 +244,6 @@ def test_ranges_in_the_guide_are_those_of_these_tests():
 # Scaling
 
 
-@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 @every_wall
 @pytest.mark.parametrize("modulus", UNITS)
 @pytest.mark.parametrize("spacing", [UNITS[0], 1.0, UNITS[1]])
@@ -279,10 +270,9 @@ def test_pressures_scale_with_the_modulus_and_lengths_with_the_spacing(
 # Windows
 
 
-@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 @every_wall
 @pytest.mark.parametrize(
-    "shape", [(1, 1), (1, 2), (2, 1), (1, 17), (31, 37), (1, LONGEST), (3, 512)]
+    "shape", [(1, 1), (1, 2), (2, 1), (1, 17), (31, 37), (1, SIDE[1]), (3, 512)]
 )
 def test_windows_of_any_shape_carry_any_load(shape, wall, periodic):
     heights = np.random.default_rng(7).uniform(0.0, 2.0, shape)
@@ -296,7 +286,7 @@ def test_a_window_may_be_in_full_contact(wall):
     if wall == "plastic":
         pytest.skip("the load of full contact is above the hardness")
     contact = contact_of(rc.RoughSphere(100.0, rough()), wall)
-    state = relaxed(contact, RANGES["load"][1], 1e-5)
+    state = relaxed(contact, LOAD[1], 1e-5)
     assert (state.pressure > 0.0).all()
 
 
@@ -311,7 +301,7 @@ def test_full_contact_of_a_periodic_surface_is_solved_to_eleven_digits(wall):
 
 
 @every_wall
-@pytest.mark.parametrize("height", [NEAREST, 1e3, 1e6, 1e12, FARTHEST])
+@pytest.mark.parametrize("height", [DISTANCE[0], 1e3, 1e6, 1e12, DISTANCE[1]])
 def test_an_indenter_out_of_range_causes_no_pressure(wall, height):
     contact = contact_of(rc.RoughSphere(100.0, rough()), wall)
     state = relaxed(contact, height=contact.first_contact + height)
@@ -320,7 +310,7 @@ def test_an_indenter_out_of_range_causes_no_pressure(wall, height):
 
 
 @every_wall
-@pytest.mark.parametrize("depth", [LEAST_DEPTH, 1e2, LARGEST_DEPTH])
+@pytest.mark.parametrize("depth", [DEPTH[0], 1e2, DEPTH[1]])
 def test_an_indenter_may_overlap_by_many_core_lengths(wall, depth):
     contact = contact_of(rc.RoughSphere(100.0, rough()), wall)
     relaxed(contact, height=contact.first_contact - depth, tolerance=1e-9 * depth)
@@ -336,7 +326,6 @@ def test_a_flat_indenter_relaxes_where_pieces_of_the_potential_join(wall):
             relaxed(contact, height=float(height), tolerance=1e-11)
 
 
-@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 @every_wall
 def test_a_perfectly_flat_indenter_carries_any_load(wall, periodic):
     contact = contact_on(np.zeros((9, 12)), wall, periodic)
@@ -347,19 +336,11 @@ def test_a_perfectly_flat_indenter_carries_any_load(wall, periodic):
             assert_allclose(state.pressure, mean, rtol=1e-8, atol=1e-13)
 
 
-def test_energy_of_the_wall_is_exact_next_to_its_minimum():
-    wall = rc.LennardJones93.repulsive(1.0, 1.0)
-    closer = 2.0**-30
-    energy, pressure, _ = wall.evaluate(1.0 - closer)
-    assert energy == pytest.approx(0.5 * closer**2, rel=1e-7)
-    assert pressure == pytest.approx(closer, rel=1e-6)
-
-
 # Starts
 
 
 @every_wall
-@pytest.mark.parametrize("size", [SMALLEST_START, 1e-3, 1.0, 1e3, 1e6, LARGEST_START])
+@pytest.mark.parametrize("size", [START[0], 1e-3, 1.0, 1e3, 1e6, START[1]])
 def test_a_random_start_of_any_size_relaxes(wall, size):
     contact = contact_of(rc.RoughSphere(100.0, rough()), wall)
     start = size * np.random.default_rng(3).normal(size=contact.heights.shape)
@@ -374,7 +355,6 @@ def test_a_random_start_of_any_size_relaxes(wall, size):
 # Laws
 
 
-@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 @pytest.mark.parametrize("wall", UNIQUE)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_area_and_depth_grow_with_the_load(wall, periodic, seed):
@@ -393,7 +373,6 @@ def test_area_and_depth_grow_with_the_load(wall, periodic, seed):
 # Limits, and how they are reported
 
 
-@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 @pytest.mark.parametrize("wall", ["repulsive", "adhesive", "hard"])
 def test_single_precision_reports_its_limit(wall, periodic):
     surface = rough() if periodic else rc.RoughSphere(100.0, rough())

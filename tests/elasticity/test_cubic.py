@@ -63,12 +63,19 @@ def test_long_waves_of_a_crystal_are_those_of_the_cubic_solid(crystal, component
     assert crystal.contact_modulus == pytest.approx(cubic.contact_modulus, rel=1e-5)
 
 
-def test_x_axis_turns_the_crystal_by_45_degrees():
-    rows, cube = Cubic(*COPPER), Cubic(*COPPER, x="100")
-    q = np.array([0.3, 0.7])
-    turned = np.array([0.3 - 0.7, 0.3 + 0.7]) / np.sqrt(2)
-    assert rows.wave_compliance(*q) == pytest.approx(cube.wave_compliance(*turned))
-    assert rows.wave_compliance(0.5, 0.0) < rows.wave_compliance(0.35, 0.35)
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_x_axis_turns_the_crystal_by_45_degrees(component):
+    turn, q = np.array([[1, 1], [-1, 1]]) / np.sqrt(2), np.array([0.3, 0.1])
+    found, other = (
+        getattr(Cubic(*COPPER, x), component + "wave_compliance")(*v)
+        for x, v in (("110", q), ("100", turn.T @ q))
+    )
+    if component == "lateral_":
+        found, other = (np.array([[m[0], m[2]], [m[2], m[1]]]) for m in (found, other))
+        other = turn @ other @ turn.T
+    elif component:
+        other = turn @ other
+    np.testing.assert_allclose(found, other, rtol=1e-12)
 
 
 def test_contact_modulus_is_the_mean_inverse():
@@ -79,22 +86,34 @@ def test_contact_modulus_is_the_mean_inverse():
     np.testing.assert_allclose(1 / cubic.wave_modulus([0.1, 2.0]), mean, rtol=1e-3)
 
 
-@pytest.mark.parametrize("i, j", [(0, 0), (1, 0), (2, 1), (31, 30), (33, 5), (200, 90)])
-def test_cell_compliance_is_the_integral_of_the_point_solution(i, j):
-    cubic = Cubic(*COPPER)
-    # polar coordinates about the load for the loaded cell, products elsewhere
-    n = 60 if i + j < 3 else 8
-    points, weights = leggauss(n)
-    x, y = (i + points / 2)[:, None], j + points / 2
-    if (i, j) == (0, 0):
-        angles, w = np.pi / 4 * points, np.pi / 4 * weights
-        value = 4 * np.sum(w / (2 * np.cos(angles)) / cubic.surface_modulus(angles))
+@pytest.mark.parametrize("component", COMPONENTS)
+@pytest.mark.parametrize("i, j", [(2, 1), (0, 3), (31, 30), (-33, 5), (200, 90)])
+def test_cell_compliance_has_the_displacements_of_its_waves(i, j, component):
+    solid, (x, weights) = Cubic(*COPPER), leggauss(30)
+    x, y = np.broadcast_arrays(i + x[:, None] / 2, j + x / 2)
+    waves = getattr(solid, component + "wave_compliance")
+    across = (np.arctan2(y, x) + np.pi / 2)[..., None]
+    if component == "cross_":
+        # the inverse Fourier transform: a principal value over all directions
+        angle = np.pi / 400 * (np.arange(200) + 0.5)
+        first, second = (
+            waves(np.cos(across + a), np.sin(across + a)) for a in (angle, -angle)
+        )
+        point = ((first - second) / np.sin(angle)).mean(axis=-1) / 2
     else:
-        modulus = cubic.surface_modulus(np.arctan2(y, x).ravel() + np.pi / 2)
-        kernel = 1 / (np.hypot(x, y) * modulus.reshape(n, n))
-        value = weights @ kernel @ weights / 4
-    measured = cubic.cell_compliance(np.array([i]), np.array([j]), 2.0)
-    assert measured[0] == pytest.approx(2.0 * value / np.pi, rel=1e-9)
+        point = waves(np.cos(across), np.sin(across))[..., 0]
+    expected = weights @ (point / np.hypot(x, y)) @ weights / (8 * np.pi)
+    found = getattr(solid, component + "cell_compliance")(np.array([i]), j, 2.0)
+    np.testing.assert_allclose(
+        found[..., 0], 2.0 * expected, atol=1e-8 * abs(expected).max()
+    )
+
+
+def test_self_compliance_is_the_integral_of_the_point_solution():
+    points, weights = leggauss(60)
+    angles, w, cubic = np.pi / 4 * points, np.pi / 4 * weights, Cubic(*COPPER)
+    value = 4 * np.sum(w / (2 * np.cos(angles)) / cubic.surface_modulus(angles))
+    assert cubic.self_compliance(2.0) == pytest.approx(2.0 * value / np.pi, rel=1e-9)
 
 
 def test_free_half_space_is_the_limit_of_large_periodic_cells():

@@ -44,42 +44,27 @@ def random(shape):
 
 @every_engine
 @grids
-def test_forward_is_the_transform_of_the_window_padded_with_zeros(window, grid, engine):
-    fft = transform(window, grid, engine)
-    for factor in (1.0, -2.0):  # nothing is left over from the first
-        values = factor * random(window)
-        expected = np.fft.rfft2(values, grid or window)
-        assert_allclose(fft.forward(values), expected, atol=1e-13)
-
-
-@every_engine
-@grids
-def test_inverse_is_the_window_of_the_transform_back_not_normalised(
-    window, grid, engine
-):
-    fft = transform(window, grid, engine)
-    shape = grid or window
-    spectrum = np.fft.rfft2(random(shape))
-    fft.spectrum[:] = spectrum
-    expected = np.fft.irfft2(spectrum, shape)[: window[0], : window[1]]
-    assert_allclose(fft.inverse() / np.prod(shape), expected, atol=1e-13)
-
-
-@every_engine
-@grids
-def test_filter_multiplies_the_spectrum(window, grid, engine):
-    fft = transform(window, grid, engine)
-    shape = grid or window
+@pytest.mark.parametrize("cut", [False, True], ids=["whole", "blocks"])
+def test_transforms_and_filter_of_a_window_padded_with_zeros(window, grid, engine, cut):
+    options = {"threads": 3, "blocking": blocks()} if cut else {}
+    fft, shape = transform(window, grid, engine, **options), grid or window
+    inside = slice(window[0]), slice(window[1])
     # a kernel that is even in both directions, and so is its spectrum
     i, j = (2 * np.pi * k / n for k, n in zip(np.indices(shape), shape, strict=True))
     kernel = np.cos(i) * (2.0 + np.cos(j)) + 3.0 * np.cos(2 * i) + (i + j == 0)
     factor = np.fft.rfft2(kernel).real
-    values = random(window)
-    spectrum = np.fft.rfft2(values, shape) * factor
-    expected = np.fft.irfft2(spectrum, shape)[: window[0], : window[1]]
     multiplier = fft.multiplier(factor)
-    for _ in range(2):  # the second one finds the padding filled in the buffer
+    for scale in (1.0, -2.0):  # nothing is left over from the first
+        values = scale * random(window)
+        spectrum = np.fft.rfft2(values, shape)
+        assert_allclose(fft.forward(values), spectrum, atol=1e-13)
+        expected = np.fft.irfft2(spectrum * factor, shape)[inside]
         assert_allclose(fft.filter(values, multiplier), expected, atol=1e-12)
+        fft.spectrum[:] = np.fft.rfft2(random(shape))
+        assert_allclose(
+            fft.inverse() / np.prod(shape), random(shape)[inside], atol=1e-13
+        )
+    assert fft.filter(values, multiplier, values) is values
 
 
 @every_engine
@@ -90,6 +75,7 @@ def test_filter_leaves_its_arguments_alone_and_returns_a_new_array(engine):
     first = fft.filter(values, multiplier)
     kept = first.copy()
     fft.filter(2 * values, multiplier)
+    assert fft.pairs == 2
     assert_array_equal(first, kept)
     assert_array_equal(values, before[0])
     assert_array_equal(multiplier, before[1])
@@ -107,14 +93,6 @@ def test_results_do_not_depend_on_the_number_of_threads(window, dtype, engine):
         results.append(fft.filter(values, one))
     assert_array_equal(results[1], results[0])
     assert_array_equal(results[2], results[0])
-
-
-def test_pairs_of_transforms_are_counted():
-    fft = transform((4, 4))
-    one = fft.multiplier(np.ones((4, 3)))
-    for _ in range(3):
-        fft.filter(random((4, 4)), one)
-    assert fft.pairs == 3
 
 
 @every_engine
@@ -143,22 +121,7 @@ def test_fast_length_is_no_shorter_and_has_small_prime_factors(least):
     assert rest == 1
 
 
-@every_engine
-@grids
-def test_small_blocks_by_several_threads_give_the_same(window, grid, engine):
-    fft = transform(window, grid, engine, threads=3, blocking=blocks())
-    values, shape = random(window), grid or window
-    assert_allclose(fft.forward(values), np.fft.rfft2(values, shape), atol=1e-13)
-    assert_allclose(fft.inverse() / np.prod(shape), values, atol=1e-13)
-    one = fft.multiplier(np.ones(fft.spectrum.shape))
-    for _ in range(2):
-        assert_allclose(fft.filter(values, one), values, atol=1e-13)
-    assert fft.filter(values, one, values) is values
-
-
-@pytest.mark.parametrize(
-    "out", [np.zeros((5, 5)), np.zeros((5, 6), int), np.zeros((5, 6), np.float32)]
-)
+@pytest.mark.parametrize("out", [np.zeros((5, 5)), np.zeros((5, 6), np.float32)])
 def test_array_for_a_result_that_does_not_fit_is_refused(out):
     fft = transform((5, 6))
     with pytest.raises(ValueError, match=r"out must be of the shape \(5, 6\) and"):
@@ -171,7 +134,6 @@ def test_array_for_a_result_that_does_not_fit_is_refused(out):
         ({"grid": (8, 3)}, r"window \(4, 4\) does not fit .* \(8, 3\)"),
         ({"engine": "fftpack"}, "'pyfftw' or 'ducc0', got 'fftpack'"),
         ({"dtype": "foo"}, "dtype must be float32 or float64, got "),
-        ({"dtype": "int32"}, "dtype must be float32 or float64, got "),
         ({"dtype": 3.5}, "dtype must be float32 or float64, got "),
     ],
 )

@@ -13,7 +13,6 @@ from ase_roughcontact.elasticity.named_materials import (
     MATERIALS,
     combined_modulus,
     indentation_modulus,
-    material,
     work_of_adhesion,
 )
 from ase_roughcontact.scene import Scene
@@ -57,11 +56,6 @@ def test_the_table_of_the_guide_has_the_hardnesses_of_the_elements():
     for name, part in parts.items():
         assert part == f"{100 * HARDNESS[name] / crystal_modulus(name):.1f}"
     assert parts.keys() == CRYSTALS.keys()
-
-
-def test_crystals_are_materials():
-    for symbol in CRYSTALS:
-        assert material(symbol).contact_modulus == crystal_modulus(symbol)
 
 
 def test_an_isotropic_solid_across_layers_has_its_own_modulus():
@@ -122,6 +116,7 @@ def test_an_elastic_tip_reduces_the_modulus():
 
 def test_an_adhesive_wall_takes_the_work_of_both_materials():
     adhesive = '[interaction]\nkind = "adhesive"\n'
+    assert scene('material = "mica"', 'material = "Au"').wall.work_of_adhesion == 0.0
     both = scene('material = "mica"', 'material = "Si3N4"', adhesive)
     expected = work_of_adhesion("mica", "Si3N4") * UNITS["J/m^2"]
     assert both.wall.work_of_adhesion == pytest.approx(expected)
@@ -129,11 +124,6 @@ def test_an_adhesive_wall_takes_the_work_of_both_materials():
     assert scene(
         'material = "mica"', 'material = "Si3N4"', given
     ).wall.work_of_adhesion == pytest.approx(0.01 * UNITS["J/m^2"])
-
-
-def test_a_repulsive_wall_takes_no_work():
-    both = scene('material = "mica"', 'material = "Au"')
-    assert both.wall.work_of_adhesion == 0.0
 
 
 SOLIDS_WITHOUT_MODULUS = (
@@ -148,18 +138,13 @@ SOLIDS_WITHOUT_MODULUS = (
 @pytest.mark.parametrize(
     "substrate, sphere, message",
     [
-        ('material = "wood"', "", r"\[substrate\] unknown material 'wood'"),
+        ('material = "wood"', "", r"\[substrate\] unknown material 'wood'; Known: Ag"),
         ("", 'material = "wood"', "unknown material 'wood'"),
         ('material = "copper"', "", "did you mean 'Cu'[?] Known: .*Au.*mica"),
         ('material = "aluminum"', "", "did you mean 'Al'"),
         ('material = "MICA"', "", "did you mean 'mica'"),
-        ('material = "wood"', "", "'wood'; Known: Ag, Al"),
         *(
-            (
-                f'material = "Si"\n{key}',
-                "",
-                f"'Si' .* which {key.split()[0]}",
-            )
+            (f'material = "Si"\n{key}', "", f"'Si' .* which {key.split()[0]}")
             for key in SOLIDS_WITHOUT_MODULUS
         ),
         ("anisotropic = true", 'material = "Si"', "needs an isotropic substrate"),
