@@ -224,12 +224,14 @@ class ContactOptimizer(Optimizer):
 
     def _iterate(self, fmax: float, steps: int) -> Iterator[bool]:
         self.fmax, self.max_steps = fmax, self.nsteps + steps
-        self._connect()
+        self._check()
+        self._model = model_of(self.atoms)
+        self.contact = self._model.contact
+        self.message = ""
         pressure, height = self._start()
         self._converged = is_relaxed(self.contact, pressure, self._force, fmax)
-        support = self.indenter.support
         self._states = self._relaxer.states(
-            self.contact, support, fmax, pressure, height
+            self.contact, self.indenter.support, fmax, pressure, height
         )
         try:
             if self.nsteps == 0:
@@ -251,13 +253,6 @@ class ContactOptimizer(Optimizer):
             if self.state is not None or self._converged:
                 self._move_atoms()
 
-    def _connect(self) -> None:
-        """Read contact, load and constraints off the atoms."""
-        self._check()
-        self._model = model_of(self.atoms)
-        self.contact = self._model.contact
-        self.message = ""
-
     def _check(self) -> None:
         """Read the constraints, and raise `ValueError` if there is no solver."""
         wall = problem_of(self.atoms)[0].wall
@@ -273,9 +268,10 @@ class ContactOptimizer(Optimizer):
         values = displacement(self.atoms, self._model.grid)
         pressure = self._model.elastic_pressure(self.atoms)
         state = State(Box((0, 0), pressure.shape), height, pressure, values)
-        start = starting_point(self.contact, state, self.indenter.support)
-        self._energy, self._force = start.energy, start.force
-        return start.pressure, height
+        first, self._force, self._energy = starting_point(
+            self.contact, state, self.indenter.support
+        )
+        return first, height
 
     def _move_atoms(self) -> None:
         """Move the atoms to the last state, and calculate their results."""

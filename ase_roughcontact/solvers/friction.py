@@ -13,7 +13,7 @@ slips, :math:`g = \lambda t` with :math:`|t| = r` and :math:`\lambda \ge 0`.
 
 Newton's method on the set of atoms that slip: those that stick have two unknowns, and
 those that slip one, along their circle, whose curvature adds :math:`\lambda` to the
-diagonal; see `friction_system`. Atoms whose traction exceeds the bound begin to slip,
+diagonal; see `friction_problem`. Atoms whose traction exceeds the bound begin to slip,
 and those that are driven backwards stick again. A step that does not lower the function
 is shortened, and replaced by one along the gradient at last.
 
@@ -33,8 +33,8 @@ from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.solvers.friction_problem import (
     FrictionProblem,
     FrictionState,
+    FrictionSystem,
 )
-from ase_roughcontact.solvers.friction_system import FrictionSystem
 
 # Factor by which a step is shortened, and how often before the gradient replaces it.
 _SHORTER, _MOST_SHORTENED = 0.25, 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -206,7 +206,13 @@ class SolverRelaxer:
             states.close()  # frees its arrays
         outcome = {"message": message, "iterations": steps, "pairs": pairs}
         if last is not None:
-            state = relaxed_state(contact, state, last)
+            displacement = contact.halfspace.displacement(last.pressure)
+            state = replace(
+                state,
+                height=last.height,
+                pressure=last.pressure,
+                displacement=np.asarray(displacement, dtype=float),
+            )
         fields = fields_of(contact, state, relaxed=last is not None)
         return Run.of(state, fields, support, converged=converged, **outcome)
 
@@ -276,26 +282,9 @@ def largest_error(contact: Contact, pressure: np.ndarray | float | None) -> floa
     return contact.halfspace.cell_area * max(_LARGEST_ERROR * pressure, least)
 
 
-class StartingPoint(NamedTuple):
-    """Where a solver starts; see `starting_point`.
-
-    Attributes
-    ----------
-    pressure : ndarray, shape (n, m), or None
-        None if the surface is flat.
-    force : float
-        Largest force. Under a hard wall it is infinity: whether a state is relaxed is
-        not known before the first step.
-    energy : float
-        Under a hard wall without its energy, and NaN if the displacement is not known.
-    """
-
-    pressure: np.ndarray | None
-    force: float
-    energy: float
-
-
-def starting_point(contact: Contact, state: State, support: Support) -> StartingPoint:
+def starting_point(
+    contact: Contact, state: State, support: Support
+) -> tuple[np.ndarray | None, float, float]:
     """Return the pressure from which a solver starts in a state.
 
     Parameters
@@ -307,7 +296,13 @@ def starting_point(contact: Contact, state: State, support: Support) -> Starting
 
     Returns
     -------
-    StartingPoint
+    pressure : ndarray, shape (n, m), or None
+        None if the surface is flat.
+    force : float
+        Largest force. Under a hard wall it is infinity: whether a state is relaxed is
+        not known before the first step.
+    energy : float
+        Under a hard wall without its energy, and NaN if the displacement is not known.
     """
     area, (n, m) = contact.halfspace.cell_area, state.pressure.shape
     if contact.interaction.hard:
@@ -321,15 +316,7 @@ def starting_point(contact: Contact, state: State, support: Support) -> Starting
         pressure = run.fields.pressure + run.fields.forces[:n, :m] / area
         force, energy = run.max_force, run.energy
     start = without_rounding(pressure) if state.displaced else None
-    return StartingPoint(start, force, energy)
-
-
-def relaxed_state(contact: Contact, before: State, relaxation: Relaxation) -> State:
-    """Return the state that a solver has found, with its displacement."""
-    pressure, height = relaxation.pressure, relaxation.height
-    displacement = contact.halfspace.displacement(pressure)
-    displacement = np.asarray(displacement, dtype=float)
-    return replace(before, height=height, pressure=pressure, displacement=displacement)
+    return start, force, energy
 
 
 def fields_of(contact: Contact, state: State, relaxed: bool = False) -> ContactState:
@@ -346,15 +333,11 @@ def fields_of(contact: Contact, state: State, relaxed: bool = False) -> ContactS
     -------
     ContactState
     """
-    displacement = _displacement(contact, state)
+    displacement = state.displacement
+    if displacement is None:
+        displacement = contact.halfspace.displacement(state.pressure)
     reaction = state.pressure if relaxed else None
     return contact.evaluate(displacement, state.height, state.pressure, reaction)
-
-
-def _displacement(contact: Contact, state: State) -> np.ndarray:
-    if state.displacement is None:
-        return contact.halfspace.displacement(state.pressure)
-    return state.displacement
 
 
 def checked_start(contact: Contact, start: np.ndarray | None) -> np.ndarray | None:
