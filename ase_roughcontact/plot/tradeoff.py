@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
+from itertools import compress, product
 from typing import Any
 
 import numpy as np
@@ -17,14 +18,9 @@ _SMALLEST = 1e-3
 # Size of the markers of the first source, and by how much those of the next ones are
 # larger, which lie behind, so that none hides another; distances of labels (points).
 _SIZE, _LARGER, _DISTANCES = 5.0, 0.8, (8.0, 14.0, 22.0)
-# Number of places along a line that labels avoid, for each of its points.
-_ALONG = 100
 # Directions from a point to its label, the preferred ones first.
 _DIRECTIONS = (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)
-_ALIGNMENTS = {
-    "ha": {1: "left", 0: "center", -1: "right"},
-    "va": {1: "bottom", 0: "center", -1: "top"},
-}
+_HORIZONTAL, _VERTICAL = ("center", "left", "right"), ("center", "bottom", "top")
 
 
 def plot_tradeoff(
@@ -101,42 +97,23 @@ def _edge(moved: np.ndarray, side: str) -> str:
 def _annotate(axes: Any, labels: dict[tuple[float, float], str]) -> None:
     """Write labels beside points, where they overlap neither lines nor each other."""
     axes.get_figure().draw_without_rendering()  # places the axes
-    taken = [box for line in axes.lines for box in _boxes(line)]
+    paths = [
+        line.get_transform().transform_path(line.get_path()) for line in axes.lines
+    ]
+    has_marker = [line.get_marker() != "None" for line in axes.lines]
+    markers = np.concatenate([p.vertices for p in compress(paths, has_marker)])
+    curves = list(compress(paths, np.logical_not(has_marker)))
+    taken: list[Bbox] = []
     for point, label in labels.items():
-        for note in _placed(axes, point, label):
+        options = {"textcoords": "offset points", "fontsize": 7, "in_layout": False}
+        note = axes.annotate(label, point, (0.0, 0.0), **options)
+        for distance, (right, up) in product(_DISTANCES, _DIRECTIONS):
+            note.set_position((distance * right, distance * up))
+            note.set(ha=_HORIZONTAL[right], va=_VERTICAL[up])
             box = note.get_window_extent()
             inside = np.allclose(Bbox.intersection(axes.bbox, box) or 0.0, box)
-            if inside and not box.count_overlaps(taken):
+            crossed = any(curve.intersects_bbox(box, filled=False) for curve in curves)
+            hidden = box.padded(_SIZE).count_contains(markers)
+            if inside and not (crossed or hidden or box.count_overlaps(taken)):
                 break
-            note.remove()
-        else:
-            axes.add_artist(note)
         taken.append(box)
-
-
-def _boxes(line: Any) -> Iterator[Bbox]:
-    """Yield boxes around the markers, or along a line without any."""
-    points = line.get_transform().transform(line.get_xydata())
-    size = line.get_markersize() / 2.0 * line.get_figure().dpi / 72.0
-    if line.get_marker() == "None":
-        size, ends = 1.0, np.arange(len(points))
-        along = np.linspace(0, ends[-1], _ALONG * len(points))
-        points = np.transpose([np.interp(along, ends, each) for each in points.T])
-    for point in points:
-        yield Bbox([point - size, point + size])
-
-
-def _placed(axes: Any, point: tuple[float, float], label: str) -> Any:
-    """Yield annotations of a point at various places, the preferred ones first."""
-    for distance in _DISTANCES:
-        for right, up in _DIRECTIONS:
-            yield axes.annotate(
-                label,
-                point,
-                xytext=(distance * right, distance * up),
-                textcoords="offset points",
-                fontsize=7,
-                ha=_ALIGNMENTS["ha"][right],
-                va=_ALIGNMENTS["va"][up],
-                in_layout=False,
-            )

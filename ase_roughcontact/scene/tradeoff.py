@@ -18,7 +18,6 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, integer, lookup, positive
-from ase_roughcontact.paths.accuracy import OF_ATOMS
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.scene.scene import Scene
@@ -34,13 +33,6 @@ from ase_roughcontact.scene.variants import (
 
 # Numbers of realisations.
 _COUNTS = (1, 4, 16, 64)
-# Labels of the choices that a scene makes by default.
-_DEFAULTS = ("normal", f"{OF_ATOMS:g}", "10 a0", "free")
-# Errors that are equal in a table, and those that are practically zero.
-_EQUAL, _ZERO = 1e-2, 1e-6
-# Number of plans that are calculated as a whole: costs that multiply are right within a
-# factor of two or three.
-_TRIED = 3
 # Columns of the answers, that of the area is the scene's, and of what their errors are
 # relative to.
 _COLUMNS = {
@@ -77,14 +69,14 @@ class _Answers:
 
     def error(self, exact: _Answers) -> float:
         """Return the largest relative difference."""
-        return exact.relative(self.values - exact.values)
+        return exact._relative(self.values - exact.values)
 
     @property
     def estimate(self) -> float:
         """Largest relative estimated error; zero if it is not known of any step."""
-        return self.relative(np.nan_to_num(self.errors, nan=0.0))
+        return self._relative(np.nan_to_num(self.errors, nan=0.0))
 
-    def relative(self, differences: FloatArray) -> float:
+    def _relative(self, differences: FloatArray) -> float:
         """Return the largest magnitude relative to the answers of touching steps."""
         touching = self.scale > 0.0
         if not touching.any():
@@ -165,19 +157,13 @@ def tradeoff(
         difference, bound = found.error(exact), 0.0
         if source in _AGAINST_FINEST:
             difference, bound = found.error(truth), truth.estimate
-        choices.append(
-            Choice(
-                source,
-                label,
-                max(difference, bound),
-                *(found.cost, found.seconds, found.memory, settings),
-                is_bound=difference < bound,
-            )
-        )
+        costs = found.cost, found.seconds, found.memory, settings
+        error_of = max(difference, bound)
+        choices.append(Choice(source, label, error_of, *costs, difference < bound))
     if of == "area":
         choices += _theory(best, targets, truth)
     choices += _realisations(scene, targets, of)
-    plan = _cheapest(best, _combinations(choices, SAFETY * error), targets, of)
+    plan = _cheapest(choices, SAFETY * error)
     checked = math.nan
     if plan:
         other, others = unseen(best, targets)
@@ -192,17 +178,12 @@ def tradeoff(
 def _without_steps(scene: Scene) -> str:
     """Return the message that a path has no known steps, and what has an error."""
     deepest = scene.planned.path
-    elastic = ""
-    if scene.solid.creep is not None:
-        elastic = ", without relaxation_moduli and relaxation_times"
-    if scene.friction:
-        elastic = ", without [friction]"
     targets = np.unique(scene.planned.targets) / UNITS[deepest.unit]
     values = ", ".join(f"{target:.4g}" for target in targets)
     return (
         f'states of kind = "{scene.path.kind}" depend on those before: measure its '
         f'deepest state, kind = "steps", control = "{deepest.control}", values = '
-        f"[{values}]{elastic}"
+        f"[{values}], without relaxation_moduli, relaxation_times and [friction]"
     )
 
 
@@ -260,59 +241,30 @@ def _realisations(scene: Scene, targets: Sequence[float], of: str) -> list[Choic
     scale = np.mean([each.scale for each in found], axis=0)
     deviation = np.std([each.values for each in found], axis=0, ddof=1)
     spread = float((deviation[scale > 0.0] / scale[scale > 0.0]).max(initial=0.0))
-    cost = sum(each.cost for each in found) / PILOT
-    time = sum(each.seconds for each in found) / PILOT
+    cost, time = np.mean([(each.cost, each.seconds) for each in found], axis=0).tolist()
     memory = max(each.memory for each in found)
     return [
-        Choice(
-            "realisations", str(n), spread / math.sqrt(n), n * cost, n * time, memory
-        )
+        Choice("realisations", str(n), spread / n**0.5, n * cost, n * time, memory)
         for n in _COUNTS
     ]
 
 
-def _combinations(choices: Sequence[Choice], wanted: float) -> list[tuple[Choice, ...]]:
-    """Return the combinations of numerical choices that seem the cheapest."""
-    groups = [[c for c in choices if c.source == source] for source in NUMERICAL]
-    combined = [
-        combination
-        for combination in product(*map(_without_equals, filter(None, groups)))
-        if sum(choice.error for choice in combination) <= wanted
-    ]
+def _cheapest(choices: Sequence[Choice], wanted: float) -> tuple[Choice, ...]:
+    """Return the cheapest numerical choices, one of each source, that suffice."""
+    groups = ([c for c in choices if c.source == source] for source in NUMERICAL)
+    plans = product(*filter(None, groups))
     # each cost is that of one change: the costs relative to the most accurate multiply
-    combined.sort(key=lambda plan: math.prod(choice.cost for choice in plan))
-    return combined[:_TRIED]
-
-
-def _without_equals(group: Sequence[Choice]) -> list[Choice]:
-    """Return choices of a source without those that are as accurate as the default."""
-    default = next((c for c in group if c.label in _DEFAULTS), group[0])
-
-    def differs(each: Choice) -> bool:
-        equal = math.isclose(each.error, default.error, rel_tol=_EQUAL, abs_tol=_ZERO)
-        return each.is_bound or not equal
-
-    return [each for each in group if each is default or differs(each)]
-
-
-def _cheapest(
-    best: Scene,
-    plans: Sequence[tuple[Choice, ...]],
-    targets: Sequence[float],
-    of: str,
-) -> tuple[Choice, ...]:
-    """Return the cheapest plan, if calculated as a whole; empty without any."""
-
-    def cost(plan: tuple[Choice, ...]) -> float:
-        return _answers(_planned(best, plan), targets, of).cost
-
-    return min(plans, key=cost, default=())
+    return min(
+        (plan for plan in plans if sum(c.error for c in plan) <= wanted),
+        key=lambda plan: math.prod(choice.cost for choice in plan),
+        default=(),
+    )
 
 
 def _planned(scene: Scene, plan: Sequence[Choice]) -> Scene:
     """Return the scene with the settings of a plan."""
-    settings = [choice.settings.items() for choice in plan]
-    return scene.with_values(dict(chain.from_iterable(settings)))
+    settings = chain.from_iterable(choice.settings.items() for choice in plan)
+    return scene.with_values(dict(settings))
 
 
 def _answers(scene: Scene, targets: Sequence[float], of: str) -> _Answers:

@@ -56,6 +56,12 @@ class Choice:
         """The error as it is printed, ``"< 1.0e-03"`` if it is a bound."""
         return f"{'< ' * self.is_bound}{self.error:.1e}"
 
+    def is_beaten_by(self, other: Choice) -> bool:
+        """Return whether a choice of the same source is better in error and cost."""
+        better = other.error <= self.error and other.cost <= self.cost
+        equal = other.error == self.error and other.cost == self.cost
+        return other.source == self.source and better and not equal
+
 
 @dataclass(frozen=True)
 class Tradeoff(Printed):
@@ -120,20 +126,8 @@ class Tradeoff(Printed):
             each
             for each in self.choices
             if each.source in NUMERICAL
-            and not any(
-                other.source == each.source
-                and other.error <= each.error
-                and other.cost <= each.cost
-                and (other.error, other.cost) != (each.error, each.cost)
-                for other in self.choices
-            )
+            and not any(each.is_beaten_by(other) for other in self.choices)
         ]
-
-    @property
-    def most_accurate(self) -> list[Choice]:
-        """The numerical choices with the smallest errors, one of each source."""
-        groups = ([c for c in self.choices if c.source == name] for name in NUMERICAL)
-        return [min(group, key=lambda c: c.error) for group in groups if group]
 
     @property
     def parts(self) -> list[Any]:
@@ -152,7 +146,7 @@ class Tradeoff(Printed):
             for c in self.choices
         ]
         of_what = ", relative to the penetration" if self.of == "height" else ""
-        parts = [
+        return [
             table([*heads, "memory (GB)", ""], rows, left=2),
             "",
             f"Errors: largest relative error of the {self.of} of {len(self.steps)} "
@@ -164,29 +158,24 @@ class Tradeoff(Printed):
             f"Steps: {', '.join(self.steps)}.",
             *(f"Left out: {text}." for text in self.left_out),
             "",
+            *(self._of_plan() if self.plan else [self._why_no_plan()]),
         ]
-        if not self.plan:
-            return [*parts, self._why_no_plan]
-        surface = "another surface" if self.realisations else "other steps"
-        verdict = "kept" if self.kept else "NOT KEPT, ask for a smaller error"
-        parts += [
-            f"Cheapest plan for an error of {self.wanted:g}:",
-            "",
-            self.toml,
-            "",
-            f"On {surface} its error was at most {self.checked:.2e}: {verdict}.",
-        ]
+
+    def _of_plan(self) -> list[str]:
         count = self.realisations
+        surface = "another surface" if count else "other steps"
+        verdict = "kept" if self.kept else "NOT KEPT, ask for a smaller error"
         return [
-            *parts,
+            f"Cheapest plan for an error of {self.wanted:g}:",
+            f"\n{self.toml}\n",
+            f"On {surface} its error was at most {self.checked:.2e}: {verdict}.",
             *([f"For the mean over surfaces: {count} realisations."] if count else []),
         ]
 
-    @property
     def _why_no_plan(self) -> str:
-        smallest = " and ".join(
-            f"{c.source} {c.label}: {c.error_text}" for c in self.most_accurate
-        )
+        groups = ([c for c in self.choices if c.source == name] for name in NUMERICAL)
+        least = [min(group, key=lambda c: c.error) for group in groups if group]
+        smallest = " and ".join(f"{c.source} {c.label}: {c.error_text}" for c in least)
         return (
             f"No plan has an error of {self.wanted:g}: errors are added, and may be "
             f"{SAFETY * self.wanted:.2g} in all on these steps, with a margin for "

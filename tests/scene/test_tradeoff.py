@@ -242,23 +242,6 @@ def test_text_names_front_plan_and_what_is_missing():
     assert "at most 2.00e-01: NOT KEPT" in str(worse)
 
 
-def test_cheapest_whole_is_chosen_among_the_three_that_should_be(monkeypatch):
-    """Products of single costs: 80, 160 and 320 with a cell, 400 and more without."""
-    single = {"fast": 10.0, "normal": 20.0, "high": 40.0}
-    with_cell = {"fast": 5.0, "normal": 3.0, "high": 8.0}
-    relax = Scene.relax
-
-    def counted(self, *args, **options):
-        costs = with_cell if self.substrate.periodic else single
-        cost = costs.get(self.solver.accuracy, 100.0)
-        for step in relax(self, *args, **options):
-            yield replace(step, pairs=cost, grid="1x1")
-
-    monkeypatch.setattr(Scene, "relax", counted)
-    plan = tradeoff(scene(), 0.99, steps=1).plan
-    assert [each.label for each in plan] == ["normal", "cell of 2 diameters"]
-
-
 @pytest.mark.parametrize("of, control", [("height", "load"), ("force", "penetration")])
 def test_errors_of_other_answers_are_those_against_a_finer_grid(of, control):
     target = 10.0 if control == "load" else 3.0
