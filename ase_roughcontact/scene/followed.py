@@ -161,29 +161,11 @@ def _with_derivatives(
     states: Sequence[LoadStep], derivatives: Mapping[int, FloatArray]
 ) -> FloatArray:
     """Return height, force, slope and derivatives on a stable part of a branch."""
-    height, force, slope = interpolated(states)
-    rows = np.array([derivatives[state.step] for state in states]).T
-    return np.column_stack([height, force, slope, *(_along(slope, r) for r in rows)])
-
-
-def _along(slope: FloatArray, derivative: FloatArray) -> FloatArray:
-    """Return the derivative to a parameter between the states.
-
-    Towards an instability it diverges with the slope of the force, so that their ratio
-    is interpolated between two similar positive slopes; elsewhere the derivative is.
-    """
-    if len(derivative) == 1:
-        return np.nan_to_num(derivative)
-    numbers, known = np.arange(len(derivative)), np.isfinite(derivative)
-    share = np.arange(len(slope)) / POINTS
-    derivative = np.interp(numbers, numbers[known], derivative[known])
-    at = slope[::POINTS]
-    similar = np.minimum(at[1:], at[:-1]) > np.maximum(at[1:], at[:-1]) / 4
-    interval = np.minimum(share.astype(int), len(similar) - 1)
-    steep = (similar & (at[1:] > 0.0))[interval]
-    ratio = np.divide(derivative, at, out=np.zeros(len(at)), where=at > 0.0)
-    return np.where(
-        steep,
-        np.interp(share, numbers, ratio) * slope,
-        np.interp(share, numbers, derivative),
-    )
+    branch = interpolated(states)
+    rows = np.array([derivatives[state.step] for state in states])
+    known = np.isfinite(rows).all(axis=1)
+    if not known.any():
+        rows, known = np.zeros_like(rows), ~known
+    numbers, between = np.flatnonzero(known), np.arange(len(branch[0])) / POINTS
+    columns = (np.interp(between, numbers, column) for column in rows[known].T)
+    return np.column_stack([*branch, *columns])
