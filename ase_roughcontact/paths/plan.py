@@ -21,11 +21,10 @@ from ase_roughcontact.theory import Hertz
 from ase_roughcontact.topography import BoundedSurface, RoughSphere
 from ase_roughcontact.topography.facts import IndenterFacts
 from ase_roughcontact.windows.auto import CONTACT_WINDOW_SIZE, AutoWindow
-from ase_roughcontact.windows.expected import ExpectedContact
+from ase_roughcontact.windows.expected import ExpectedContact, contact_radius_on
 from ase_roughcontact.windows.fixed import at_edge
 from ase_roughcontact.windows.footprint import BeyondSurfaceError
 from ase_roughcontact.windows.memory import available_memory, memory_of
-from ase_roughcontact.windows.prediction import contact_radius_on
 
 #: What paths leave out that have no friction.
 LATERAL_LEFT_OUT = (

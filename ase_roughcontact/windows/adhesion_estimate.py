@@ -24,8 +24,8 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import JKR, flattening_energy
 from ase_roughcontact.theory.self_affine import band_of
 from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
+from ase_roughcontact.windows.expected import contact_radius_on
 from ase_roughcontact.windows.memory import check_memory
-from ase_roughcontact.windows.prediction import contact_radius_on
 
 # Side, in spacings, of the piece of a roughness without a known spectrum of which the
 # energy is calculated.

@@ -29,10 +29,13 @@ from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.solvers.relaxation import Support
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
-from ase_roughcontact.windows.expected import ExpectedContact
+from ase_roughcontact.windows.expected import (
+    ExpectedContact,
+    contact_level,
+    predicted_depth,
+)
 from ase_roughcontact.windows.footprint import Footprint, centred_box
 from ase_roughcontact.windows.memory import check_memory
-from ase_roughcontact.windows.prediction import contact_level, predicted_depth
 
 # A window is kept for the next step while it has at most this many times the atoms that
 # are needed.
@@ -323,11 +326,8 @@ class AutoWindow:
 
 def _with_history(state: State) -> Box | None:
     """Return the atoms that keep something of earlier steps, and must not be lost."""
-    boxes = (
-        Box.bounding(values != 0.0, state.window.start)
-        for values in state.history.values()
-    )
     box = None
-    for each in boxes:
+    for values in state.history.values():
+        each = Box.bounding(values != 0.0, state.window.start)
         box = each if box is None else box.union(each)
     return box

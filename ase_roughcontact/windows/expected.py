@@ -1,26 +1,38 @@
-"""Size of a contact by the theory of smooth spheres, without evaluating the roughness.
+r"""Size of a contact that is expected before it is calculated.
 
-The rigid sphere reaches into the range of the wall within a radius that is a lower
-bound of that of a rough one: shifted down by the depth of the roughness, the smooth
-sphere contains the rough one, and carries at least its load at the same height.
+A rigid sphere at a depth :math:`d` overlaps the flat surface within a radius
+:math:`s = \sqrt{2 R d}`; by Hertz it touches the elastic one within
+:math:`a = \sqrt{R d} = s/\sqrt 2` under the load
+
+.. math:: N = \tfrac43 E^* \sqrt R\, d^{3/2} = c\, E^* d\, s, \qquad c = \sqrt 8/3.
+
+Bounds for rough spheres need no roughness: the rigid sphere reaches into the range of
+the wall within a radius that is a lower bound of that of a rough one. Shifted down by
+the depth of the roughness, the smooth sphere contains the rough one, and carries at
+least its load at the same height.
+
+References
+----------
+K. L. Johnson, Contact Mechanics (Cambridge, 1985), Section 4.2: force and gap.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ase_roughcontact.elasticity.greens import ElasticSolid
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.theory.self_affine import rms_height
 from ase_roughcontact.topography import RoughSphere, SelfAffine
-from ase_roughcontact.windows.footprint import BeyondSurfaceError
+from ase_roughcontact.windows.footprint import BeyondSurfaceError, Footprint
 from ase_roughcontact.windows.memory import check_memory
-from ase_roughcontact.windows.prediction import contact_level
 
 # No height of a roughness is below its mean by more than this many rms heights.
 _DEEPEST = 6.0
@@ -30,6 +42,18 @@ LARGEST_DOMAIN = 2048
 _LARGEST_SIDE = 2048
 # Wave numbers among which the stiffest is searched, from this part of the largest on.
 _LONGEST, _WAVES = 1e-5, 60
+
+#: Normal force over ``E*``, depth and half the side of the overlap; that of Hertz.
+LOAD_FACTOR = math.sqrt(8.0) / 3.0
+# Depths are searched from this part of the spacing on, by this factor.
+_FIRST_DEPTH, _DEPTH_RATIO = 1e-3, 1.2
+# Wave number that represents a contact, times its radius.
+_WAVE_NUMBER = math.pi
+# Corrections of the modulus of a solid that is not homogeneous.
+_CORRECTIONS = 12
+# Gap at a radius a (1 + e) beside a Hertzian contact of radius a, for small e, in units
+# of e^(3/2) a^2/(pi R).
+_GAP_BESIDE = 8.0 * math.sqrt(2.0) / 3.0
 
 
 @dataclass(frozen=True)
@@ -108,10 +132,6 @@ class ExpectedContact:
         return -float(lowest(self.spacing)) if lowest else 0.0
 
     @cached_property
-    def _smooth(self) -> RoughSphere:
-        return replace(self.indenter, roughness=None)
-
-    @cached_property
     def _stiffest(self) -> float:
         """Modulus of the stiffest waves."""
         waves = np.geomspace(_LONGEST, 1.0, _WAVES) * np.pi / self.spacing
@@ -134,7 +154,7 @@ class ExpectedContact:
     def _reach(self, level: float) -> float:
         if self.indenter.radius == math.inf:  # of a whole tip nothing is known
             return 0.0
-        return self._smooth.reach(level, self.spacing)
+        return replace(self.indenter, roughness=None).reach(level, self.spacing)
 
 
 def coarsened(
@@ -170,3 +190,137 @@ def coarsened(
     longer = replace(rough, short_wavelength=short)
     slope = rough.rms_slope * rms_height(rough) / rms_height(longer)
     return replace(indenter, roughness=replace(longer, rms_slope=slope)), coarse
+
+
+def predicted_depth(
+    load: float, footprint: Footprint, wall: Interaction, solid: ElasticSolid
+) -> float:
+    """Return a depth at which the indenter carries at least a load, ``N = c E* d s``.
+
+    ``c`` is `LOAD_FACTOR`. The half side ``s`` is that of the box of the atoms that the
+    rigid indenter overlaps. With a hardness the load is at most ``pi H s^2``.
+
+    Parameters
+    ----------
+    load : float
+        Positive (force).
+    footprint : Footprint
+        Of the indenter.
+    wall : Interaction
+    solid : ElasticSolid
+        Its modulus is that of waves of the size of the overlap.
+
+    Returns
+    -------
+    float
+        At most 1.2 times that of the equation, or that at which the overlap leaves
+        the domain of the roughness. It is searched from small depths on, as the surface
+        is then evaluated only where the indenter overlaps.
+    """
+    spacing = footprint.spacing
+
+    def carried(depth: float, half_side: float) -> float:
+        radius = half_side * spacing
+        elastic = LOAD_FACTOR * modulus_under(radius, solid, spacing) * depth * radius
+        return min(elastic, wall.hardness * math.pi * radius**2)
+
+    level = wall.cutoff - wall.contact_distance + footprint.lowest
+    largest = math.inf if wall.plastic else load / carried(1.0, 0.5)
+    depth = _FIRST_DEPTH * spacing
+    while depth < largest:
+        box = footprint.box_below(level + depth)
+        if carried(depth, half_side(box)) > load or footprint.clip(box) != box:
+            return depth
+        depth *= _DEPTH_RATIO
+    return largest
+
+
+def modulus_under(radius: float, solid: ElasticSolid, spacing: float) -> float:
+    """Return the modulus of waves of the size of a contact.
+
+    Parameters
+    ----------
+    radius : float
+        Of the contact (length).
+    solid : ElasticSolid
+    spacing : float
+        Of the atoms (length).
+
+    Returns
+    -------
+    float
+        Pressure.
+    """
+    return float(solid.wave_modulus(_WAVE_NUMBER / max(radius, spacing)))
+
+
+def contact_radius_on(
+    solid: ElasticSolid, spacing: float, radius: Callable[[float], float]
+) -> float:
+    """Return the radius of a contact from that on a homogeneous solid.
+
+    Parameters
+    ----------
+    solid : ElasticSolid
+        Its modulus depends on the length of waves.
+    spacing : float
+        Of the atoms (length).
+    radius : callable
+        Returns the radius on an isotropic solid from its modulus (length).
+
+    Returns
+    -------
+    float
+        That for the modulus of waves of its own size (length).
+    """
+    result = radius(solid.contact_modulus)
+    for _ in range(_CORRECTIONS):
+        corrected = radius(modulus_under(result, solid, spacing))
+        # on a thin incompressible layer E* is proportional to the cube of the radius,
+        # and the corrected radius to 1/radius: without the mean it would alternate
+        result = math.sqrt((result or spacing) * corrected)
+    return result
+
+
+def contact_level(
+    level: float, lowest: float, wall: Interaction, scale: float
+) -> float:
+    r"""Return the level below which the atoms lie that are expected to touch.
+
+    Atoms beside the Hertzian contact touch where its gap is smaller than the depth
+    :math:`\delta` of the roughness and the range of the wall. With the depth
+    :math:`d` of the smooth sphere, as :math:`a^2/R = d`, these are the atoms within
+    :math:`a (1 + e)`,
+
+    .. math:: \frac{8 \sqrt 2}{3\pi}\, e^{3/2}\, d = \delta.
+
+    The side of a paraboloid's footprint is proportional to the root of its depth.
+
+    Parameters
+    ----------
+    level : float
+        Below which the rigid indenter overlaps (length).
+    lowest : float
+        Lowest height of the indenter at an atom (length).
+    wall : Interaction
+    scale : float
+        Factor of the side.
+
+    Returns
+    -------
+    float
+        At most `level`.
+    """
+    roughness = max(-lowest, 0.0) + wall.cutoff - wall.contact_distance
+    depth = level - lowest
+    smooth_depth = depth - roughness
+    if smooth_depth <= 0.0:
+        return level
+    beside = (math.pi * roughness / (_GAP_BESIDE * smooth_depth)) ** (2.0 / 3.0)
+    side = scale * (1.0 + beside) * math.sqrt(smooth_depth / (2.0 * depth))
+    return lowest + depth * min(side, 1.0) ** 2
+
+
+def half_side(box: Box) -> float:
+    """Return half of the mean side of a box, in spacings."""
+    return 0.25 * sum(box.shape)

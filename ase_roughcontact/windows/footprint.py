@@ -174,7 +174,10 @@ class Footprint:
 
     def check(self, level: float) -> None:
         """Raise `ValueError` unless all atoms below a level are in the domain."""
-        box = self._box_in_reach(level)
+        if self.indenter.repeats:
+            box = self.box_below(level)
+        else:
+            box = centred_box(self._reach(level))
         if self.domain is None or self.domain.contains(box):
             return
         atoms = max(*map(abs, box.start), *map(abs, box.stop))
@@ -200,12 +203,6 @@ class Footprint:
             for start, offset in zip(window.start, self.offset, strict=True)
         )
         return self.indenter.heights(window.shape, self.spacing, (x, y))
-
-    def _box_in_reach(self, level: float) -> Box:
-        """Return a box of all atoms that can be below a level."""
-        if self.indenter.repeats:
-            return self.box_below(level)
-        return centred_box(self._reach(level))
 
     def _reach(self, level: float) -> int:
         reach = self.indenter.reach(level, self.spacing, self.offset)

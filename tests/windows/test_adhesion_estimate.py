@@ -10,7 +10,7 @@ import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Isotropic, Layer, PeriodicHalfSpace
 from ase_roughcontact.theory import JKR, Hertz
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
-from ase_roughcontact.windows.prediction import contact_radius_on
+from ase_roughcontact.windows.expected import contact_radius_on
 
 SHORT, LONG = 4.0, 64.0
 

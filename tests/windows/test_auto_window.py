@@ -14,7 +14,7 @@ import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.atoms.exchange import set_window
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.windows import auto, prediction
+from ase_roughcontact.windows import auto
 from ase_roughcontact.windows.footprint import Footprint
 
 HARD = rc.HardWall(), rc.ActiveSet
@@ -158,7 +158,7 @@ def test_window_that_is_predicted_too_small_is_enlarged(wall, monkeypatch):
     expected = make_atoms(sphere, wall, fixed=False)
     run(expected, wall, loads=[20.0])
     atoms = make_atoms(sphere, wall, fixed=False)
-    monkeypatch.setattr(prediction, "LOAD_FACTOR", 1e3)
+    monkeypatch.setattr("ase_roughcontact.windows.expected.LOAD_FACTOR", 1e3)
     run(atoms, wall, loads=[20.0])
     same_state(atoms, expected)
     assert window_of(atoms).size <= 2 * window_of(expected).size
