@@ -89,9 +89,8 @@ def random_field(
     entries = section.plain(_LENGTHS, units, unit).entries()
     known = {each.name for each in fields(SelfAffine)}
     rough = SelfAffine(**{k: v for k, v in entries.items() if k in known}, **more)
-    domain = _domain(rough, spacing / scale, unit, least_domain / scale)
-    rough = replace(rough, domain=domain)
     given = {name: getattr(rough, name) for name in _LENGTHS}
+    given["domain"] = _domain(rough, spacing / scale, unit, least_domain / scale)
     return replace(rough, **{k: v * scale for k, v in given.items() if v})
 
 
@@ -144,8 +143,8 @@ def _domain(rough: SelfAffine, spacing: float, unit: str, least: float) -> float
     """Return the domain: the given one, or a whole number of spacings."""
     if rough.short_wavelength < (2.0 - _ROUNDING) * spacing:
         raise ValueError(
-            f"short_wavelength must be at least 2 a0{_in(2 * spacing, unit)}, as atoms "
-            f"resolve no shorter waves, got {rough.short_wavelength:g} {unit}"
+            f"short_wavelength must be at least {2 * spacing:.4g} {unit}, two spacings "
+            f"of the atoms, got {rough.short_wavelength:g} {unit}"
         )
     side = rough.side / spacing
     if rough.domain is None and least > rough.side:
@@ -156,12 +155,7 @@ def _domain(rough: SelfAffine, spacing: float, unit: str, least: float) -> float
     points = math.ceil(side)
     if rough.domain is not None:
         raise ValueError(
-            f"domain must be a whole number of a0{_in(spacing, unit)}, got "
+            f"domain must be a multiple of the spacing, {spacing:.4g} {unit}, got "
             f'{rough.domain:g} {unit}: give "{points} a0"'
         )
     return next_fast_len(points) * spacing
-
-
-def _in(value: float, unit: str) -> str:
-    """Return a length in the unit of a section, nothing if that is a0."""
-    return "" if unit == "a0" else f" = {value:.4g} {unit}"

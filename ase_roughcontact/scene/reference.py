@@ -132,14 +132,7 @@ def reference_for(scene: Scene) -> Reference:
     if scene.is_flat:
         return _flat(scene)
     if not scene.wall.attractive:
-        smooth = theory.Hertz(scene.radius, scene.contact_modulus)
-        plastic = _plastic(scene)
-        if scene.rough is None:
-            return Reference(scene, smooth, explanation=plastic)
-        if scene.bodies.rough_theory.single_asperity:
-            return Reference(scene, smooth, explanation=_SINGLE.format(smooth.name))
-        found = Reference(scene, smooth, explanation=plastic, rough_above=0.0)
-        return found if plastic else _with_first_asperity(found)
+        return _repulsive(scene)
     reference = _rough(_adhesive(scene, scene.wall.work_of_adhesion))
     return replace(reference, criteria=scene.bodies.criteria)
 
@@ -157,33 +150,34 @@ def _flat(scene: Scene) -> Reference:
     return Reference(scene, smooth, (), explanation, 0.0, scene.bodies.criteria)
 
 
-def _with_first_asperity(rough: Reference) -> Reference:
-    """Add what theory says of light loads, unless the sphere is as sharp itself."""
-    scene, law = rough.scene, "Eq. (4) of Pastewka & Robbins (2016)"
+def _repulsive(scene: Scene) -> Reference:
+    """Choose the theory without adhesion, with what is known of light loads."""
+    smooth = theory.Hertz(scene.radius, scene.contact_modulus)
+    rough, hardness, nn = scene.rough, scene.wall.hardness, UNITS["nN"]
+    if rough is not None and scene.bodies.rough_theory.single_asperity:
+        return Reference(scene, smooth, explanation=_SINGLE.format(smooth.name))
+    found = Reference(scene, smooth, rough_above=None if rough is None else 0.0)
+    if hardness < math.inf:
+        sphere = scene.radius, scene.contact_modulus, hardness
+        explanation = (
+            f"pressures up to the hardness of {hardness / UNITS['GPa']:.3g} GPa; a "
+            "smooth sphere would be fully plastic, A = N/H, above about "
+            f"{float(theory.plastic_crossover_load(*sphere)) / nn:.2g} nN"
+        )
+        return replace(found, explanation=explanation)
+    if rough is None:
+        return found
+    explanation, plateau = "Eq. (4) of Pastewka & Robbins (2016)", math.nan
     factor = 1.0 if scene.wall.hard else theory.ASPERITY_FACTOR_REPULSIVE
     system = replace(scene.bodies.rough_theory, asperity_factor=factor)
-    if system.single_asperity:
-        return replace(rough, explanation=law)
-    plateau = float(theory.low_load_plateau(system.asperity_radius, scene.radius))
-    explanation = (
-        f"{law} above about {system.asperity_load / UNITS['nN']:.2g} nN; at lighter "
-        f"loads the first asperity, A/A_Hertz = {plateau:.3g}, about which a single "
-        "realisation scatters"
-    )
-    return replace(rough, explanation=explanation, plateau=plateau)
-
-
-def _plastic(scene: Scene) -> str:
-    """Return where contact becomes plastic; empty without a hardness of the wall."""
-    hardness = scene.wall.hardness
-    if hardness == math.inf:
-        return ""
-    sphere = scene.radius, scene.contact_modulus, hardness
-    load = float(theory.plastic_crossover_load(*sphere)) / UNITS["nN"]
-    return (
-        f"pressures up to the hardness of {hardness / UNITS['GPa']:.3g} GPa; a smooth "
-        f"sphere would be fully plastic, A = N/H, above about {load:.2g} nN"
-    )
+    if not system.single_asperity:
+        plateau = float(theory.low_load_plateau(system.asperity_radius, scene.radius))
+        explanation += (
+            f" above about {system.asperity_load / nn:.2g} nN; at lighter loads the "
+            f"first asperity, A/A_Hertz = {plateau:.3g}, about which a single "
+            "realisation scatters"
+        )
+    return replace(found, explanation=explanation, plateau=plateau)
 
 
 def _adhesive(scene: Scene, work: float) -> Reference:
@@ -245,6 +239,5 @@ def _rough(smooth: Reference) -> Reference:
             "smaller than half the longest wavelength "
             f"({half_wave / UNITS['nm']:.2g} nm)"
         )
-    return replace(
-        smooth, explanation=f"none for this contact, as {reason}; {comparison}"
-    )
+    explanation = f"none for this contact, as {reason}; {comparison}"
+    return replace(smooth, explanation=explanation)
