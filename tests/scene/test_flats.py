@@ -134,21 +134,6 @@ def test_random_flats_have_kappa_of_hard_walls():
     assert 1.8 < kappa / step.normal_force < 2.5
 
 
-def test_a_tip_is_no_flat_and_a_hollow_neither():
-    x = np.arange(-20.0, 21.0)
-    tip = -(x[:, None] ** 2 + x**2) / 60.0
-    text = SCENE.replace('"substrate"', '"indenter"').replace("100 MPa", "1 nN")
-    text = text.replace("periodic = true", "")
-    np.save("scan.npy", tip)
-    scene = Scene.parse(text)
-    scene.check()
-    assert not scene.is_flat
-    assert scene.radius == pytest.approx(30.0 * 40.0, rel=1e-3)
-    np.save("scan.npy", -tip)
-    with pytest.raises(ValueError, match=r"not convex .* is the height reversed"):
-        Scene.parse(text).check()
-
-
 @pytest.mark.parametrize(
     ("role", "periodic", "warned"),
     [("indenter", False, True), ("indenter", True, False), ("substrate", False, False)],

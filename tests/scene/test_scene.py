@@ -79,23 +79,15 @@ def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
     assert "profile" not in text and "was not given, is not given" not in text
 
 
-@pytest.mark.parametrize(
-    "longer",
-    [
-        ("last = 0.6\nsteps = 2", "last = 1.0\nsteps = 3"),
-        ("first = 0.2\nlast = 0.6\nsteps = 2", "values = [0.2, 0.6, 0.5]"),
-    ],
-    ids=["ends", "values"],
-)
-def test_an_extended_path_resumes_in_the_same_folder(longer, tmp_path):
+def test_an_extended_path_resumes_in_the_same_folder(tmp_path):
     short = list(Scene.parse(SMALL).run(tmp_path))
-    records = list(Scene.parse(SMALL.replace(*longer)).run(tmp_path))
+    path = "first = 0.2\nlast = 0.6\nsteps = 2", "values = [0.2, 0.6, 0.5]"
+    records = list(Scene.parse(SMALL.replace(*path)).run(tmp_path))
     assert records[:2] == short
     assert len(records) == 3 and records[2].converged
 
 
 HUGE = "9" * 400  # beyond all floats
-WALL = 'kind = "full"\nwork_of_adhesion = '
 
 
 @pytest.mark.parametrize(
@@ -106,15 +98,11 @@ WALL = 'kind = "full"\nwork_of_adhesion = '
         ("substrate", "shape = 32", "shape must be a list of numbers or a string"),
         ("substrate", 'periodic = "false"', "periodic must be true or false"),
         ("substrate", "contact_modulus = nan", "contact_modulus must be .*, got nan"),
-        ("substrate", "contact_modulus = 1e9", "contact_modulus is in GPa, at most"),
         ("substrate", "elastic_constants = [1.0, 2.0, 3.0]", "elastic_constants must"),
         ("substrate", f"elastic_constants = [{HUGE}, 1, 1]", "elastic_constants must"),
         ("substrate", "hardness = 3e9", "hardness is in GPa, above 0 and at most 1000"),
-        ("substrate", 'spacing = "wide"', "spacing must be a number, or"),
         ("substrate", "spacing = -2.5", "spacing must be .* number > 0, got -2.5"),
-        ("substrate", 'symbol = "Fe"', "the .* of Fe is not known"),
         ("substrate", 'symbol = "Sj"', "unknown chemical symbol 'Sj'$"),
-        ("substrate", "shape = [0, 4]", "shape must be two whole numbers >= 1"),
         ("substrate", "periodic = true", "shape = .auto. needs a free half space"),
         ("sphere", "radius = -1", "radius must be a finite number > 0, got -1"),
         ("sphere", 'radius = "-1 nm"', "radius must be a finite .*, got '-1 nm'"),
@@ -122,8 +110,6 @@ WALL = 'kind = "full"\nwork_of_adhesion = '
         ("sphere", 'profile = "cone"', "profile must be 'paraboloid' or 'sphere'"),
         ("roughness", "rms_slope = 0", "rms_slope must be a finite number > 0"),
         ("roughness", "short_wavelength = 1.0", "must be at least 2 a0, .* got 1 a0"),
-        ("roughness", 'long_wavelength = "x"', "long_wavelength must be a number, or"),
-        ("roughness", "domain = 3.0", "domain must be at least long_wavelength = 512"),
         (
             "roughness",
             "domain = 2048.5",
@@ -132,8 +118,6 @@ WALL = 'kind = "full"\nwork_of_adhesion = '
         ("interaction", 'kind = "sof"\nrange = 1', "unknown kind of interaction 'sof'"),
         ("interaction", 'kind = "full"', "kind = 'full' needs work_of_adhesion"),
         ("interaction", "cutoff = 3\nexponent = 2", "has no cutoff, .* no exponent"),
-        ("interaction", f"{WALL}50.0", r"> 0 and < 10 J/m\^2, got 50.0"),
-        ("path", "values = 0.3", "values must be a list of numbers, got"),
         ("path", "values = [true]", "values must be a list of numbers, got"),
         ("path", "values = []", "values must have at least one step"),
         ("path", f"values = [{HUGE}]", "values must be"),
@@ -175,27 +159,32 @@ def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
         Scene.read(tmp_path / "scan.npy")
 
 
-def test_independent_errors_are_reported_at_once():
-    text = """
-    substrate = { modulus = 3, contact_modulus = "3 nm" }
-    path = { kind = "loop", depest = 1.0, first = 2.0, last = 3.0 }
-    """
-    with pytest.raises(ValueError, match=r"scene: \[substrate\] unknown") as error:
-        Scene.parse(text)
-    for part in ("'modulus'", "[path] first, last need", "'depest'; did you mean"):
-        assert part in str(error.value)
-    text = """
-    substrate = { symbol = "W", shape = [0, 1] }
-    path = { values = [] }
-    """
-    with pytest.raises(ValueError, match=r"\[substrate\] .*W.*fcc") as error:
+@pytest.mark.parametrize(
+    "text, parts",
+    [
+        (
+            """
+            substrate = { modulus = 3, contact_modulus = "3 nm" }
+            path = { kind = "loop", depest = 1.0, first = 2.0, last = 3.0 }
+            """,
+            ["'modulus'", "[path] first, last need", "'depest'; did you mean"],
+        ),
+        (
+            'substrate = { symbol = "W", shape = [0, 1] }',
+            [
+                "the (100) surface of W is not known: its crystal is neither fcc",
+                "give spacing; the elastic constants of 'W'",
+                "those of Ag, Al, Au, Cu, Ge, Ni, Si",
+                "; [substrate] shape must be",
+            ],
+        ),
+    ],
+    ids=["types", "values"],
+)
+def test_independent_errors_are_reported_at_once(text, parts):
+    with pytest.raises(ValueError, match=r"scene: \[substrate\]") as error:
         Scene.parse(text).check()
-    for part in (
-        "give spacing; the elastic constants of 'W'",
-        "those of Ag, Al, Au, Cu, Ge, Ni, Si",
-        "; [substrate] shape must be",
-    ):
-        assert part in str(error.value)
+    assert [part for part in parts if part not in str(error.value)] == []
 
 
 @pytest.mark.parametrize("longest, side", [("39.7", 160.0), ("39.75", 159.0)])

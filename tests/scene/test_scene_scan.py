@@ -14,14 +14,20 @@ from ase_roughcontact.scene.reference import reference_for
 
 ROUGH = SelfAffine(0.05, 0.8, 8.0, 64.0, seed=1)  # Å
 SCAN = -ROUGH.heights((64, 64), 2.0) / 10  # nm
-HEADER = "Width: 12.8 nm\nHeight: 12.8 nm\nValue units: nm"
 SMOOTH = SMALL[: SMALL.index("[roughness]")] + SMALL[SMALL.index("[path]") :]
 SECTION = '[topography]\nfile = "scan.txt"\nrole = "substrate"\n'
 
 
+def write(folder, heights):
+    """Write a scan (nm) with points at a distance of 2 Å."""
+    width = 0.2 * len(heights)
+    header = f"Width: {width:g} nm\nHeight: {width:g} nm\nValue units: nm"
+    np.savetxt(folder / "scan.txt", heights.T, header=header)
+
+
 @pytest.fixture
 def folder(tmp_path):
-    np.savetxt(tmp_path / "scan.txt", SCAN.T, header=HEADER)
+    write(tmp_path, SCAN)
     return tmp_path
 
 
@@ -87,8 +93,7 @@ def test_lengths_of_a_scan_may_have_units(folder):
 
 def test_a_scan_of_one_asperity_is_not_compared_with_rough_surfaces(tmp_path):
     x = np.linspace(-np.pi, np.pi, 64)
-    bump = 0.02 * np.cos(x)[:, None] * np.cos(x)
-    np.savetxt(tmp_path / "scan.txt", bump, header=HEADER)
+    write(tmp_path, 0.02 * np.cos(x)[:, None] * np.cos(x))
     adhesive = '[interaction]\nkind = "adhesive"\nwork_of_adhesion = 0.05\n'
     for section in (SECTION, SECTION + adhesive):
         reference = reference_for(read(tmp_path, section))
@@ -124,7 +129,7 @@ def test_errors_name_the_section(folder, section, message):
 
 def test_a_scan_that_has_changed_is_read_again(folder):
     first = read(folder).rough
-    np.savetxt(folder / "scan.txt", 2 * SCAN.T, header=HEADER)
+    write(folder, 2 * SCAN)
     assert read(folder).rough.rms_slope == pytest.approx(2 * first.rms_slope)
 
 
@@ -132,12 +137,10 @@ def doubts(scene):
     return [each for each in scene.warnings if each.startswith("scan.txt")]
 
 
-def noisy(folder, points=0.0, lines=0.0, part=64):
-    """Write the scan with noise (nm), and read the scene."""
+def with_noise(points=0.0, lines=0.0):
+    """Return the scan with noise (nm)."""
     rng = np.random.default_rng(1)
-    noise = points * rng.normal(size=SCAN.shape) + lines * rng.normal(size=64)
-    header = HEADER.replace("12.8", f"{0.2 * part:g}")
-    np.savetxt(folder / "scan.txt", (SCAN + noise)[:part, :part].T, header=header)
+    return SCAN + points * rng.normal(size=SCAN.shape) + lines * rng.normal(size=64)
 
 
 @pytest.mark.parametrize(
@@ -151,7 +154,7 @@ def noisy(folder, points=0.0, lines=0.0, part=64):
     ],
 )
 def test_noise_is_printed_and_keys_that_help_are_offered(folder, noise, advice):
-    noisy(folder, **noise)
+    write(folder, with_noise(**noise))
     scene = read(folder)
     found = scene.scan.measurement.noise
     text = f"noise {0.1 * found.points:.2g} nm, of lines {0.1 * found.lines:.2g} nm"
@@ -162,7 +165,7 @@ def test_noise_is_printed_and_keys_that_help_are_offered(folder, noise, advice):
 
 
 def test_the_advised_filter_removes_the_noise(folder):
-    noisy(folder, points=0.01)
+    write(folder, with_noise(points=0.01))
     filtered = read(folder, SECTION + 'cutoff_wavelength = "1.2 nm"\n')
     assert "filtered below 1.2 nm" in filtered.topography.summary
     assert doubts(filtered) == []
@@ -172,7 +175,7 @@ def test_the_advised_filter_removes_the_noise(folder):
 def test_outliers_are_reported_and_removed(folder):
     scan = SCAN.copy()
     scan[30, 40] += 3.0
-    np.savetxt(folder / "scan.txt", scan.T, header=HEADER)
+    write(folder, scan)
     assert "1 single points stick out far" in " ".join(doubts(read(folder)))
     removed = read(folder, SECTION + "remove_outliers = true\n")
     assert doubts(removed) == []
@@ -180,7 +183,7 @@ def test_outliers_are_reported_and_removed(folder):
 
 
 def test_a_part_of_a_scan_that_is_declared_periodic_is_doubted(folder):
-    noisy(folder, part=40)
+    write(folder, SCAN[:40, :40])
     (warning,) = doubts(read(folder, SECTION + "periodic = true\n"))
     assert "from one edge to the opposite" in warning
     assert "is the scan periodic?" in warning

@@ -6,12 +6,12 @@ The expected conversion factors follow from the elementary charge.
 import json
 import math
 import re
+from collections import defaultdict
 from operator import attrgetter
 
 import numpy as np
 import pytest
 
-from ase_roughcontact._util.files import tomllib
 from ase_roughcontact.ensemble.columns import scene_columns
 from ase_roughcontact.scene import Scene, default_text
 
@@ -20,34 +20,6 @@ NN = 1e-19 / CHARGE  # in eV/Å
 GPA = 1e-21 / CHARGE  # in eV/Å^3
 J_PER_M2 = 1e-20 / CHARGE  # in eV/Å^2
 A0, MODULUS = 2.5, 80.0
-
-SCENE = tomllib.loads(
-    """
-    sphere = { radius = 60.0, profile = "sphere" }
-    interaction = { kind = "full", work_of_adhesion = 0.3, cutoff = 7.0 }
-    path = { control = "load", first = 2.0, last = 50.0, steps = 3, scale = "linear" }
-    solver = { optimizer = "LBFGS", accuracy = 1e-3, fmax = 1e-5, max_steps = 77 }
-    [substrate]
-    symbol = "Au"
-    spacing = 2.5
-    contact_modulus = 80.0
-    hardness = 0.7
-    shape = [32, 48]
-    periodic = true
-    model = "continuum"
-    refine = 1
-    [roughness]
-    rms_slope = 0.2
-    hurst = 0.7
-    short_wavelength = 5.0
-    long_wavelength = 16.0
-    longest_wavelength = 24.0
-    seed = 3
-    random_amplitudes = true
-    normalise = "ensemble"
-    domain = 120.0
-    """
-)
 
 
 def scene_with(changes=(), **tables):
@@ -67,44 +39,44 @@ def relaxed_by(scene):
     return type(scene.optimizer(scene.atoms(), logfile=None)).__name__
 
 
-# Quantity defined by a key (an attribute or a function of the scene), its value in
-# ASE's units, and another value of the key.
+# Values of keys, the quantities that they define (an attribute or a function of the
+# scene) in ASE's units, and other values of the keys.
 KEYS = {
-    "substrate.symbol": (lambda s: s.atoms().symbols[0], "Au", "Cu"),
-    "substrate.spacing": (lambda s: s.atoms().positions[1, 1], A0, 3.0),
-    "substrate.contact_modulus": ("solid.contact_modulus", MODULUS * GPA, 90.0),
-    "substrate.hardness": ("hardness", 0.7 * GPA, 0.8),
-    "substrate.shape": (lambda s: s.atoms().cell[0, 0], 32.0 * A0, [36, 48]),
-    "substrate.periodic": (
-        lambda s: s.atoms().pbc.tolist(),
-        [True, True, False],
-        False,
-    ),
-    "substrate.model": ("area_column", "continuum_area", "atoms"),
-    "sphere.radius": ("surface.radius", 60.0 * A0, 70.0),
-    "sphere.profile": ("surface.profile", "sphere", "paraboloid"),
-    "roughness.rms_slope": ("rough.rms_slope", 0.2, 0.1),
-    "roughness.hurst": ("rough.hurst", 0.7, 0.8),
-    "roughness.short_wavelength": ("rough.short_wavelength", 5.0 * A0, 4.0),
-    "roughness.long_wavelength": ("rough.long_wavelength", 16.0 * A0, 20.0),
-    "roughness.longest_wavelength": ("rough.longest_wavelength", 24.0 * A0, 30.0),
-    "roughness.seed": ("rough.seed", 3, 4),
-    "roughness.random_amplitudes": ("rough.random_amplitudes", True, False),
-    "roughness.normalise": ("rough.normalise", "ensemble", "realisation"),
-    "roughness.domain": ("rough.side", 120.0 * A0, 150.0),
-    "interaction.kind": ("wall.attractive", True, "repulsive"),
-    "interaction.work_of_adhesion": ("wall.work_of_adhesion", 0.3 * J_PER_M2, 0.4),
-    "interaction.cutoff": ("wall.cutoff", 7.0 * A0, 8.0),
-    "path.control": ("control", "loads", "height"),
-    "path.first": (lambda s: s.targets[0], 2.0 * NN, 3.0),
-    "path.last": (lambda s: s.targets[-1], 50.0 * NN, 60.0),
-    "path.steps": (lambda s: len(s.targets), 3, 4),
-    "path.scale": (lambda s: s.targets[1], 26.0 * NN, "geometric"),
-    "solver.optimizer": (relaxed_by, "LBFGS", "FIRE"),
-    "solver.accuracy": ("accuracy.error", 1e-3, 1e-4),
-    "solver.fmax": ("fmax", 1e-5 * MODULUS * GPA * A0**2, 1e-6),
-    "solver.max_steps": ("solver.max_steps", 77, 78),
+    "substrate.symbol": ("Au", lambda s: s.atoms().symbols[0], "Au", "Cu"),
+    "substrate.spacing": (A0, lambda s: s.atoms().positions[1, 1], A0, 3.0),
+    "substrate.contact_modulus": (MODULUS, "contact_modulus", MODULUS * GPA, 90.0),
+    "substrate.hardness": (0.7, "hardness", 0.7 * GPA, 0.8),
+    "substrate.shape": ([32, 48], lambda s: s.atoms().cell[0, 0], 32.0 * A0, [36, 48]),
+    "substrate.periodic": (True, lambda s: s.atoms().pbc[1], True, False),
+    "substrate.model": ("continuum", "area_column", "continuum_area", "atoms"),
+    "sphere.radius": (60.0, "surface.radius", 60.0 * A0, 70.0),
+    "sphere.profile": ("sphere", "surface.profile", "sphere", "paraboloid"),
+    "roughness.rms_slope": (0.2, "rough.rms_slope", 0.2, 0.1),
+    "roughness.hurst": (0.7, "rough.hurst", 0.7, 0.8),
+    "roughness.short_wavelength": (5.0, "rough.short_wavelength", 5.0 * A0, 4.0),
+    "roughness.long_wavelength": (16.0, "rough.long_wavelength", 16.0 * A0, 20.0),
+    "roughness.longest_wavelength": (24.0, "rough.longest_wavelength", 24.0 * A0, 30.0),
+    "roughness.seed": (3, "rough.seed", 3, 4),
+    "roughness.random_amplitudes": (True, "rough.random_amplitudes", True, False),
+    "roughness.normalise": ("ensemble", "rough.normalise", "ensemble", "realisation"),
+    "roughness.domain": (120.0, "rough.side", 120.0 * A0, 150.0),
+    "interaction.kind": ("full", "wall.attractive", True, "repulsive"),
+    "interaction.work_of_adhesion": (0.3, "wall.work_of_adhesion", 0.3 * J_PER_M2, 0.4),
+    "interaction.cutoff": (7.0, "wall.cutoff", 7.0 * A0, 8.0),
+    "path.control": ("load", "control", "loads", "height"),
+    "path.first": (2.0, lambda s: s.targets[0], 2.0 * NN, 3.0),
+    "path.last": (50.0, lambda s: s.targets[-1], 50.0 * NN, 60.0),
+    "path.steps": (3, lambda s: len(s.targets), 3, 4),
+    "path.scale": ("linear", lambda s: s.targets[1], 26.0 * NN, "geometric"),
+    "solver.optimizer": ("LBFGS", relaxed_by, "LBFGS", "FIRE"),
+    "solver.accuracy": (0.001, "accuracy.error", 1e-3, 1e-4),
+    "solver.fmax": (1e-05, "fmax", 1e-5 * MODULUS * GPA * A0**2, 1e-6),
+    "solver.max_steps": (77, "solver.max_steps", 77, 78),
 }
+SCENE = defaultdict(dict)
+for key, (value, *_) in KEYS.items():
+    SCENE[key.partition(".")[0]][key.partition(".")[2]] = value
+SCENE["substrate"]["refine"] = 1
 # The same of the parameters of other walls, with the kind and all parameters.
 POWER_LAW = {"kind": "power-law", "work_of_adhesion": 0.3, "attraction_range": 1.5}
 POWER_LAW |= {"exponent": 2.5, "relative_cutoff": 12.0}
@@ -119,20 +91,18 @@ OF_WALLS = {
 # Keys that replace others, tested separately.
 INSTEAD = {
     "substrate.elastic_constants",
+    "path.values",
     "sphere.unit",
     "roughness.unit",
-    "path.values",
 }
 
 
 def keys_of(text):
     """Return the keys of a scene file with their tables, including commented keys."""
-    found, title = set(), None
-    for line in text.splitlines():
-        title = (re.match(r"\[(\w+)\]", line) or [None, title])[1]
-        key = re.match(r"#?(\w+) = ", line)
-        found |= {f"{title}.{key[1]}"} if key else set()
-    return found
+    _, *parts = re.split(r"^\[(\w+)\]", text, flags=re.M)
+    keys = [re.findall(r"^#?(\w+) = ", part, re.M) for part in parts[1::2]]
+    found = zip(parts[::2], keys, strict=True)
+    return {f"{title}.{key}" for title, names in found for key in names}
 
 
 def test_the_table_has_every_key_of_a_scene_file():
@@ -140,19 +110,19 @@ def test_the_table_has_every_key_of_a_scene_file():
 
 
 def value_of(key, scene):
-    read = KEYS[key][0]
+    read = KEYS[key][1]
     return (attrgetter(read) if isinstance(read, str) else read)(scene)
 
 
 def expected_of(key):
-    expected = KEYS[key][1]
+    expected = KEYS[key][2]
     return pytest.approx(expected, rel=1e-7) if type(expected) is float else expected
 
 
 @pytest.mark.parametrize("key", KEYS)
 def test_keys_are_converted_to_the_units_of_ase(key):
     assert value_of(key, scene_with()) == expected_of(key)
-    changes = {key: KEYS[key][2]}
+    changes = {key: KEYS[key][3]}
     if key == "interaction.kind":  # which has neither work of adhesion nor cutoff
         changes |= {"interaction.work_of_adhesion": None, "interaction.cutoff": None}
     assert value_of(key, scene_with(changes)) != expected_of(key)
@@ -234,13 +204,14 @@ def test_parameters_of_walls_are_converted_to_the_units_of_ase(key):
 
 @pytest.mark.parametrize("control", ["load", "penetration", "height"])
 def test_targets_are_in_nanonewton_or_in_angstrom(control):
-    unit = NN if control == "load" else 1.0
-    scene = scene_with({"path.control": control})
-    np.testing.assert_allclose(scene.targets, unit * np.array([2.0, 26.0, 50.0]))
-    listed = scene_with(path={"control": control, "values": [1.5, 3.0]})
-    np.testing.assert_allclose(listed.targets, unit * np.array([1.5, 3.0]))
-    geometric = scene_with({"path.control": control, "path.scale": "geometric"})
-    np.testing.assert_allclose(geometric.targets, unit * np.array([2.0, 10.0, 50.0]))
+    def targets(**path):
+        scene = scene_with(path={**SCENE["path"], **path, "control": control})
+        return scene.targets / (NN if control == "load" else 1.0)
+
+    none = dict.fromkeys(("first", "last", "steps"))
+    np.testing.assert_allclose(targets(), [2.0, 26.0, 50.0])
+    np.testing.assert_allclose(targets(values=[1.5, 3.0], **none), [1.5, 3.0])
+    np.testing.assert_allclose(targets(scale="geometric"), [2.0, 10.0, 50.0])
 
 
 def test_elastic_constants_are_in_gigapascal_by_default_those_of_the_crystal():
@@ -260,19 +231,11 @@ def test_elastic_constants_are_in_gigapascal_by_default_those_of_the_crystal():
 
 def relaxed_with(values=(2.0,), shape=(40, 40), **solver):
     """Results of steps in a window with the given keys of [solver]."""
-    return list(
-        scene_with(
-            {
-                "substrate.shape": shape,
-                "substrate.periodic": False,
-                "substrate.model": "atoms",
-            },
-            roughness=None,
-            interaction={},
-            path={"control": "penetration", "values": values},
-            solver=solver,
-        ).relax()
-    )
+    substrate = {**SCENE["substrate"], "shape": shape, "periodic": False}
+    path = {"control": "penetration", "values": values}
+    tables = {"roughness": None, "interaction": {}, "path": path, "solver": solver}
+    scene = scene_with(substrate=substrate | {"model": "atoms"}, **tables)
+    return list(scene.relax())
 
 
 @pytest.mark.parametrize("shape", ["auto", [40, 40]], ids=str)

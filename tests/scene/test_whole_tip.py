@@ -76,7 +76,7 @@ def test_a_plan_of_a_rough_tip_runs_as_the_tip_does(read):
 def test_theory_of_a_tip_is_that_of_its_radius_of_curvature(read):
     scene = read()
     assert scene.radius == pytest.approx(100.0)
-    assert scene.rough is None
+    assert scene.rough is None and not scene.is_flat
     smooth = reference_for(scene).smooth
     assert (smooth.name, smooth.radius) == ("Hertz", scene.radius)
     assert scene.warnings == []
