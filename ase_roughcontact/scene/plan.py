@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import replace
@@ -36,17 +37,15 @@ _COUPLING_LEFT_OUT = (
 )
 
 
-def check_targets(
-    path: PathKind, targets: FloatArray, expected: ExpectedContact
-) -> None:
-    """Raise an error if a step certainly can't be calculated in automatic windows.
+def check_path(scene: Any) -> None:
+    """Raise an error if a step of a `Scene` certainly can't be calculated.
+
+    Nothing is calculated for this: neither the roughness nor a window.
 
     Parameters
     ----------
-    path : PathKind
-    targets : ndarray
-        Of the path.
-    expected : ExpectedContact
+    scene : Scene
+        With known targets.
 
     Raises
     ------
@@ -55,9 +54,11 @@ def check_targets(
     MemoryError
         If a contact exceeds the free memory.
     """
-    steps, control = np.sort(targets), f"{path.control}s"
-    if control == "heights":  # the deepest one last
-        steps = steps[::-1]
+    if scene.shape:
+        return
+    expected, control, targets = _expected(scene), scene.control, scene.targets
+    # the deepest one last
+    steps = np.sort(targets)[:: -1 if control == "heights" else 1]
 
     def problem(number: int) -> ValueError | MemoryError | None:
         try:
@@ -70,28 +71,35 @@ def check_targets(
     if worst is not None:
         first = bisect_left(range(len(steps)), True, key=lambda n: bool(problem(n)))
         kind = MemoryError if isinstance(worst, MemoryError) else ValueError
-        raise kind(_without(path, targets, steps[first:], str(worst))) from worst
+        raise kind(_without(scene.path, steps[first:], len(steps), worst)) from worst
 
 
 def _without(
-    path: PathKind, targets: FloatArray, failing: FloatArray, problem: str
+    path: PathKind, failing: FloatArray, count: int, problem: Exception
 ) -> str:
-    """Return a message that steps can't be calculated, and how to omit them."""
-    unit = UNITS[path.unit]
-    first, last = failing[[0, -1]] / unit
+    """Return a message that some steps can't be calculated."""
+    first, last = failing[[0, -1]] / UNITS[path.unit]
     which = f"{first:g}" if first == last else f"{first:g} to {last:g}"
     text = f"[path] {path.control} of {which} {path.unit}: {problem}"
-    if len(failing) == len(targets):
+    if len(failing) == count:
         return text
     return f"{text}; or leave out the {len(failing)} steps from {first:g} on"
+
+
+def _expected(scene: Any) -> ExpectedContact:
+    """Return bounds for the contact, which are known without the roughness."""
+    spacing = scene.grid_change.spacing(scene.spacing)
+    return ExpectedContact(scene.sampled_surface, scene.wall, scene.solid, spacing)
 
 
 def plan_of(scene: Any) -> Plan:
     """Return the windows, memory and time of the path of a `Scene`.
 
-    Very large automatic windows and roughnesses are planned on a coarser lattice.
+    Very large automatic windows and roughnesses are planned on a coarser lattice. If
+    the domain of the roughness is too small, the advised one is planned as well, as a
+    larger one may be rougher.
     """
-    expected, friction = scene.expected_contact, scene.friction
+    expected, friction = _expected(scene), scene.friction
     planner = partial(
         plan_path,
         start=scene.start,
@@ -123,7 +131,14 @@ def plan_of(scene: Any) -> Plan:
         steps[number] = replace(step, memory=memory)
     if scene.scan is not None:
         left_out = *left_out, COPIES_LEFT_OUT
-    return replace(plan, steps=tuple(steps), left_out=left_out)
+    plan = replace(plan, steps=tuple(steps), left_out=left_out)
+    if not plan.domain:
+        return plan
+    change = scene.grid_change
+    side = math.ceil(plan.domain / change.refine) * change.coarsen
+    larger = plan_of(scene.with_values({"roughness.domain": f"{side} a0"}))
+    advice = f"give the roughness a domain of {side} a0 or more"
+    return replace(plan, advice=larger.advice or advice)
 
 
 def _on_lattices(

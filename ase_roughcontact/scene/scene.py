@@ -40,12 +40,11 @@ from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.file import SECTIONS, SceneFile
 from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.scene.plan import check_targets, plan_of
+from ase_roughcontact.scene.plan import check_path, plan_of
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.facts import IndenterFacts
-from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.footprint import Footprint
 from ase_roughcontact.windows.memory import check_memory, check_roughness
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
@@ -99,8 +98,7 @@ class Scene(SceneFile):
 
     def with_grid(self, change: GridChange) -> Scene:
         """Return the scene with a given grid, in place of that for its accuracy."""
-        given = asdict(change)
-        values: dict[str, Any] = {f"substrate.{key}": given[key] for key in given}
+        values = {f"substrate.{key}": value for key, value in asdict(change).items()}
         if GridChange.of(spacing=self.substrate.spacing) is not None:
             values["substrate.spacing"] = None
         return self.with_values(values)
@@ -362,37 +360,16 @@ class Scene(SceneFile):
         """Stiffness of the cantilever (eV/Å^2); None if it is not given."""
         return self.path.stiffness
 
-    @cached_property
-    def expected_contact(self) -> ExpectedContact:
-        """Bounds for the contact, which are known without the roughness."""
-        surface: Any = self.sampled_surface
-        spacing = self.grid_change.spacing(self.spacing)
-        return ExpectedContact(surface, self.wall, self.solid, spacing)
-
     def check_path(self) -> None:
-        """Raise an error if a step certainly can't be calculated; see `check_targets`.
-
-        Nothing is calculated for this: neither the roughness nor a window.
-        """
-        scene = self.planned
-        if not scene.shape:
-            check_targets(scene.path, scene.targets, scene.expected_contact)
+        """Raise an error if a step certainly can't be calculated; see `check_path`."""
+        check_path(self.planned)
 
     def plan(self) -> Plan:
         """Return the windows, memory and time that the path will need.
 
-        Of a path that chooses its targets as it runs, `planned` has a plan. If the
-        domain of the roughness is too small, the advised one is planned as well, as a
-        larger one may be rougher.
+        Of a path that chooses its targets as it runs, `planned` has a plan.
         """
-        plan = plan_of(self)
-        if not plan.domain:
-            return plan
-        change = self.grid_change
-        side = math.ceil(plan.domain / change.refine) * change.coarsen
-        larger = self.with_values({"roughness.domain": f"{side} a0"}).plan()
-        advice = f"give the roughness a domain of {side} a0 or more"
-        return replace(plan, advice=larger.advice or advice)
+        return plan_of(self)
 
     def loop(self, validity: str = "warn") -> AdhesionLoop:
         """Approach and retract; see `adhesion_loop`.
