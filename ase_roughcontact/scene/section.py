@@ -167,9 +167,9 @@ class Section:
         files = {}
         for key in self.file_keys:
             if name := getattr(self, key):
-                places = [folder / name, folder / Path(name).name][
-                    :: -1 if copied else 1
-                ]
+                places = [folder / name, folder / Path(name).name]
+                if copied:
+                    places.reverse()
                 found = next((place for place in places if place.is_file()), places[0])
                 files[key] = str(found.resolve())
         return replace(self, **files)
