@@ -259,15 +259,13 @@ def _harmonic(heights: FloatArray, missing: np.ndarray, periodic: bool) -> Float
     number[i, j] = np.arange(size)
     beyond: Any = {"mode": "wrap"} if periodic else {"constant_values": _BEYOND}
     number, padded = np.pad(number, 1, **beyond), np.pad(heights, 1, **beyond)
-    count, right = np.zeros(size), np.zeros(size)
-    matrix = coo_matrix((size, size))
-    for row, column in ((i, j + 1), (i + 2, j + 1), (i + 1, j), (i + 1, j + 2)):
-        neighbour = number[row, column]
-        count += neighbour != _BEYOND
-        right += np.where(neighbour == _KNOWN, padded[row, column], 0.0)
-        (links,) = np.nonzero(neighbour >= 0)
-        ones = np.ones(len(links))
-        matrix -= coo_matrix((ones, (links, neighbour[links])), (size, size))
+    around = np.array([i, i + 2, i + 1, i + 1]), np.array([j + 1, j + 1, j, j + 2])
+    neighbour = number[around]
+    right = np.where(neighbour == _KNOWN, padded[around], 0.0).sum(axis=0)
+    linked = neighbour >= 0
+    row = linked.nonzero()[1]
+    links = coo_matrix((np.ones(row.size), (row, neighbour[linked])), (size, size))
+    count = diags((neighbour != _BEYOND).sum(axis=0, dtype=float))
     filled = heights.copy()
-    filled[i, j] = spsolve((matrix + diags(count)).tocsc(), right)
+    filled[i, j] = spsolve((count - links).tocsc(), right)
     return filled

@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,12 +36,11 @@ MISSING = frozenset({"", "nan", "bad", "-", "--", "---", "n/a", "na", "null", "n
 _SEPARATORS = (",", ";", "\t", None)
 # Distance of a point from the regular grid, in steps of the grid, that is rounding.
 _ROUNDING = 0.05
-_SIZE = (
-    r"(?:scan\s+|physical\s+)?{}\s*[:=]\s*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*([^\s\d]+)"
-)
-_WIDTH = _SIZE.format(r"(?:width|x[- ]?size|size[ _]x)")
-_HEIGHT = _SIZE.format(r"(?:height|y[- ]?size|size[ _]y)")
-_UNIT = r"(?:value|height|z)?[- ]?units?\s*[:=]\s*([^\s\d]+)\s*$"
+# Lengths and units of a header, without regard to capitals.
+_SIZE = r"{}\s*[:=]\s*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*([^\s\d]+)"
+_WIDTH = _SIZE.format(r"(?im)(?:width|x[- ]?size|size[ _]x)")
+_HEIGHT = _SIZE.format(r"(?im)(?:height|y[- ]?size|size[ _]y)")
+_UNIT = r"(?im)units?\s*[:=]\s*([^\s\d]+)\s*$"
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,8 +167,8 @@ def scan_from_text(text: str) -> RawScan:
         ([_cells(line, separator) for line in lines] for separator in _SEPARATORS),
         key=lambda table: sum(map(bool, table)),
     )
-    header = [line for line, row in zip(lines, parsed, strict=True) if not row]
-    units = [unit for (unit,) in _found(_UNIT, header) if unit in LENGTHS]
+    header = "\n".join(k for k, row in zip(lines, parsed, strict=True) if not row)
+    units = [unit for unit in re.findall(_UNIT, header) if unit in LENGTHS]
     heights = _columns(lines, parsed)
     if len(heights) == 3 < heights.shape[1]:
         return _from_points(heights, *units[:1])
@@ -222,16 +220,9 @@ def _columns(lines: list[str], parsed: list[list[float] | None]) -> FloatArray:
     return columns[:-1] if np.isnan(columns[-1]).all() else columns
 
 
-def _found(pattern: str, header: list[str]) -> Iterator[tuple[str, ...]]:
-    """Return the groups of a pattern in the lines of the header that have it."""
-    for line in header:
-        if found := re.search(pattern, line, re.IGNORECASE):
-            yield found.groups()
-
-
-def _length(pattern: str, header: list[str]) -> float | None:
+def _length(pattern: str, header: str) -> float | None:
     """Return the first length of the header that follows a pattern (Å)."""
-    for value, unit in _found(pattern, header):
+    for value, unit in re.findall(pattern, header):
         if unit.rstrip(",;)") in LENGTHS:
             return float(value.replace(",", ".")) * LENGTHS[unit.rstrip(",;)")]
     return None
