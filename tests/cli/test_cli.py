@@ -34,8 +34,7 @@ def scene(tmp_path, monkeypatch):
 def test_run_writes_table_trajectories_and_figures(scene, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["run", str(scene), "--out", str(out)]) == 0
-    with open(out / "curve.csv", newline="") as file:
-        rows = list(table_rows(file))
+    rows = list(table_rows((out / "curve.csv").read_text().splitlines()))
     assert [row["converged"] for row in rows] == ["True", "True"]
     assert len(read(out / "sweep.traj", ":")) == 2
     view = read(out / "view.traj", ":")

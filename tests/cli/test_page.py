@@ -89,8 +89,7 @@ def test_figures_of_a_loop_are_drawn_again_with_a_map_of_the_deepest_state(
     assert "loop.png" in capsys.readouterr().out
     for name in ("loop.png", "cantilever.png", "force.png", "view.traj"):
         assert (folder / name).stat().st_size > 5000
-    with open(folder / "curve.csv") as table:
-        states = list(table_rows(table))
+    states = list(table_rows((folder / "curve.csv").read_text().splitlines()))
     deepest = max(states, key=lambda state: float(state["penetration"]))
     force = f"{float(deepest['normal_force']) / UNITS['nN']:.3g} nN"
     assert any(force in title for title in titles)

@@ -56,8 +56,8 @@ def run(request, tmp_path_factory):
         patch.setattr(Figure, "savefig", keep_figure(figures))
         out = str(folder / "out")
         assert main(["run", str(folder / "scene.toml"), "--out", out]) == 0
-    with open(folder / "out" / "curve.csv", newline="") as file:
-        records = list(table_rows(file))
+    table = (folder / "out" / "curve.csv").read_text()
+    records = list(table_rows(table.splitlines()))
     frames = read(folder / "out" / "sweep.traj", ":")
     return control, records, frames, figures
 

@@ -1,6 +1,7 @@
 """Small scenes for the tests of ensembles, and what these share."""
 
 import multiprocessing
+import os
 import signal
 import time
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
@@ -57,6 +58,22 @@ def killed(target, *arguments):
     process.start()
     process.join(60)
     assert process.exitcode == -signal.SIGKILL
+
+
+def die(scene, database, number, stored):
+    """Run, and be killed when a step is relaxed, before or after it is stored."""
+    relax = Scene.relax
+
+    def deadly(*arguments, **options):
+        for step in relax(*arguments, **options):
+            if step.step == number and not stored:
+                os.kill(os.getpid(), signal.SIGKILL)
+            yield step
+            if step.step == number:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+    Scene.relax = deadly
+    finish([scene], database)
 
 
 def finish(scenes, database, **options):

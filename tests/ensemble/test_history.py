@@ -1,15 +1,24 @@
-"""Walls whose states depend on those before, in ensembles that are interrupted."""
+"""Paths whose states depend on those before, in ensembles: killed, continued, sampled.
 
-import os
-import signal
+Walls with attraction or a plastic shape, and paths in time.
+"""
+
+import re
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from ase.db.core import Database
-from ensemble_scenes import finish, killed, rows
+from ase.db import connect
+from ensemble_scenes import die, finish, killed, rows
 
-from ase_roughcontact.ensemble import product, read_ensemble, sample_ensemble
+from ase_roughcontact.cli import main
+from ase_roughcontact.ensemble import (
+    case_of,
+    mean_areas,
+    product,
+    read_ensemble,
+    sample_ensemble,
+)
 from ase_roughcontact.scene import InteractionConfig, Scene
 
 SCENE = Scene.parse("""
@@ -32,69 +41,99 @@ SCENES = {
     "plastic-continuum": SCENE.with_values(CONTINUUM),
     "adhesive": SCENE.with_values({"interaction": ADHESIVE}),
 }
+TIME = Scene.parse("""
+[substrate]
+contact_modulus = 2.0
+spacing = "1 nm"
+relaxation_moduli = [0.5, 0.3]
+relaxation_times = [0.1, 2.0]
+[sphere]
+radius = "20 nm"
+[roughness]
+long_wavelength = 16.0
+[interaction]
+kind = "hard"
+[path]
+kind = "time"
+control = "penetration"
+values = [0, "0.4 nm"]
+rate = 0.8
+dwell = 1.0
+""")
+COLUMNS = (
+    *("time", "normal_force", "contact_area", "continuum_area", "plastic_depth"),
+    *("energy", "dissipation"),
+)
+
+
+@pytest.fixture
+def relaxed(monkeypatch):
+    """Numbers of the steps that are relaxed."""
+    numbers, relax = [], Scene.relax
+
+    def counted(*arguments, **options):
+        for step in relax(*arguments, **options):
+            numbers.append(step.step)
+            yield step
+
+    monkeypatch.setattr(Scene, "relax", counted)
+    return numbers
 
 
 def assert_rows_are_those_of_the_whole_path(database, scene):
     columns, whole = read_ensemble(database), list(scene.relax(validity="ignore"))
-    for name in ("normal_force", "contact_area", "continuum_area", "plastic_depth"):
-        expected = [getattr(step, name) for step in whole]
-        np.testing.assert_allclose(columns[name], expected, rtol=1e-5)
+    assert columns["step"].tolist() == list(range(len(whole)))
+    for name in COLUMNS:
+        expected = np.array([getattr(step, name, np.nan) for step in whole])
+        np.testing.assert_allclose(
+            columns[name], expected, rtol=1e-5, atol=1e-7 * abs(expected).max()
+        )
 
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_a_missing_last_step_continues_the_ones_before(tmp_path, scene, monkeypatch):
-    database, relaxed, relax = tmp_path / "e.db", [], Scene.relax
-
-    def counted(*arguments, **options):
-        for step in relax(*arguments, **options):
-            relaxed.append(step.step)
-            yield step
-
-    monkeypatch.setattr(Scene, "relax", counted)
+def test_a_missing_last_step_continues_the_ones_before(tmp_path, scene, relaxed):
+    database = tmp_path / "e.db"
     assert finish([scene], database, steps=[range(2)]).steps == 2
     assert relaxed == [0, 1]
     assert finish([scene], database).steps == 3
     assert_rows_are_those_of_the_whole_path(database, scene)
 
 
-def die_before_the_last_row(scene, database):
-    """Run, and be killed when the frame of the last step is stored, but not its row."""
-    write, written = Database.write, []
-
-    def deadly(*arguments, **options):
-        written.append(True)
-        if len(written) == 3:
-            os.kill(os.getpid(), signal.SIGKILL)
-        return write(*arguments, **options)
-
-    Database.write = deadly
-    finish([scene], database)
-
-
-def die_after_two_rows(scene, database):
-    """Run, and be killed when the last step begins."""
-    relax = Scene.relax
-
-    def deadly(*arguments, **options):
-        for step in relax(*arguments, **options):
-            yield step
-            if step.step == 1:
-                os.kill(os.getpid(), signal.SIGKILL)
-
-    Scene.relax = deadly
-    finish([scene], database)
-
-
 @pytest.mark.parametrize(
-    "die",
-    [pytest.param(die_before_the_last_row, marks=pytest.mark.slow), die_after_two_rows],
+    "scene, number, stored",
+    [
+        pytest.param(SCENES["plastic-continuum"], 2, False, marks=pytest.mark.slow),
+        (SCENES["plastic-continuum"], 1, True),
+        (TIME, 20, False),
+    ],
 )
-def test_a_killed_case_continues_in_its_plastic_shape(tmp_path, die):
-    scene, database = SCENES["plastic-continuum"], tmp_path / "e.db"
-    killed(die, scene, database)
-    assert len(rows(database, record="step")) == 2
-    assert finish([scene], database).steps == 3
+def test_a_killed_case_continues_with_its_history(
+    tmp_path, scene, number, stored, relaxed
+):
+    database = tmp_path / "e.db"
+    killed(die, scene, database, number, stored)
+    assert len(rows(database, record="step")) == number + stored
+    progress = finish([scene], database)
+    assert progress.steps == progress.total
+    assert relaxed[0] == number  # from the checkpoint
     assert_rows_are_those_of_the_whole_path(database, scene)
+
+
+def test_a_missing_last_time_is_calculated_after_all_before_it(tmp_path):
+    database = tmp_path / "e.db"
+    progress = finish([TIME], database)
+    assert (progress.steps, progress.total) == (1, 1)  # a path
+    columns = read_ensemble(database)
+    assert set(columns["rate"]) == {0.8}
+    assert columns["target"].max() == pytest.approx(4.0)  # Å
+    assert np.isnan(columns["base"]).all()
+    assert not (columns["lost_energy"] > 0.0).any()
+    with connect(database) as db:  # no checkpoint is left either
+        last = max(row.step for row in db.select(record="step"))
+        found = [*db.select(record="step", step=last), *db.select(record="case")]
+        db.delete([row.id for row in found])
+    assert finish([TIME], database).steps == 1
+    assert_rows_are_those_of_the_whole_path(database, TIME)
 
 
 def test_realisations_of_a_sample_have_the_history_of_the_whole_path(tmp_path):
@@ -111,3 +150,56 @@ def test_realisations_of_a_sample_have_the_history_of_the_whole_path(tmp_path):
         whole = [step.normal_force for step in each.relax(validity="ignore")]
         of_seed = columns["seed"] == each.roughness.seed
         np.testing.assert_allclose(columns["normal_force"][of_seed], whole, rtol=1e-5)
+
+
+# Paths in time
+
+
+@pytest.fixture(scope="module")
+def two_seeds(tmp_path_factory):
+    """Database of two realisations, and their scenes."""
+    database = tmp_path_factory.mktemp("two") / "e.db"
+    scenes = product(TIME, {"roughness.seed": range(2)})
+    assert finish(scenes, database).steps == 2
+    return database, scenes
+
+
+def test_areas_are_averaged_at_the_ends_of_approach_and_dwell(two_seeds):
+    database, scenes = two_seeds
+    means = mean_areas(scenes, database)
+    assert [mean.target for mean in means] == pytest.approx([0.5, 1.5])  # s
+    columns = read_ensemble(database)
+    for mean in means:
+        areas = columns["contact_area"][np.isclose(columns["time"], mean.target)]
+        assert mean.realisations == len(areas) == 2
+        assert mean.mean == pytest.approx(areas.mean())
+
+
+@pytest.mark.slow
+def test_realisations_are_added_while_the_error_is_large(tmp_path):
+    database = tmp_path / "e.db"
+    with ThreadPoolExecutor(1) as pool:
+        options = {"pilot": 2, "interval": 0.01, "most": 4}
+        *_, last = sample_ensemble(TIME, database, 0.01, pool, **options)
+    assert not last.done  # as it may have four
+    assert [mean.realisations for mean in last.means] == [4, 4]
+    cases = {row.case for row in rows(database, record="case", state="done")}
+    assert cases == {*map(case_of, product(TIME, {"roughness.seed": range(4)}))}
+
+
+def test_the_command_prints_means_over_time(two_seeds, tmp_path, capsys):
+    (file := tmp_path / "rubber.toml").write_text(TIME.toml)
+    database = ["--database", str(two_seeds[0]), "--workers", "1"]
+    assert main(["ensemble", str(file), "--set", "roughness.seed=0,1", *database]) == 0
+    printed = capsys.readouterr().out
+    assert "2/2 paths" in printed
+    assert re.search(r"time .*\n *\(s\)", printed)
+    assert re.search(r"\n *0.5000 .*\n *1.500 ", printed)
+
+
+def test_loops_are_refused_with_advice(tmp_path):
+    keys = {"interaction.kind": "adhesive", "interaction.work_of_adhesion": 0.05}
+    keys |= {"path.kind": "loop", "path.deepest": 1.0}
+    solid = {"substrate.relaxation_moduli": None, "substrate.relaxation_times": None}
+    with pytest.raises(ValueError, match='give kind = "steps" or "time"'):
+        finish([TIME.with_values(keys | solid)], tmp_path / "e.db")
