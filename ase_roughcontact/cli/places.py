@@ -12,17 +12,14 @@ from ase_roughcontact._util.printing import note, number, show, table
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli.common import checked_scene
 from ase_roughcontact.cli.messages import print_error
-from ase_roughcontact.ensemble.places import Place, as_map, run_places
+from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, as_map, run_places
 from ase_roughcontact.scene import Scene
 
 _HEADS = "x (nm)", "y (nm)", "load (nN)", "area (nm²)", "pull-off force (nN)"
 # Number of points of the scan along its longer side in the figure.
 _POINTS = 256
-# Attributes in the figure, with their units and labels.
-_MAPS = {
-    "area": ("nm²", "contact area"),
-    "pull_off_force": ("nN", "pull-off force"),
-}
+# Labels of the attributes in the figure.
+_MAPS = {"area": "contact area", "pull_off_force": "pull-off force"}
 
 
 def places(options: argparse.Namespace) -> int:
@@ -56,10 +53,9 @@ def places(options: argparse.Namespace) -> int:
 
 
 def _row(place: Place) -> list[str]:
-    units = UNITS["nm"], UNITS["nm"], UNITS["nN"], UNITS["nm²"], UNITS["nN"]
-    values = place.x, place.y, place.normal_force, place.area
-    pairs = zip((*values, place.pull_off_force), units, strict=True)
-    first, *others = (number(value / unit) for value, unit in pairs)
+    first, *others = (
+        number(getattr(place, name) / UNITS[unit]) for name, unit in PLACE_UNITS.items()
+    )
     return [f"{first:>10}", *others]
 
 
@@ -79,11 +75,11 @@ def _draw(found: list[Place], scene: Scene, file: Path) -> None:
         first.plot(x, y, ".", color=plot.ORANGE, ms=3, label="places")
         first.set_ylabel("$y$ (nm)")
         for axes, name in zip(others, shown, strict=True):
-            unit, label = _MAPS[name]
+            unit = PLACE_UNITS[name]
             x, y, values = as_map(found, name)
             cells = x / UNITS["nm"], y / UNITS["nm"], values.T / UNITS[unit]
             image = axes.pcolormesh(*cells, shading="nearest")
-            figure.colorbar(image, label=f"{label} ({unit})")
+            figure.colorbar(image, label=f"{_MAPS[name]} ({unit})")
         first.invert_yaxis()  # the first line of the scan is at the top
         for axes in panels:
             axes.set(xlabel="$x$ (nm)", aspect="equal")

@@ -78,10 +78,15 @@ class EnsembleDatabase:
         if damage:
             raise damage
 
-    def select(self, selection: str | None = None, **query: Any) -> Iterator[Any]:
-        """Return the rows of load steps that match a query; see `ase.db`."""
+    def select(
+        self, selection: str | None = None, db: Any = None, **query: Any
+    ) -> Iterator[Any]:
+        """Return the rows of load steps that match a query; see `ase.db`.
+
+        `db` is ASE's database within a transaction, by default a new connection.
+        """
         query = {"record": "step", "include_data": False, **query}
-        return _connect(self.address).select(selection, **query)
+        return (db or _connect(self.address)).select(selection, **query)
 
     def steps(self, after: int = 0, **query: Any) -> dict[int, tuple[str, int]]:
         """Return case and number of the stored load steps, by row id.
@@ -93,12 +98,13 @@ class EnsembleDatabase:
         **query
             Values of keys.
         """
-        return _steps(_connect(self.address), f"id>{after}", **query)
+        columns = ["id", "key_value_pairs"]
+        rows = self.select(f"id>{after}", columns=columns, **query)
+        return {row.id: (row.case, row.step) for row in rows}
 
     def done(self) -> set[str]:
         """Return the cases whose calculation has ended without an error."""
-        query = {"record": "case", "state": "done", "include_data": False}
-        return {row.case for row in _connect(self.address).select(**query)}
+        return {row.case for row in self.select(record="case", state="done")}
 
     def add_steps(
         self, rows: Sequence[dict[str, Any]], data: dict[str, Any], **query: Any
@@ -120,7 +126,7 @@ class EnsembleDatabase:
             Number of steps added.
         """
         with self._transaction() as db:
-            stored = set(_steps(db, **query).values())
+            stored = set(self.steps(db=db, **query).values())
             new = [row for row in rows if (row["case"], row["step"]) not in stored]
             for row in new:
                 atoms = Atoms("X", positions=[[0.0, 0.0, row["height"]]])
@@ -238,14 +244,6 @@ def _connect(address: str) -> Any:
     db = connect(address, use_lock_file=False)
     db.serial = True
     return db
-
-
-def _steps(
-    db: Any, selection: str | None = None, **query: Any
-) -> dict[int, tuple[str, int]]:
-    columns = ["id", "key_value_pairs"]
-    query = {"record": "step", "columns": columns, "include_data": False, **query}
-    return {row.id: (row.case, row.step) for row in db.select(selection, **query)}
 
 
 @contextmanager

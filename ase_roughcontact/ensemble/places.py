@@ -17,13 +17,10 @@ from ase_roughcontact.ensemble.executors import worker_pool
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.results import check_folder, write_inputs
 
-# Attributes of a place that are numbers, and their units in the file.
-_UNITS = {
-    "x": "nm",
-    "y": "nm",
-    "normal_force": "nN",
-    "area": "nm²",
-    "pull_off_force": "nN",
+#: Attributes of a place that are numbers, and their units in the file.
+PLACE_UNITS = {
+    **{"x": "nm", "y": "nm", "normal_force": "nN"},
+    **{"area": "nm²", "pull_off_force": "nN"},
 }
 # Names of the area in the file.
 _AREAS = "contact_area", "continuum_area"
@@ -102,7 +99,7 @@ def run_places(
         yield from (found[place] for place in places if place in found)
         missing = [place for place in places if place not in found]
         names = {"area": scene.area_column}
-        heads = {k: f"{names.get(k, k)} ({unit})" for k, unit in _UNITS.items()}
+        heads = {k: f"{names.get(k, k)} ({unit})" for k, unit in PLACE_UNITS.items()}
         heads |= {"converged": "converged", "message": "message"}
         rows = table_writer(table, heads, map(_row, found.values()))
         with worker_pool(executor, workers) as running, rows as write:
@@ -139,7 +136,7 @@ def read_places(file: str | Path) -> list[Place]:
             del lines[-1]
         return [
             Place(
-                **{name: _number(row, name) for name in _UNITS},
+                **{name: _number(row, name) for name in PLACE_UNITS},
                 converged=row.get("converged") == "True",
                 message=row.get("message") or "",
             )
@@ -184,17 +181,17 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
 
 
 def _row(place: Place) -> dict[str, Any]:
-    numbers = (getattr(place, name) / UNITS[unit] for name, unit in _UNITS.items())
-    values = dict(zip(_UNITS, (f"{x:.12g}" for x in numbers), strict=True))
+    numbers = (getattr(place, name) / UNITS[unit] for name, unit in PLACE_UNITS.items())
+    values = dict(zip(PLACE_UNITS, (f"{x:.12g}" for x in numbers), strict=True))
     return values | {"converged": place.converged, "message": place.message}
 
 
 def _number(row: dict[str, str], name: str) -> float:
     if name in ("x", "y"):
-        return round(UNITS[_UNITS[name]] * float(row[name]), 6)  # as by `_grid`
+        return round(UNITS[PLACE_UNITS[name]] * float(row[name]), 6)  # as by `_grid`
     names = _AREAS if name == "area" else [name]
     found = next((row[each] for each in names if each in row), "nan")
-    return UNITS[_UNITS[name]] * float(found)
+    return UNITS[PLACE_UNITS[name]] * float(found)
 
 
 def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -43,7 +43,11 @@ def test_all_threads_work_at_the_same_time_and_results_keep_their_order(count):
 
 def test_a_map_within_a_map_uses_one_thread():
     def identify(_):
-        return thread_map(lambda _: threading.get_ident(), [1, 2, 3], 3)
+        return thread_map(wait, [1, 2, 3], 3)
+
+    def wait(_):
+        time.sleep(0.01)  # other threads would begin
+        return threading.get_ident()
 
     for identities in thread_map(identify, [1, 2], 2):
         assert len(set(identities)) == 1
