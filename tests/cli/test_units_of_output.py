@@ -1,8 +1,8 @@
 """Printed and written values have the units given beside them.
 
 Printed values are compared with ``curve.csv``, which is in ASE's units. The units of
-JSON lines are compared with the factor by which a value changes when lengths are doubled
-and moduli are quadrupled.
+JSON lines are compared with the factor by which a value changes when lengths are
+doubled and moduli are quadrupled.
 """
 
 import io
