@@ -13,7 +13,6 @@ D. G. Anderson, J. ACM 12, 547 (1965).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
@@ -28,9 +27,8 @@ from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
 
 #: Whether a sliding path neglects the coupling (Goodman), or solves for it.
 COUPLINGS = ("neglected", "solved")
-# Largest number of alternations of a step, and number of those in which the change must
-# become smaller than this part of the earlier ones.
-_MOST, _CYCLE, _STAYS = 50, 5, 0.8
+# Largest number of alternations of a step.
+_MOST = 50
 # Change of the depth by the tractions, relative to the largest displacement, at which
 # normal and lateral problem agree: this part of the accuracy, or less.
 _AGREED, _LARGEST = 0.1, 1e-5
@@ -105,7 +103,7 @@ class Coupling:
         RelaxedStep, LateralState
             Not converged if they do not agree in the end.
         """
-        lateral, changes = slid(relaxed, tolerance=_LATERAL), list[float]()
+        lateral = slid(relaxed, tolerance=_LATERAL)
         depths: list[tuple[np.ndarray, np.ndarray]] = []
         for number in range(1, _MOST + 1):
             depth, change = self._changed(relaxed, lateral)
@@ -114,11 +112,14 @@ class Coupling:
                 depth, change = self._changed(relaxed, lateral)
             if change <= self._agreed or not relaxed.statistics.converged:
                 break
-            changes.append(change)
-            earlier, recent = changes[:-_CYCLE], changes[-_CYCLE:]
-            stays = min(recent) > _STAYS * min(earlier, default=math.inf)
-            if stays or number == _MOST:
-                relaxed.statistics.mark(_disagreement(number, change, stays))
+            if number == _MOST:
+                relaxed.statistics.mark(
+                    f"normal and lateral motion do not agree after {number} "
+                    "alternations: the depth by the tractions changes by "
+                    f"{change:.2g} of the largest displacement (strong friction, or a "
+                    "bound that jumps at the edge of the contact, may have no "
+                    "solution: with a shear strength, give a friction coefficient, too)"
+                )
                 break
             used = relaxed.run.state.history.get(TRACTION_DEPTH, np.zeros(depth.shape))
             depths = [*depths[-_MIXED:], (used, depth)]
@@ -152,17 +153,3 @@ def _mixed(depths: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     weights, *_ = np.linalg.lstsq(differences, left, rcond=_RANK)
     steps = zip(weights, others, strict=True)
     return found - sum(weight * (found - f) for weight, (_, f) in steps)
-
-
-def _disagreement(number: int, change: float, stays: bool) -> str:
-    """Return the message of a step whose normal and lateral problem do not agree."""
-    message = (
-        f"normal and lateral motion do not agree after {number} alternations: the "
-        f"depth by the tractions changes by {change:.2g} of the largest displacement"
-    )
-    if stays:
-        message += (
-            " (strong friction, or a bound that jumps at the edge of the contact, may "
-            "have no solution: with a shear strength, give a friction coefficient, too)"
-        )
-    return message

@@ -59,9 +59,8 @@ class Check:
             return ""
         value = self.value(step)
         outside = value > self.limit if self.sign == ">" else value < self.limit
-        if not outside:
-            return ""
-        return f"{self.name} = {value:.3g} {self.sign} {self.limit:g}"
+        text = f"{self.name} = {value:.3g} {self.sign} {self.limit:g}"
+        return text if outside else ""
 
 
 def violations(step: RelaxedStep) -> str:
@@ -103,9 +102,8 @@ def _patch_width(step: RelaxedStep) -> float:
     """Return the width in pixels of squares with the area and perimeter of patches."""
     if not step.touches:
         return math.nan
-    width = (
-        4.0 * step.fields.contact_area / step.perimeter if step.perimeter else math.inf
-    )
+    area, sides = step.fields.contact_area, step.perimeter
+    width = 4.0 * area / sides if sides else math.inf
     return width / step.problem.facts.pixel
 
 
@@ -163,11 +161,6 @@ def _coupling(step: RelaxedStep) -> float:
     tractions = float(np.hypot(*step.lateral.solution.tractions).sum())
     friction = tractions * step.fields.cell_area / step.fields.normal_force
     return step.problem.solid.coupling * friction
-
-
-def _new_contact(step: RelaxedStep) -> float:
-    coupled = step.lateral is not None and step.lateral.alternations
-    return step.lateral.new_contact if coupled else math.nan
 
 
 def _slip(step: RelaxedStep) -> float:
@@ -300,7 +293,7 @@ CHECKS = (
         0.1,
         "coupled atoms stick as if in contact since the beginning of the step, a "
         "smooth sphere in an area 8 % too small about this limit: load in more steps",
-        _new_contact,
+        lambda s: s.lateral.new_contact if s.lateral else math.nan,
     ),
     Check(
         "slip/shortest wavelength",

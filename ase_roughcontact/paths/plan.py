@@ -9,14 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.contact import Contact, Problem
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
+from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, step_timer, thinned
 from ase_roughcontact.paths.record import text_of
-from ase_roughcontact.paths.step_options import CONTROLS
-from ase_roughcontact.paths.step_timer import step_timer
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.topography import BoundedSurface, RoughSphere
 from ase_roughcontact.topography.facts import IndenterFacts
@@ -70,14 +67,7 @@ def plan_path(
         if atoms could touch where the surface is not defined, or if a Hertzian contact,
         which is never wider than a rough one, is wider than a fixed window of a free
         half space.
-
-    Raises
-    ------
-    ValueError
-        If the control or the window is unknown.
     """
-    one_of(CONTROLS, control=control)
-    one_of(("fixed", "auto"), window=window)
     wall, solid = problem.wall, problem.solid
     surface: Any = indenter or problem.indenter
     spacing = spacing or problem.spacing
@@ -165,11 +155,11 @@ def _contact_width(
         return 0.0
     if control == "loads":
         load = max(target, 0.0)
-        a = contact_radius_on(
-            problem.solid,
-            problem.spacing,
-            lambda modulus: float(Hertz(radius, modulus).contact_radius(load)),
-        )
+
+        def radius_on(modulus: float) -> float:
+            return float(Hertz(radius, modulus).contact_radius(load))
+
+        a = contact_radius_on(problem.solid, problem.spacing, radius_on)
     else:
         height = target if control == "heights" else contact.first_contact - target
         if not at_edge(contact.heights < wall.cutoff - height):

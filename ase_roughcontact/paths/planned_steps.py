@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.printing import duration, entries, number, table
+from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.record import size_of
 
 # Size of an atom in a trajectory, and of a step in the one for viewing (bytes).
 _BYTES_PER_ATOM, _BYTES_OF_VIEW = 100, 120_000
 # Number of steps that a plan lists; each of them stands for several of longer paths.
 _MOST_LISTED = 500
+
+# Time of a step, in exact convolutions on the full grid.
+_PAIRS = {"hard": 150, "soft": 180, "attractive": 320}
+# Time of a step with hardly any atoms (s).
+_SHORTEST = 0.05
+# Side of the largest grid on which convolutions are timed; for larger ones the time is
+# extrapolated as n log(n).
+_TIMED_SIDE = 1024
 
 
 @dataclass(frozen=True)
@@ -133,10 +146,8 @@ class Plan:
             ]
             for step in self.steps
         ]
-        total, bad = (
-            sum(step.count for step in steps)
-            for steps in (self.steps, [step for step in self.steps if step.problem])
-        )
+        total = sum(step.count for step in self.steps)
+        bad = sum(step.count for step in self.steps if step.problem)
         parts = [table(heads, rows), ""]
         if total > len(self.steps) and not self.repeated_step:
             parts += [f"These are {len(self.steps)} of {total} steps.", ""]
@@ -177,3 +188,29 @@ def thinned(
     listed = np.linspace(0, number - 1, min(number, _MOST_LISTED)).round().astype(int)
     counts = np.diff(listed, prepend=-1)
     return np.asarray(targets, dtype=float)[listed], counts
+
+
+def step_timer(
+    halfspace: HalfSpace, wall: Interaction
+) -> Callable[[tuple[int, int]], float]:
+    """Return a function of the shape of an FFT grid: the time of a step on it (s)."""
+
+    @cache
+    def convolution(n: int, m: int) -> float:
+        shape = (n, m) if halfspace.periodic else (n // 2, m // 2)
+        timed = halfspace.resized(shape, halfspace.spacing)
+        pressure, times = np.ones(shape), []
+        for _ in range(3):
+            start = time.perf_counter()
+            timed.displacement(pressure)
+            times.append(time.perf_counter() - start)
+        return min(times)
+
+    def seconds(grid: tuple[int, int]) -> float:
+        points = math.prod(grid)
+        scale = min(1.0, _TIMED_SIDE / math.sqrt(points))
+        n, m = (max(8, int(side * scale)) for side in grid)
+        ratio = points * math.log(points) / (n * m * math.log(n * m))
+        return _SHORTEST + _PAIRS[wall.family] * ratio * convolution(n, m)
+
+    return seconds

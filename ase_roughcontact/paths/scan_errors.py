@@ -37,7 +37,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +45,7 @@ from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.errors import Errors
-from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.paths.record import columns_of
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import StepOptions
@@ -62,8 +62,8 @@ COPIES_LEFT_OUT = (
 _LEAST_RATIO, _LARGEST_RATIO = 0.125, 0.5
 # Largest area without noise over that with it.
 _LARGEST_AREA = 4.0
-# Index of the area in a result.
-_AREA = 0
+# Index of the area in a result, and errors that are not known.
+_AREA, _UNKNOWN = 0, Errors(math.nan, math.nan, math.nan, math.nan)
 # Quantities, in the order of `Errors`, that a path prescribes and that have no error.
 _PRESCRIBED = {"loads": [1], "heights": [2], "penetrations": [2, 3]}
 
@@ -97,7 +97,7 @@ class ScanErrors:
             return Errors(0.0, 0.0, 0.0, 0.0)
         forces, errors = self._at_targets
         if not forces.size:
-            return Errors(*[math.nan] * len(Errors._fields))
+            return _UNKNOWN
         force, area = step.fields.normal_force, step.fields.contact_area
         found = [float(np.interp(force, forces, each)) for each in errors.T]
         scales = area, abs(force), 1.0, 1.0
@@ -112,14 +112,13 @@ class ScanErrors:
         targets = list(dict.fromkeys(np.asarray(self.targets)[chosen].tolist()))
         groups = [rough], *rough.copies().values()
         number, total = count(1), sum(map(len, groups))
-        results = list[FloatArray]()
+        results: list[list[FloatArray]] = []
         for maps in groups:
-            rows = []
+            results.append([])
             for each in maps:
                 _LOGGER.info("errors of the scan: copy %d of %d", next(number), total)
-                rows.append(self._results(each, targets))
-            results.append(np.array(rows))
-        given, *others = results
+                results[-1].append(self._results(each, targets))
+        given, *others = map(np.array, results)
         forces, errors = given[0, :, 1], np.zeros_like(given[0])
         for change, found in zip((_pixels, _noise, _edges), others, strict=True):
             if found.size:
@@ -142,7 +141,7 @@ class ScanErrors:
             self.start,
             replace(self.options, relaxer=None, fmax=None, scan_errors=None),
         )
-        results = np.full((len(targets), len(Errors._fields)), np.nan)
+        results = np.full((len(targets), len(_UNKNOWN)), np.nan)
         for number, target in enumerate(targets):
             try:
                 results[number] = stepper.step(number, target, record)
@@ -151,22 +150,16 @@ class ScanErrors:
         return results
 
 
-class _Result(NamedTuple):
+class _Result(list):
     """Area and others of a relaxed step, in the order of `Errors`."""
-
-    area: float
-    force: float
-    height: float
-    penetration: float
 
     @classmethod
     def of(cls, step: RelaxedStep) -> Any:
         if not step.statistics.converged:
-            return cls(*[math.nan] * len(cls._fields))
+            return cls(_UNKNOWN)
         area = "continuum_area" if step.continuum else "contact_area"
-        names = area, "normal_force", "height", "penetration"
-        columns = columns_of(LoadStep)
-        return cls(*(columns[name].value(step) for name in names))
+        names, columns = (area, "normal_force", "height", "penetration"), columns_of()
+        return cls(columns[name].value(step) for name in names)
 
 
 def _pixels(given: FloatArray, coarser: FloatArray) -> FloatArray:

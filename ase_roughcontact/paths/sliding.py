@@ -14,6 +14,7 @@ L. E. Goodman, J. Appl. Mech. 29, 515 (1962).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from time import perf_counter
@@ -32,11 +33,7 @@ from ase_roughcontact.paths.path_records import SlidingStep
 from ase_roughcontact.paths.path_steps import LastStep, NumberedSteps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
-from ase_roughcontact.solvers.friction import (
-    Drive,
-    FrictionOptions,
-    solve_friction,
-)
+from ase_roughcontact.solvers.friction import Drive, FrictionOptions, solve_friction
 
 #: What a sliding path prescribes laterally: displacement of the indenter, force on it,
 #: or displacement of the base of a spring that moves it.
@@ -196,9 +193,8 @@ class SlidingSteps(NumberedSteps):
                 state = slid(relaxed)
             stiffness = state.cell_area * self._stiffness(state.bounds > 0.0)
             state = replace(state, stiffness=stiffness)
-            statistics, message = relaxed.statistics, state.solution.message
-            if message and statistics.converged:
-                statistics.converged, statistics.message = False, message
+            if relaxed.statistics.converged:
+                relaxed.statistics.mark(state.solution.message)
             self._displacement, self._dissipated = state.displacement, state.dissipated
             self._fields = self._on_window(state, relaxed.run.state)
             return replace(relaxed, lateral=state, seconds=perf_counter() - begun)
@@ -211,11 +207,9 @@ class SlidingSteps(NumberedSteps):
     def _on_window(self, lateral: LateralState, state: State) -> dict[str, np.ndarray]:
         """Return what the surface keeps of a step."""
         window, box, found = state.window, lateral.box, lateral.solution
-        x, y = found.tractions
-        tractions = [carried(values, box, window) for values in (x, y)]
-        shifts = found.displacement
+        tractions, shifts = _carried(found.tractions, box, window), found.displacement
         if box != window:
-            shifts = self._halfspace(window.shape).displacement(np.stack(tractions))
+            shifts = self._halfspace(window.shape).displacement(tractions)
         if self._cross:
             shifts = shifts + self._cross.lateral(state, window)
         slipping = carried(found.slipping.astype(float), box, window)
@@ -234,22 +228,19 @@ class SlidingSteps(NumberedSteps):
         The tolerance is at least that of `FrictionOptions`.
         """
         bounds, box, start = self._on_box(relaxed, before)
-        touching = bounds > 0.0
-        new = touching & (np.hypot(*start) == 0.0)  # coupled atoms have tractions
         halfspace = self._halfspace(box.shape)
-        imposed = (
-            halfspace.displacement(start) if start.any() else np.zeros(start.shape)
-        )
+        imposed, new = halfspace.displacement(start), 0.0
         by_pressure: np.ndarray | float = 0.0
         if self._cross:
+            touching = bounds > 0.0  # coupled atoms have tractions
+            new = float((touching & ~start.any(axis=0)).sum()) / max(touching.sum(), 1)
             by_pressure = self._cross.lateral(relaxed.run.state, box)
             imposed = imposed + self._cross.lateral(before, box) - by_pressure
         area, options = relaxed.fields.cell_area, FrictionOptions()
         at, move, drive = self._driven(lateral, area, last)
         imposed = imposed + move[:, None, None]
         if last is not None:
-            x, y = last.solution.tractions
-            start = np.stack([carried(values, last.box, box) for values in (x, y)])
+            start = _carried(last.solution.tractions, last.box, box)
         options = replace(options, tolerance=max(tolerance, options.tolerance))
         solution = solve_friction(
             halfspace, bounds, imposed, start, drive=drive, options=options
@@ -273,22 +264,24 @@ class SlidingSteps(NumberedSteps):
             solution=solution,
             cell_area=area,
             by_pressure=by_pressure,
-            new_contact=float(new.sum() / touching.sum()) if new.any() else 0.0,
+            new_contact=new,
         )
 
     def _on_box(
         self, relaxed: RelaxedStep, before: State
     ) -> tuple[np.ndarray, Box, np.ndarray]:
         """Return the bounds, a box of all tractions, and those before the step."""
-        window, bounds = relaxed.run.state.window, self._bound(relaxed)
+        window, fields = relaxed.run.state.window, relaxed.fields
+        problem = relaxed.problem
+        place = problem.spacing, problem.origin(window)
+        bounds = self.friction.bounds(fields.pressure, fields.contact, *place)
         old = [before.history.get(k, np.zeros(before.window.shape)) for k in TRACTIONS]
         box = window
-        if not self.stepper.problem.periodic:
+        if not problem.periodic:
             loaded = Box.bounding(np.hypot(*old) > 0.0, before.window.start)
             touching = Box.bounding(bounds > 0.0, window.start)
             box = touching.union(loaded) if touching else loaded or Box((0, 0), (1, 1))
-        start = np.stack([carried(values, before.window, box) for values in old])
-        return carried(bounds, window, box), box, start
+        return carried(bounds, window, box), box, _carried(old, before.window, box)
 
     def _driven(
         self, lateral: np.ndarray, area: float, last: LateralState | None
@@ -317,10 +310,7 @@ class SlidingSteps(NumberedSteps):
             self._stiffness_of = key, float(found.tractions[0].sum())
         return self._stiffness_of[1]
 
-    def _bound(self, relaxed: RelaxedStep) -> np.ndarray:
-        """Return the bounds of the tractions on the window."""
-        fields, problem = relaxed.fields, relaxed.problem
-        origin = problem.origin(relaxed.run.state.window)
-        return self.friction.bounds(
-            fields.pressure, fields.contact, problem.spacing, origin
-        )
+
+def _carried(vectors: Iterable[np.ndarray], box: Box, window: Box) -> np.ndarray:
+    """Return both components of vectors on another box."""
+    return np.stack([carried(each, box, window) for each in vectors])

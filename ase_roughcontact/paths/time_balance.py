@@ -8,8 +8,6 @@ path.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.step import Stepper
 
@@ -18,32 +16,9 @@ from ase_roughcontact.paths.step import Stepper
 _SMALLEST_ENERGY = 0.05
 
 
-class Balance(NamedTuple):
-    """Energy balance of a step.
-
-    Attributes
-    ----------
-    missing : float
-        Work that is neither stored nor dissipated (energy).
-    uncertainty : float
-        Of the work, if the contact jumps at an unknown moment of the step (energy).
-    error : float
-        Magnitude of the missing energy, relative to work and dissipation.
-    """
-
-    missing: float
-    uncertainty: float
-    error: float
-
-    def lost(self, tolerance: float) -> float:
-        """Return the energy that was lost, if the error is above a tolerance."""
-        unexplained = self.missing > self.uncertainty and self.error > tolerance
-        return self.missing if unexplained else 0.0
-
-
-def balance_of(
+def energy_balance(
     stepper: Stepper, before: tuple[float, TimeStep], after: tuple[float, TimeStep]
-) -> Balance:
+) -> tuple[float, float, float]:
     """Return the energy balance between two states.
 
     Parameters
@@ -54,7 +29,12 @@ def balance_of(
 
     Returns
     -------
-    Balance
+    missing : float
+        Work that is neither stored nor dissipated (energy).
+    uncertainty : float
+        Of the work, if the contact jumps at an unknown moment of the step (energy).
+    error : float
+        Magnitude of the missing energy, relative to work and dissipation.
     """
     (last_target, last), (target, step) = before, after
     first, second = _conjugate(stepper, *before), _conjugate(stepper, *after)
@@ -64,7 +44,7 @@ def balance_of(
     mean_force = 0.5 * (last.normal_force + step.normal_force)
     scale = _SMALLEST_ENERGY * problem.solid.contact_modulus * problem.spacing**3
     scale += abs(mean_force * (step.height - last.height)) + step.dissipated_energy
-    return Balance(missing, abs((second - first) * change), abs(missing) / scale)
+    return missing, abs((second - first) * change), abs(missing) / scale
 
 
 def _conjugate(stepper: Stepper, target: float, step: TimeStep) -> float:

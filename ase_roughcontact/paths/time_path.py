@@ -33,7 +33,7 @@ from ase_roughcontact.contact.creep import PRESSURE_RATE, dissipated_energy
 from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.path_steps import DescribedSteps, LastStep, PathSteps
 from ase_roughcontact.paths.schedule import Part, Schedule
-from ase_roughcontact.paths.time_balance import balance_of
+from ase_roughcontact.paths.time_balance import energy_balance
 
 # Powers of two by which the duration of a part is divided: at least, at its beginning,
 # and at most. An oscillation has at least that many steps in a cycle.
@@ -226,11 +226,12 @@ class TimeSteps(PathSteps):
             energy = dissipated_energy(before, self.stepper.state, self.creep, elapsed)
             energy *= self.stepper.contact.halfspace.cell_area
             step = replace(step, dissipated_energy=energy)
-        balance = balance_of(self.stepper, last, (target, step))
-        lost = balance.lost(self.tolerance)
+        missing, uncertainty, error = energy_balance(self.stepper, last, (target, step))
+        unexplained = missing > uncertainty and error > self.tolerance
+        lost = missing if unexplained else 0.0
         instantaneous = self.creep.compliance(elapsed) < _INSTANTANEOUS
-        known = instantaneous and balance.uncertainty < self.tolerance * lost
-        return replace(step, lost_energy=lost), 0.0 if known else balance.error
+        known = instantaneous and uncertainty < self.tolerance * lost
+        return replace(step, lost_energy=lost), 0.0 if known else error
 
     def _rate(self, before: State, elapsed: float) -> np.ndarray:
         """Return the rate of the pressure in the last step."""
