@@ -41,12 +41,6 @@ def test_forces_are_minus_the_gradient_of_the_energy(scene, rng, height):
     assert (state.gap.min() < 0.0) == (height < 0.0)
     error = np.abs(numerical_forces(scene, u, height) - state.forces).max()
     assert error < 1e-6 * max(1.0, np.abs(state.forces).max())
-
-
-@pytest.mark.parametrize("height", [0.9, -0.3], ids=["touching", "overlapping"])
-def test_normal_force_is_minus_the_derivative_by_the_height(scene, rng, height):
-    u = random_displacement(scene, rng, 0.05)
-    state = scene.evaluate(u, height)
     up, down = (scene.evaluate(u, height + step).energy for step in (STEP, -STEP))
     assert (down - up) / (2 * STEP) == pytest.approx(state.normal_force, rel=1e-6)
 
@@ -70,23 +64,25 @@ def test_at_equilibrium_the_pressure_causes_the_displacement(scene, relax):
 # Symmetries
 
 
+@pytest.fixture
+def periodic_contact(wall, rng, solid):
+    heights = rng.uniform(0.0, 3.0, (6, 5))
+    return Contact(half_space(True, solid=solid), heights, wall)
+
+
 @pytest.mark.parametrize("name", ["forces", "gap", "pressure"])
 def test_a_shift_of_the_whole_periodic_substrate_changes_nothing(
-    wall, rng, name, solid
+    periodic_contact, rng, name
 ):
-    contact = Contact(
-        half_space(True, solid=solid), rng.uniform(0.0, 3.0, (6, 5)), wall
-    )
+    contact = periodic_contact
     u = random_displacement(contact, rng)
     there, here = (getattr(contact.evaluate(u + c, 0.8), name) for c in (0.7, 0.0))
     np.testing.assert_allclose(there, here, atol=1e-12 * np.abs(here).max())
 
 
-def test_periodic_forces_sum_to_zero(wall, rng, solid):
-    contact = Contact(
-        half_space(True, solid=solid), rng.uniform(0.0, 3.0, (6, 5)), wall
-    )
-    forces = contact.evaluate(random_displacement(contact, rng), 0.5).forces
+def test_periodic_forces_sum_to_zero(periodic_contact, rng):
+    u = random_displacement(periodic_contact, rng)
+    forces = periodic_contact.evaluate(u, 0.5).forces
     assert abs(forces.sum()) < 1e-12 * np.abs(forces).sum()
 
 
@@ -154,15 +150,9 @@ def test_heights_that_are_not_finite_are_refused(bad):
         Contact(half_space(False), heights, WALL)
 
 
-@pytest.mark.parametrize("shape", [(5, 6), (12, 9), (30,)])
-def test_heights_of_another_shape_than_the_window_are_refused(shape):
+def test_arrays_of_another_shape_than_the_window_are_refused():
+    half = half_space(False)
     with pytest.raises(ValueError, match=r"shape \(6, 5\)"):
-        Contact(half_space(False), np.zeros(shape), WALL)
-
-
-@pytest.mark.parametrize("shape", [(6, 5), (9,), (1, 1), (12, 10)])
-def test_displacement_of_another_shape_than_the_grid_is_refused(shape):
-    contact = Contact(half_space(False), np.zeros((6, 5)), WALL)
-    assert contact.halfspace.grid == (12, 9)
-    with pytest.raises(ValueError, match="shape"):
-        contact.evaluate(np.zeros(shape), 2.0)
+        Contact(half, np.zeros((5, 6)), WALL)
+    with pytest.raises(ValueError, match=r"shape \(12, 9\)"):
+        Contact(half, np.zeros((6, 5)), WALL).evaluate(np.zeros((6, 5)), 2.0)

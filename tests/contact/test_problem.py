@@ -59,9 +59,8 @@ def test_atoms_follow_every_step_with_its_results(wall):
         fresh = atoms.copy()
         fresh.calc = rc.RoughContact(**atoms.calc.parameters)
         if not WALLS[wall].hard:
-            np.testing.assert_allclose(
-                fresh.get_forces(), atoms.get_forces(), atol=1e-9
-            )
+            forces = fresh.get_forces()
+            np.testing.assert_allclose(forces, atoms.get_forces(), atol=1e-9)
 
 
 def test_a_step_leaves_the_state_before_it_unchanged():
@@ -104,9 +103,8 @@ def test_atoms_with_an_offset_lattice_are_the_same_problem():
 
 def test_local_adhesion_needs_an_attractive_wall():
     pattern = rc.Heterogeneity(lambda x, y: 0.1 * np.cos(x))
-    assert (
-        problem("dugdale", heterogeneity=pattern).contact(WINDOW).adhesion is not None
-    )
+    contact = problem("dugdale", heterogeneity=pattern).contact(WINDOW)
+    assert contact.adhesion is not None
     with pytest.raises(ValueError, match="attraction"):
         problem("hard", heterogeneity=pattern)
 
@@ -123,10 +121,8 @@ def test_a_window_is_found_again_by_its_origin(offset, start):
 def test_atoms_on_a_coarser_grid_are_those_of_the_state(shape):
     sphere = rc.RoughSphere(60.0)
     atoms = atoms_under(sphere, shape=shape)
-    path = rc.load_path(
-        atoms, penetrations=[0.5, 1.6], window="auto", grid="2 a0", validity="ignore"
-    )
-    for step in path:
+    options = {"window": "auto", "grid": "2 a0", "validity": "ignore"}
+    for step in rc.load_path(atoms, [0.5, 1.6], **options):
         fresh = atoms.copy()
         fresh.calc = rc.RoughContact(**atoms.calc.parameters)
         assert fresh.get_potential_energy() == pytest.approx(step.energy, rel=1e-6)

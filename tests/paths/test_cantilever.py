@@ -44,12 +44,9 @@ def test_a_stiff_cantilever_has_the_curve_of_the_held_tip():
     assert stiff.dissipated_energy == pytest.approx(loop().dissipated_energy, rel=1e-2)
 
 
-def test_deflection_times_stiffness_is_the_force():
+def test_distance_and_deflection_are_the_negative_penetration():
     for branch in (curve().approach, curve().retraction):
         np.testing.assert_allclose(branch.force, STIFFNESS * branch.deflection)
-
-
-def test_distance_and_deflection_are_the_negative_penetration():
     assert zero() > 0.5  # the range of the repulsion
     turn = curve().approach
     depth = -(turn.distance[-1] + turn.deflection[-1])
@@ -88,11 +85,9 @@ def test_states_are_those_of_a_tip_on_a_spring(branch, share):
     atoms.positions[-1, 2] = near.height
     # springs of both signs: one to a point far above and one far below
     far, half = 1e3, STIFFNESS / 2
+    ends = (base + far, base - far)
     atoms.set_constraint(
-        [
-            Hookean(a1=len(atoms) - 1, a2=(x, y, base + far), k=half, rt=0.0),
-            Hookean(a1=len(atoms) - 1, a2=(x, y, base - far), k=half, rt=0.0),
-        ]
+        [Hookean(len(atoms) - 1, (x, y, end), half, rt=0.0) for end in ends]
     )
     assert rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-7)
     found = atoms.calc.state(atoms).normal_force
@@ -102,11 +97,8 @@ def test_states_are_those_of_a_tip_on_a_spring(branch, share):
 def test_a_cantilever_that_jumps_beyond_the_loop_is_refused():
     (jump,) = loop().approach_jumps
     last = loop().approach.index(jump.after)
-    shallow = replace(
-        loop(), approach=loop().approach[: last + 1], retraction=(jump.after,)
-    )
-    given = (
-        rf"of {STIFFNESS / UNITS['J/m^2']:.4g} N/m jumps in beyond the deepest .* nm"
-    )
-    with pytest.raises(ValueError, match=given):
+    way = loop().approach[: last + 1]
+    shallow = replace(loop(), approach=way, retraction=(jump.after,))
+    given = STIFFNESS / UNITS["J/m^2"]
+    with pytest.raises(ValueError, match=rf"of {given:.4g} N/m jumps .* deepest .* nm"):
         cantilever_curve(shallow, STIFFNESS)

@@ -51,13 +51,9 @@ def test_error_of_a_loose_tolerance_is_found_to_first_order(wall):
 
 
 def test_error_in_tension_without_a_repelled_atom():
-
     def attracted(**options):
-        sphere, wall = (
-            rc.RoughSphere(RADIUS),
-            rc.LennardJones93.adhesive(1.0, 1.0, 0.003),
-        )
-        atoms = atoms_under(sphere, wall, (30, 30))
+        wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.003)
+        atoms = atoms_under(rc.RoughSphere(RADIUS), wall, (30, 30))
         (step,) = rc.load_path(atoms, heights=[1.15], validity="ignore", **options)
         return step
 
@@ -91,22 +87,25 @@ def test_force_that_the_indenter_lacks_is_an_error_of_the_height():
     assert errors.height == pytest.approx(0.1 / step.contact_stiffness, rel=1e-3)
 
 
+def errors_on_layer(solid, radius, load):
+    """Return true and estimated errors of heights by the grid, and their limit."""
+    found, sphere = [], rc.RoughSphere(radius)
+    for spacing in (1.0, 0.5, 0.25):
+        lattice = {"solid": solid, "spacing": spacing, "fixed": False}
+        atoms = atoms_under(sphere, rc.HardWall(), **lattice)
+        grid = {"grid": "a0", "accuracy": 1e-5, "window": "auto", "validity": "ignore"}
+        (step,) = rc.load_path(atoms, loads=[load], **grid)
+        found.append((step.height, step.height_error))
+    limit = found[2][0] + (found[2][0] - found[1][0]) / 3.0
+    return [(abs(height - limit), error) for height, error in found], limit
+
+
 @pytest.mark.parametrize("layer", [0.5, 1.0, 4.0])
 def test_grid_height_on_an_incompressible_layer_on_a_rigid_base(layer):
     """Also where the layer is thinner than the spacing."""
-    sphere, solid = rc.RoughSphere(200.0), Layer(1.0, layer)
-    found = []
-    for spacing in (1.0, 0.5, 0.25):
-        atoms = atoms_under(
-            sphere, rc.HardWall(), solid=solid, spacing=spacing, fixed=False
-        )
-        grid = {"grid": "a0", "accuracy": 1e-5}
-        options = {"window": "auto", "validity": "ignore", **grid}
-        (step,) = rc.load_path(atoms, loads=[10.0], **options)
-        found.append((step.height, step.height_error))
-    limit = found[2][0] + (found[2][0] - found[1][0]) / 3.0
-    for height, error in found:
-        assert abs(height - limit) < 2.0 * error < 0.5 * abs(limit)
+    errors, limit = errors_on_layer(Layer(1.0, layer), 200.0, 10.0)
+    for true, estimate in errors:
+        assert true < 2.0 * estimate < 0.5 * abs(limit)
 
 
 @pytest.mark.parametrize("wall", WALLS)
@@ -314,33 +313,16 @@ def test_nine_of_ten_heights_on_random_layers_are_within_twice_the_estimate():
         random = np.random.default_rng([seed, 11])
         thickness = float(np.exp(random.uniform(np.log(0.3), np.log(6.0))))
         solid = Layer(1.0, thickness, poisson=float(random.choice([0.3, 0.5])))
-        sphere, load = (
-            rc.RoughSphere(random.uniform(50.0, 300.0)),
-            random.uniform(2, 20),
-        )
-        found = []
-        for spacing in (1.0, 0.5, 0.25):
-            atoms = atoms_under(
-                sphere, rc.HardWall(), solid=solid, spacing=spacing, fixed=False
-            )
-            grid = {"grid": "a0", "accuracy": 1e-5}
-            options = {"window": "auto", "validity": "ignore", **grid}
-            (step,) = rc.load_path(atoms, loads=[load], **options)
-            found.append((step.height, step.height_error))
-        limit = found[2][0] + (found[2][0] - found[1][0]) / 3.0
-        errors += [(abs(height - limit), error) for height, error in found[:2]]
+        radius, load = random.uniform(50.0, 300.0), random.uniform(2, 20)
+        errors += errors_on_layer(solid, radius, load)[0][:2]
     assert share_within_twice(errors) >= 0.9
 
 
 @pytest.mark.parametrize(
-    "column, grid",
-    [
-        ("contact_area", {"grid": "atoms"}),
-        ("continuum_area", {"grid": "a0"}),
-    ],
+    "column, grid", [("contact_area", "atoms"), ("continuum_area", "a0")]
 )
 def test_error_and_mean_pressure_are_those_of_the_area_asked_for(column, grid):
-    step = relaxed("hard", smooth=True, **grid)
+    step = relaxed("hard", smooth=True, grid=grid)
     area = getattr(step, column)
     assert step.area_column == column
     assert step.mean_pressure == pytest.approx(step.normal_force / area, rel=1e-6)

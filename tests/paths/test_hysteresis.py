@@ -3,9 +3,10 @@
 In units of the contact modulus and the spacing.
 """
 
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from functools import cache
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -68,14 +69,6 @@ def forces_at(heights, records):
     return np.interp(heights, known[::-1], forces[::-1])
 
 
-def record(height, force, area=0.0):
-    """A state with zeros in all other columns."""
-    values = {field.name: 0 for field in fields(rc.LoadStep)}
-    return rc.LoadStep(
-        **{**values, "height": height, "normal_force": force, "contact_area": area}
-    )
-
-
 # Without adhesion
 
 
@@ -97,27 +90,21 @@ def test_repulsive_wall_has_equal_forces_on_both_branches():
 
 def test_adhesive_sphere_jumps_in_and_out():
     loop = adhesive()
-    assert len(loop.approach_jumps) == len(loop.retraction_jumps) == 1
-    assert loop.jump_in < loop.jump_out
-
-
-def test_jump_in_raises_the_pull_and_jump_out_ends_it():
-    jump_in, jump_out = jumps(adhesive())
+    jump_in, jump_out = jumps(loop)
+    assert loop.jump_in == jump_in.height < loop.jump_out == jump_out.height
     assert jump_in.after.normal_force < 10.0 * jump_in.before.normal_force < 0.0
     assert jump_out.before.normal_force < 0.0 == jump_out.after.normal_force
+    for jump in (jump_in, jump_out):
+        assert abs(jump.after.height - jump.before.height) <= 0.25 / 256
 
 
 def test_jump_in_is_the_first_jump_and_jump_out_the_last():
-    down = [Jump(record(h, -1.0), record(h - 0.5, -2.0)) for h in (5.0, 4.0, 3.0)]
-    up = [Jump(record(h, -2.0), record(h + 0.5, -1.0)) for h in (3.0, 4.0, 6.0)]
-    loop = rc.AdhesionLoop((), (), tuple(down), tuple(up))
-    assert loop.jump_in == pytest.approx(4.75)
-    assert loop.jump_out == pytest.approx(6.25)
-
-
-def test_jump_is_bracketed_by_the_smallest_step():
-    for jump in jumps(adhesive()):
-        assert abs(jump.after.height - jump.before.height) <= 0.25 / 256
+    first, second, third = (
+        Jump(SimpleNamespace(height=height), SimpleNamespace(height=height))
+        for height in (3.0, 5.0, 6.0)
+    )
+    loop = rc.AdhesionLoop((), (), (second, first), (first, third))
+    assert (loop.jump_in, loop.jump_out) == (5.0, 6.0)
 
 
 def test_loop_begins_beyond_the_range_and_ends_out_of_contact():
@@ -126,18 +113,11 @@ def test_loop_begins_beyond_the_range_and_ends_out_of_contact():
         assert end.normal_force == end.repulsive_atoms == end.attractive_atoms == 0
     assert loop.approach[-1] is loop.retraction[0]
     assert loop.approach[-1].penetration == pytest.approx(1.2)
-
-
-def test_heights_change_by_at_most_a_step():
-    loop = adhesive()
     down = np.diff([r.height for r in loop.approach])
     up = np.diff([r.height for r in loop.retraction])
     assert down.max() < 0.0 < up.min()
     assert max(-down.min(), up.max()) <= 0.25 * (1 + 1e-12)
-
-
-def test_every_state_is_converged():
-    assert all(record.converged for record in both_branches(adhesive()))
+    assert all(record.converged for record in both_branches(loop))
 
 
 # Energy
@@ -159,11 +139,6 @@ def test_area_of_the_loop_is_the_energy_lost_in_jumps(loop):
     assert loop().dissipated_energy > 0.1
     lost = loop().energy_lost_in_jumps
     assert loop().dissipated_energy == pytest.approx(lost, rel=0.02)
-
-
-@pytest.mark.parametrize("loop", [adhesive, rough])
-def test_every_jump_dissipates_energy(loop):
-    assert jumps(loop())
     assert all(jump.dissipated_energy > 0.0 for jump in jumps(loop()))
 
 
@@ -178,22 +153,20 @@ def test_stiff_solid_shows_no_hysteresis():
 
 
 @pytest.mark.parametrize(
-    "options", [{"step": 0.125}, {"tolerance": 1e-3}, {"accuracy": "fast"}]
+    "options, error",
+    [
+        ({"step": 0.125}, 5e-3),
+        ({"tolerance": 1e-3}, 5e-3),
+        ({"accuracy": "fast"}, 5e-3),
+        ({"window": "auto"}, 1e-3),
+    ],
 )
-def test_result_does_not_depend_on_step_tolerance_and_accuracy(options):
+def test_result_does_not_depend_on_step_tolerance_accuracy_and_window(options, error):
     loop, other = adhesive(), adhesive(**options)
-    assert other.pull_off_force == pytest.approx(loop.pull_off_force, rel=5e-3)
+    assert other.pull_off_force == pytest.approx(loop.pull_off_force, rel=error)
     assert other.jump_in == pytest.approx(loop.jump_in, abs=2e-3)
     assert other.jump_out == pytest.approx(loop.jump_out, abs=2e-3)
     assert len(jumps(other)) == 2
-
-
-def test_automatic_windows_lead_to_the_same_loop():
-    automatic = adhesive(window="auto")
-    assert automatic.pull_off_force == pytest.approx(
-        adhesive().pull_off_force, rel=1e-3
-    )
-    assert automatic.jump_out == pytest.approx(adhesive().jump_out, abs=1e-3)
 
 
 def test_step_that_does_not_converge_is_halved():

@@ -199,23 +199,6 @@ def test_rounding_of_the_targets_does_not_make_another_path(tmp_path):
     assert list(written_path(make_atoms(), long, resume=True, **options))[:3] == before
 
 
-@pytest.mark.parametrize("lost", [1, 20, 300])
-def test_end_of_the_index_of_frames_may_be_cut_off(tmp_path, lost):
-    options = {"trajectory": tmp_path / "sweep.traj", "resume": True}
-    heights = np.linspace(3.0, 2.0, 50)  # out of reach: the atoms lie flat
-    list(written_path(make_atoms(), heights=heights[:2], **options))
-    size = options["trajectory"].stat().st_size
-    os.truncate(options["trajectory"], size - lost)
-    list(written_path(make_atoms(), heights=heights, **options))
-    first, *others = read(options["trajectory"], ":")
-    assert len(others) == 49
-    for frame, height in zip(others, heights[1:], strict=True):
-        assert frame.positions[-1, 2] == height
-        frame.positions[-1] = first.positions[-1]
-        for name, values in first.arrays.items():
-            np.testing.assert_array_equal(frame.arrays[name], values)
-
-
 # Bad input
 
 
@@ -298,28 +281,6 @@ def test_trajectory_with_an_indenter_without_todict_is_an_error_at_once(tmp_path
     with pytest.raises(ValueError, match=r"Dome has none: give it .* todict"):
         written_path(below_a_dome(), DEPTHS, trajectory=movie)
     assert not movie.exists()
-
-
-def test_table_of_a_resumed_path_has_all_steps_at_once(tmp_path):
-    movie, table = tmp_path / "sweep.traj", tmp_path / "curve.csv"
-    files = {"trajectory": movie, "csv": table}
-    list(written_path(make_atoms(), DEPTHS, fmax=FMAX, **files))
-    next(written_path(make_atoms(), DEPTHS, fmax=FMAX, resume=True, **files))
-    assert len(rows_of(table)) == len(DEPTHS)
-
-
-def test_last_frame_is_enough_to_resume(tmp_path):
-    movie = tmp_path / "last.traj"
-    options = {"fmax": 1e-9, "trajectory": movie, "keep": "last"}
-    whole = list(written_path(make_atoms(), DEPTHS, fmax=1e-9))
-    path = written_path(make_atoms(), DEPTHS, **options)
-    next(path), next(path)
-    path.close()
-    rest = list(written_path(make_atoms(), DEPTHS, resume=True, **options))
-    assert [record.step for record in rest] == list(range(1, len(DEPTHS)))
-    assert same(rest, whole[1:], 1e-6)
-    with Trajectory(movie) as frames:
-        assert len(frames) == 1
 
 
 @pytest.mark.parametrize("keep", ["all", "last"])

@@ -16,7 +16,7 @@ ADHESIVE = rc.LennardJones93.adhesive(1.0, 1.0, 0.02)
 
 
 def make_atoms(sphere=SPHERE, spring=None, spacing=1.0, wall=None, **options):
-    """Return atoms with calculator; springs are (stiffness, rest length, end)."""
+    """Return atoms with calculator; springs are (stiffness, rest, end), or ()."""
     lattice = {"shape": (12, 10), "periodic": True} | {
         key: options.pop(key) for key in ("shape", "periodic") if key in options
     }
@@ -28,7 +28,7 @@ def make_atoms(sphere=SPHERE, spring=None, spacing=1.0, wall=None, **options):
     )
     if spring is None:
         atoms.set_constraint(FixAtoms([len(atoms) - 1]))
-    else:
+    elif spring:
         stiffness, rest, end = spring
         point = (*atoms.positions[-1, :2], end)
         atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=rest))
@@ -39,6 +39,7 @@ def rough(**changes):
     return rc.RoughSphere(10.0, replace(ROUGH, **changes))
 
 
+SPRING = {"spring": (1.0, 0.5, -3.0)}
 # Parameters before, and changes of them.
 OTHERS = {
     "radius": ({}, {"sphere": rc.RoughSphere(11.0, ROUGH)}),
@@ -67,74 +68,46 @@ OTHERS = {
     "spacing": ({"sphere": rc.RoughSphere(10.0)}, {"spacing": 1.01}),
     "window": ({}, {"shape": (10, 12)}),
     "boundary": ({}, {"periodic": False}),
-}
-SPRING = (1.0, 0.5, -3.0)
-SPRINGS = {
-    "stiffness": (1.1, 0.5, -3.0),
-    "rest length": (1.0, 0.6, -3.0),
-    "end": (1.0, 0.5, -3.1),
-    "no spring": None,
+    "stiffness of a spring": (SPRING, {"spring": (1.1, 0.5, -3.0)}),
+    "rest length": (SPRING, {"spring": (1.0, 0.6, -3.0)}),
+    "end of a spring": (SPRING, {"spring": (1.0, 0.5, -3.1)}),
+    "no spring": (SPRING, {"spring": ()}),
 }
 SAME = {
-    "all": {},
-    "threads": {"fft": {"threads": 2}},
-    "named precision": {"fft": {"dtype": "float64"}},
-    "the default wall by name": {"wall": rc.LennardJones93.repulsive(1.0, 1.0)},
+    "all": ({}, {}),
+    "spring": (SPRING, SPRING),
+    "threads": ({}, {"fft": {"threads": 2}}),
+    "named precision": ({}, {"fft": {"dtype": "float64"}}),
+    "the default wall by name": ({}, {"wall": rc.LennardJones93.repulsive(1.0, 1.0)}),
 }
 
 
-def begun(file, atoms, **path):
-    """Calculate the first step of a path."""
-    path = path or {"penetrations": [0.1, 0.2]}
-    steps = rc.load_path(
-        atoms, **path, window="unchecked", output=rc.Output(trajectory=file)
-    )
+def steps_of(file, resume=False, path=None, **atoms):
+    """Steps of a path of loads on a spring, of penetrations without."""
+    path = path or {"loads" if "spring" in atoms else "penetrations": [0.1, 0.2]}
+    output = rc.Output(trajectory=file, resume=resume)
+    return rc.load_path(make_atoms(**atoms), **path, window="unchecked", output=output)
+
+
+def first_step(file, **options):
+    steps = steps_of(file, **options)
     next(steps)
     steps.close()
-
-
-def resumed(file, atoms, **path):
-    path = path or {"penetrations": [0.1, 0.2]}
-    return list(
-        rc.load_path(
-            atoms,
-            **path,
-            window="unchecked",
-            output=rc.Output(trajectory=file, resume=True),
-        )
-    )
 
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_a_path_of_another_system_is_not_resumed(name, tmp_path):
     file, (before, after) = tmp_path / "sweep.traj", OTHERS[name]
-    begun(file, make_atoms(**before))
+    first_step(file, **before)
     with pytest.raises(ValueError, match="can't resume"):
-        resumed(file, make_atoms(**before | after))
+        next(steps_of(file, resume=True, **before | after))
 
 
 @pytest.mark.parametrize("name", SAME)
 def test_a_path_of_the_same_system_is_resumed(name, tmp_path):
-    file = tmp_path / "sweep.traj"
-    begun(file, make_atoms())
-    assert [step.step for step in resumed(file, make_atoms(**SAME[name]))] == [0, 1]
-
-
-@pytest.mark.parametrize("name", SPRINGS)
-def test_a_path_on_another_spring_is_not_resumed(name, tmp_path):
-    file, path = tmp_path / "sweep.traj", {"loads": [0.1, 0.2]}
-    begun(file, make_atoms(spring=SPRING), **path)
-    other = make_atoms(spring=SPRINGS[name])
-    if SPRINGS[name] is None:
-        other.set_constraint()
-    with pytest.raises(ValueError, match="can't resume"):
-        resumed(file, other, **path)
-
-
-def test_a_path_on_the_same_spring_is_resumed(tmp_path):
-    file, path = tmp_path / "sweep.traj", {"loads": [0.1, 0.2]}
-    begun(file, make_atoms(spring=SPRING), **path)
-    assert len(resumed(file, make_atoms(spring=SPRING), **path)) == 2
+    file, (before, after) = tmp_path / "sweep.traj", SAME[name]
+    first_step(file, **before)
+    assert [step.step for step in steps_of(file, resume=True, **after)] == [0, 1]
 
 
 PATH = {"penetrations": [0.1, 0.2, 0.3], "accuracy": 1e-4}
@@ -147,5 +120,6 @@ PATH = {"penetrations": [0.1, 0.2, 0.3], "accuracy": 1e-4}
 )
 def test_the_remaining_steps_and_the_number_of_iterations_may_change(other, tmp_path):
     file, path = tmp_path / "sweep.traj", PATH | other
-    begun(file, make_atoms(), **PATH)
-    assert len(resumed(file, make_atoms(), **path)) == len(path["penetrations"])
+    first_step(file, path=PATH)
+    steps = list(steps_of(file, resume=True, path=path))
+    assert len(steps) == len(path["penetrations"])

@@ -26,15 +26,8 @@ SOFT = [name for name in WALLS if name != "hard"]
 
 
 def make_atoms(wall, periodic=False, shape=(20, 16), **options):
-    return atoms_under(
-        SPHERE,
-        (WALLS | OTHERS)[wall],
-        shape,
-        modulus=MODULUS,
-        spacing=SPACING,
-        periodic=periodic,
-        **options,
-    )
+    options |= {"modulus": MODULUS, "spacing": SPACING, "periodic": periodic}
+    return atoms_under(SPHERE, (WALLS | OTHERS)[wall], shape, **options)
 
 
 def tie(atoms, stiffness, end):
@@ -133,12 +126,9 @@ def test_penetrations_count_from_the_first_contact(wall, periodic):
 def test_the_gap_error_of_a_hard_wall_is_the_largest_gap_or_overlap(steps, larger):
     atoms = make_atoms("hard")
     record = relaxed(atoms, heights=[-1.0], max_steps=steps)
-    names = ("gap", "contact")
-    gap, touching = (atoms.calc.get_property(name, atoms) for name in names)
-    errors = {
-        "overlap": -gap[~touching].min(),
-        "gap": abs(gap[touching]).max(initial=0.0),
-    }
+    gap, touching = (atoms.calc.get_property(n, atoms) for n in ("gap", "contact"))
+    most = abs(gap[touching]).max(initial=0.0)
+    errors = {"overlap": -gap[~touching].min(), "gap": most}
     assert record.converged == (steps > 1)
     assert max(errors.values()) == errors[larger] > 0.0
     # the atoms have padding, the path has none: they differ by rounding
@@ -199,11 +189,4 @@ def test_errors_of_the_levels_of_accuracy(error, of_atoms, of_continuum):
     assert accuracy_of(error, continuum=True).error == of_continuum
     tolerance = accuracy_of(error, continuum=True).tolerance
     assert tolerance == pytest.approx(of_continuum / 40.0)
-
-
-def test_the_default_accuracy_is_normal():
-    usual, normal = (
-        relaxed(make_atoms("repulsive"), heights=[0.0], **options)
-        for options in ({}, {"accuracy": "normal"})
-    )
-    assert usual.tolerance == normal.tolerance
+    assert rc.StepOptions().accuracy == "normal"

@@ -319,37 +319,6 @@ def test_base_of_a_cantilever_over_a_hard_wall(window):
     assert held[-1] == pytest.approx(hertz(CREEP.relaxed), rel=3e-3)
 
 
-def test_a_hard_wall_under_a_cantilever_is_the_limit_of_stiff_walls():
-    n, path = 48, Schedule(0.5).step(-2.0)
-    forces = []
-    for core in (0.3, 0.1, 0.0):
-        wall = LennardJones93.repulsive(1.0, core) if core else HardWall()
-        start = Schedule(
-            path.first + core, [p._replace(end=p.end + core) for p in path.parts]
-        )
-        problem = problem_of(n, wall, radius=150.0)
-        steps = follow(problem, n, start, "bases", cantilever=4.0)
-        forces.append(steps[-1].normal_force)
-    soft, stiff, hard = forces
-    assert abs(stiff - hard) < 0.5 * abs(soft - hard)
-    assert stiff == pytest.approx(hard, rel=0.02)
-
-
-def test_a_window_that_follows_the_contact_keeps_its_history():
-    n, path = 48, Schedule(0.0).ramp(1.0, time=1.0).ramp(0.3, time=1.0)
-    found = []
-    for window in ("fixed", "auto"):
-        problem = problem_of(n, radius=150.0)
-        steps = follow(problem, n, path.ramp(0.8, time=1.0), window=window)
-        found.append({s.time: s.normal_force for s in steps})
-    fixed, auto = found
-    same = sorted(set(fixed) & set(auto))
-    assert len(same) > 50
-    largest = max(fixed.values())
-    for time in same:
-        assert auto[time] == pytest.approx(fixed[time], abs=1e-4 * largest)
-
-
 def test_layer_on_a_rigid_base_creeps():
     creep = Creep([1.0], [1.0])
     problem = problem_of(48, creep=creep, solid=Layer(1.0, 3.0, poisson=0.3))
