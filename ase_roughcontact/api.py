@@ -2,11 +2,10 @@
 
 from ase_roughcontact.atoms.adhesion import adhesion_loop
 from ase_roughcontact.atoms.calculator import RoughContact
-from ase_roughcontact.atoms.loading import load_path
+from ase_roughcontact.atoms.loading import load_path, time_path
 from ase_roughcontact.atoms.sliding import release, sliding_path, stick
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
-from ase_roughcontact.atoms.time_path import time_path
 from ase_roughcontact.contact import Problem, State
 from ase_roughcontact.elasticity import Creep, Viscoelastic
 from ase_roughcontact.foundation import (

@@ -3,19 +3,22 @@
 Units are eV and Å.
 """
 
-from ase_roughcontact.analysis.conductance import conductance
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.contact_patches import patches
 from ase_roughcontact.analysis.distributions import (
     gap_distribution,
     pressure_distribution,
+    radial_average,
 )
-from ase_roughcontact.analysis.dynamic_stiffness import dynamic_stiffness
 from ase_roughcontact.analysis.first_contact_point import first_contact
-from ase_roughcontact.analysis.friction import loop_energies, static_friction
-from ase_roughcontact.analysis.grid_limit import extrapolate
 from ase_roughcontact.analysis.map_files import write_map
-from ase_roughcontact.analysis.radial import radial_average
+from ase_roughcontact.analysis.path_values import (
+    conductance,
+    dynamic_stiffness,
+    extrapolate,
+    loop_energies,
+    static_friction,
+)
 
 __all__ = [
     "ContactMap",

@@ -1,4 +1,4 @@
-"""Distributions of the pressure and of the gap."""
+"""Distributions of the pressure and of the gap, and averages over rings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ase_roughcontact._util.validation import FloatArray, increasing_array, integer
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    increasing_array,
+    integer,
+    nonnegative_array,
+)
 from ase_roughcontact.analysis.contact_map import ContactMap
 
 
@@ -99,3 +104,106 @@ def _distribution(values: np.ndarray, bins: int | ArrayLike, none: str) -> Distr
     known = increasing_array if np.ndim(bins) else partial(integer, least=1)
     counts, edges = np.histogram(values, known("bins", bins))
     return Distribution(counts / len(values) / np.diff(edges), edges)
+
+
+@dataclass(frozen=True, eq=False)
+class RadialAverage:
+    """Averages over rings around the indenter's axis, each an array of shape (k,).
+
+    Attributes
+    ----------
+    radius : ndarray
+        Mean distance of the ring's sites from the axis (Å).
+    pressure, contact_pressure : ndarray
+        Mean over all sites and over atoms in contact; nan where there are none
+        (eV/Å^3).
+    sites, contacts : ndarray of int
+        Number of sites, and of atoms in contact.
+    """
+
+    radius: FloatArray
+    pressure: FloatArray
+    contact_pressure: FloatArray
+    sites: np.ndarray
+    contacts: np.ndarray
+
+
+def radial_average(
+    contact_map: ContactMap, bins: int | ArrayLike | None = None
+) -> RadialAverage:
+    """Return the pressure averaged over rings around the indenter's axis.
+
+    Parameters
+    ----------
+    contact_map : ContactMap
+    bins : int or array_like, optional
+        Number of rings up to the farthest site of the map, or increasing edges >= 0
+        (Å). By default the edges are 0 and half-integer multiples of the spacing.
+
+    Returns
+    -------
+    RadialAverage
+
+    Raises
+    ------
+    ValueError
+        If the bins are invalid.
+
+    Notes
+    -----
+    The sites beyond the map of a free half space carry no pressure, but are counted, so
+    that the average does not depend on the size of the map. In a periodic cell the
+    distance is that from the nearest image of the axis, and rings are limited to the
+    cell.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), fig. 1.
+    """
+    distance, mask = contact_map.distance, contact_map.contact
+    edges = _ring_edges(bins, float(distance.max()), contact_map.spacing)
+    every = distance if contact_map.periodic else _distances(contact_map, edges[-1])
+    sites = np.histogram(every, edges)[0]
+    contacts = np.histogram(distance[mask], edges)[0]
+
+    def total(radii: FloatArray, values: FloatArray) -> FloatArray:
+        return np.histogram(radii, edges, weights=values)[0]
+
+    pressure = contact_map.pressure
+    return RadialAverage(
+        radius=_mean(total(every, every), sites),
+        pressure=_mean(total(distance, pressure), sites),
+        contact_pressure=_mean(total(distance[mask], pressure[mask]), contacts),
+        sites=sites,
+        contacts=contacts,
+    )
+
+
+def _ring_edges(
+    bins: int | ArrayLike | None, farthest: float, spacing: float
+) -> FloatArray:
+    if bins is None:
+        rings = int(np.ceil(farthest / spacing + 0.5))
+        return spacing * np.append(0.0, np.arange(rings) + 0.5)
+    if np.ndim(bins) == 0:
+        # one spacing for a single atom on the axis
+        return np.linspace(0.0, farthest or spacing, integer("bins", bins, 1) + 1)
+    return nonnegative_array("bins", increasing_array("bins", bins))
+
+
+def _distances(contact_map: ContactMap, farthest: float) -> FloatArray:
+    """Return the distances from the axis of all lattice sites up to a largest one."""
+    a0 = contact_map.spacing
+    x, y = (
+        start
+        + a0
+        * np.arange(np.ceil((-farthest - start) / a0) - 1, (farthest - start) / a0 + 2)
+        for start in contact_map.origin
+    )
+    distance = np.hypot(x[:, None], y)
+    return distance[distance <= farthest]
+
+
+def _mean(total: FloatArray, count: np.ndarray) -> FloatArray:
+    """Return the ratio, nan where the count is zero."""
+    return np.divide(total, count, where=count > 0, out=np.full(total.shape, np.nan))

@@ -15,8 +15,7 @@ from ase_roughcontact._util.validation import unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import same_history
 from ase_roughcontact.atoms.info import check_surface
-from ase_roughcontact.atoms.model import ContactModel
-from ase_roughcontact.atoms.parameters import checked, problem_for
+from ase_roughcontact.atoms.model import ContactModel, checked, problem_for
 from ase_roughcontact.atoms.sticking import (
     Sticking,
     check_kept,

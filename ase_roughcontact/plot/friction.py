@@ -13,7 +13,7 @@ from ase import Atoms
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap
-from ase_roughcontact.analysis.friction import turning_points
+from ase_roughcontact.analysis.path_values import turning_points
 from ase_roughcontact.atoms.snapshot import lateral_of
 from ase_roughcontact.contact.state import SLIPPING, TRACTIONS
 from ase_roughcontact.plot.files import written

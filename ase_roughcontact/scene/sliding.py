@@ -20,7 +20,7 @@ from ase_roughcontact._util.validation import (
     integer,
     positive,
 )
-from ase_roughcontact.analysis.friction import loop_energies, static_friction
+from ase_roughcontact.analysis.path_values import loop_energies, static_friction
 from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
 from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_records import SlidingStep

@@ -19,7 +19,7 @@ from ase_roughcontact._util.validation import (
     nonnegative,
     positive,
 )
-from ase_roughcontact.analysis.dynamic_stiffness import dynamic_stiffness
+from ase_roughcontact.analysis.path_values import dynamic_stiffness
 from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.record import LoadStep

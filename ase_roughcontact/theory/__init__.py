@@ -8,17 +8,13 @@ adhesion), `first_asperity`,
 one), `plastic` (contact at the hardness) and `regime`, which determines the law.
 """
 
-from ase_roughcontact.theory.first_asperity import (
-    ASPERITY_FACTOR_REPULSIVE,
-    asperity_radius,
-    asperity_radius_from_curvature,
-    first_contact_radius,
-    first_contact_radius_from_height,
-    low_load_plateau,
-)
-from ase_roughcontact.theory.hertz import DMT, Hertz
 from ase_roughcontact.theory.jkr import JKR
-from ase_roughcontact.theory.maugis import MaugisDugdale
+from ase_roughcontact.theory.maugis import (
+    DMT_BELOW,
+    JKR_ABOVE,
+    MaugisDugdale,
+    sphere_theory,
+)
 from ase_roughcontact.theory.plastic import (
     plastic_area,
     plastic_contact_fraction,
@@ -26,7 +22,16 @@ from ase_roughcontact.theory.plastic import (
     yield_load,
 )
 from ase_roughcontact.theory.regime import regime
-from ase_roughcontact.theory.rough_contact import crossover_load, predicted_area
+from ase_roughcontact.theory.rough_contact import (
+    ASPERITY_FACTOR_REPULSIVE,
+    asperity_radius,
+    asperity_radius_from_curvature,
+    crossover_load,
+    first_contact_radius,
+    first_contact_radius_from_height,
+    low_load_plateau,
+    predicted_area,
+)
 from ase_roughcontact.theory.rough_flats import (
     KAPPA_HARD,
     KAPPA_PERSSON,
@@ -39,9 +44,8 @@ from ase_roughcontact.theory.rough_flats import (
     mean_contact_pressure,
 )
 from ase_roughcontact.theory.rough_sphere import RoughSphereTheory
-from ase_roughcontact.theory.selection import DMT_BELOW, JKR_ABOVE, sphere_theory
 from ase_roughcontact.theory.self_affine import Roughness, slope_to_curvature_ratio
-from ase_roughcontact.theory.smooth_sphere import SphereTheory
+from ase_roughcontact.theory.smooth_sphere import DMT, Hertz, SphereTheory
 from ase_roughcontact.theory.stickiness import Criterion, stickiness
 
 __all__ = [

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.validation import finite, nonnegative, positive
-from ase_roughcontact.theory.hertz import Hertz
-from ase_roughcontact.theory.maugis import MaugisDugdale
+from ase_roughcontact.theory.maugis import MaugisDugdale, sphere_theory
 from ase_roughcontact.theory.rough_flats import KAPPA_HARD
 from ase_roughcontact.theory.rough_sphere import RoughSphereTheory
-from ase_roughcontact.theory.selection import sphere_theory
 from ase_roughcontact.theory.self_affine import Roughness
+from ase_roughcontact.theory.smooth_sphere import Hertz
 from ase_roughcontact.theory.stickiness import Criterion, stickiness
 
 LAWS = {

@@ -6,15 +6,19 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.theory.first_asperity import asperity_radius, first_contact_radius
-from ase_roughcontact.theory.rough_contact import crossover_load, predicted_area
+from ase_roughcontact.theory.maugis import sphere_theory
+from ase_roughcontact.theory.rough_contact import (
+    asperity_radius,
+    crossover_load,
+    first_contact_radius,
+    predicted_area,
+)
 from ase_roughcontact.theory.rough_flats import (
     KAPPA_HARD,
     flattening_energy,
     inverse_kappa,
     mean_contact_pressure,
 )
-from ase_roughcontact.theory.selection import sphere_theory
 from ase_roughcontact.theory.self_affine import (
     Roughness,
     numbers_of,

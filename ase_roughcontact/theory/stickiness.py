@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.theory.first_asperity import asperity_radius_from_curvature
+from ase_roughcontact.theory.rough_contact import asperity_radius_from_curvature
 from ase_roughcontact.theory.rough_flats import (
     KAPPA_HARD,
     flattening_energy,

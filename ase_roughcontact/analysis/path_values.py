@@ -1,0 +1,275 @@
+"""Values that follow from the steps of paths.
+
+Static friction, energies of loops, dynamic stiffness, conductance, limit of fine grids.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ase_roughcontact._util.validation import FloatArray, finite_array, positive
+
+# Distance of the ends of a closed loop, relative to the range of the path.
+_CLOSED = 1e-3
+# Relative change of the load below which a contact slides under the same one.
+_SAME_LOAD = 1e-2
+
+
+def static_friction(steps: Sequence[Any]) -> float:
+    """Return the largest lateral force of the first slide.
+
+    That is until the indenter turns back, or the load changes by 1 %, after the first
+    step in which all atoms in contact slip. It is at most `largest_friction`, which it
+    approaches: tractions of atoms that have just begun to slip are not yet parallel.
+
+    Parameters
+    ----------
+    steps : sequence of SlidingStep
+
+    Returns
+    -------
+    float
+        eV/Å; NaN if in no step all atoms in contact slip.
+    """
+    slides = [s.slip_area > 0.0 and s.stick_area == 0.0 for s in steps]
+    if not any(slides):
+        return float("nan")
+    start = end = slides.index(True)
+    forces = np.array([[s.lateral_force_x, s.lateral_force_y] for s in steps])
+    points = np.array([[s.lateral_x, s.lateral_y] for s in steps])
+    onward = np.diff(points, axis=0) @ forces[start] >= 0.0
+    loads = np.array([s.normal_force for s in steps])
+    same = abs(loads - loads[start]) <= _SAME_LOAD * abs(loads[start])
+    while end + 1 < len(steps) and onward[end] and same[end + 1]:
+        end += 1
+    return float(np.hypot(*forces[: end + 1].T).max())
+
+
+def loop_energies(steps: Sequence[Any]) -> FloatArray:
+    """Return the energies that are lost in closed loops of the lateral displacement.
+
+    Parameters
+    ----------
+    steps : sequence of SlidingStep
+        Along a line, there and back.
+
+    Returns
+    -------
+    ndarray, shape (loops,)
+        From each turning point to the next one at the same displacement (eV).
+
+    Raises
+    ------
+    ValueError
+        If there are no steps.
+    """
+    if not len(steps):
+        raise ValueError("a loop needs the steps of a sliding path, got none")
+    points = np.array([[s.lateral_x, s.lateral_y] for s in steps])
+    points -= points[0]
+    farthest = points[np.hypot(*points.T).argmax()]
+    along = points @ farthest / (np.hypot(*farthest) or 1.0)
+    ends = turning_points(along)
+    closed = _CLOSED * np.ptp(along)
+    return np.array(
+        [
+            steps[b].dissipated_energy - steps[a].dissipated_energy
+            for a, b in zip(ends, ends[2:], strict=False)
+            if abs(along[b] - along[a]) <= closed
+        ]
+    )
+
+
+def turning_points(values: FloatArray) -> list[int]:
+    """Return the first index, those after which values turn back, and the last one."""
+    ways = np.sign(np.diff(values))
+    moves = np.flatnonzero(ways).tolist()
+    turns = [a + 1 for a, b in pairwise(moves) if ways[a] != ways[b]]
+    return [0, *turns, len(values) - 1]
+
+
+# Cycles from which the stiffness follows, and states that they need at least.
+_CYCLES, _LEAST_STATES = 2, 8
+
+
+def dynamic_stiffness(steps: Sequence[Any], frequency: float) -> complex:
+    r"""Return the complex stiffness of a contact at the end of a path in time.
+
+    The force responds to an oscillation of the penetration,
+    :math:`\delta + \hat\delta e^{i \omega t}`, by :math:`K \hat\delta e^{i \omega t}`.
+    Both are fitted over the last two cycles, with a linear drift.
+
+    Parameters
+    ----------
+    steps : sequence of TimeStep
+        That end with at least two cycles of `Schedule.oscillate`.
+    frequency : float
+        Cycles per time.
+
+    Returns
+    -------
+    complex
+        Storage stiffness plus i times loss stiffness (eV/Å^2).
+
+    Raises
+    ------
+    ValueError
+        If there are too few states in the last two cycles, or the penetration does not
+        oscillate.
+    """
+    positive(frequency=frequency)
+    end = steps[-1].time if steps else 0.0
+    begin = end - _CYCLES / frequency
+    last = [step for step in steps if step.time > begin]
+    if begin < -1e-9 * end or len(last) < _LEAST_STATES:
+        raise ValueError(
+            f"the path must end with {_CYCLES} cycles of {_LEAST_STATES} states or "
+            f"more, got {len(last)} states in the time from {begin:.4g} to {end:.4g}"
+        )
+    time = np.array([step.time for step in last]) - end
+    phase = 2.0 * math.pi * frequency * time
+    waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(time), time], axis=1)
+    values = [(step.penetration, step.normal_force) for step in last]
+    (cosines, sines, *_), *_ = np.linalg.lstsq(waves, np.array(values), rcond=None)
+    depth, force = cosines - 1j * sines
+    if not abs(depth) > 0.0:
+        raise ValueError(f"the penetration does not oscillate at {frequency:g}")
+    return complex(force / depth)
+
+
+def conductance(
+    contact_stiffness: ArrayLike, contact_modulus: float, resistivity: float
+) -> FloatArray:
+    r"""Return the conductance of a contact.
+
+    .. math:: \frac{2}{\rho E^*} \frac{dN}{d\delta},
+
+    which holds for any shape of the contact: the flow through a contact and the
+    displacement by an increment of load solve the same equations. For a circle of
+    radius a it is :math:`4a/\rho`.
+
+    Parameters
+    ----------
+    contact_stiffness : array_like
+        Derivative of the force to the penetration, as in `LoadStep` (force per
+        length). That of a hard wall is meant: the stiffness of a soft wall acts in
+        series, and corresponds to a resistance of the interface.
+    contact_modulus : float
+        E* (force per area).
+    resistivity : float
+        Sum of the resistivities of the two bodies.
+
+    Returns
+    -------
+    ndarray
+        Length per resistivity; with Å and Ω m, multiply by 1e-10 to get 1/Ω.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, or modulus or resistivity are not positive.
+
+    References
+    ----------
+    J. R. Barber, Proc. R. Soc. A 459, 53 (2003).
+
+    Examples
+    --------
+    A circle of radius 10, whose stiffness is 2 E* a:
+
+    >>> from ase_roughcontact.analysis import conductance
+    >>> float(conductance(2 * 0.9 * 10.0, contact_modulus=0.9, resistivity=1.0))
+    40.0
+    """
+    positive(contact_modulus=contact_modulus, resistivity=resistivity)
+    stiffness = finite_array("contact_stiffness", contact_stiffness)
+    return 2.0 * np.asarray(stiffness) / (contact_modulus * resistivity)
+
+
+class GridLimit(NamedTuple):
+    """Values on an infinitely fine grid.
+
+    Attributes
+    ----------
+    value : ndarray
+    error : ndarray
+        Estimated error of the values.
+    """
+
+    value: FloatArray
+    error: FloatArray
+
+
+def extrapolate(
+    spacings: Sequence[float], values: ArrayLike, order: float = 1.0
+) -> GridLimit:
+    r"""Return the limit of values on two or three grids, with an estimate of its error.
+
+    .. math:: L = f_1 + \frac{f_1 - f_2}{(h_2/h_1)^p - 1}
+
+    with the values :math:`f_1` and :math:`f_2` on the two finest grids of spacing
+    :math:`h_1 < h_2`. The error of two grids is :math:`|L - f_1|`. That of three grids
+    is the change of the limit from the two coarser grids to the two finer ones, but at
+    least :math:`|L - f_1| / 2`.
+
+    Parameters
+    ----------
+    spacings : sequence of float
+        Two or three different spacings, in any order (length).
+    values : array_like, shape (grids, ...)
+        Values on each grid, such as the `contact_area` of all steps of a path.
+    order : float
+        Power p of the spacing with which the error falls. It is 1 for the contact area.
+
+    Returns
+    -------
+    GridLimit
+        Arrays of shape (...).
+
+    Raises
+    ------
+    ValueError
+        If there are not two or three different positive spacings with values each, or a
+        number is not finite.
+
+    Notes
+    -----
+    Under a hard wall the area of the continuum is the limit of `contact_area`, whose
+    error is proportional to the spacing, rather than of `continuum_area`, whose smaller
+    error is less regular.
+
+    References
+    ----------
+    L. F. Richardson, Phil. Trans. R. Soc. A 210, 307 (1911).
+
+    Examples
+    --------
+    >>> limit = extrapolate([1.0, 0.5, 0.25], [1.4, 1.2, 1.1])
+    >>> round(float(limit.value), 9), round(float(limit.error), 9)
+    (1.0, 0.05)
+    """
+    h, f = finite_array("spacings", spacings), finite_array("values", values)
+    if h.shape not in ((2,), (3,)) or f.shape[:1] != h.shape:
+        raise ValueError(
+            "extrapolation needs two or three spacings and as many rows of values, got "
+            f"shapes {h.shape} and {f.shape}"
+        )
+    finest_first = np.argsort(h)
+    h, f = h[finest_first], f[finest_first]
+    positive(order=order, spacing=h[0])
+    if not np.diff(h).all():
+        raise ValueError(f"spacings must differ, got {spacings}")
+    limits = [
+        f[i] + (f[i] - f[i + 1]) / ((h[i + 1] / h[i]) ** order - 1.0)
+        for i in range(len(h) - 1)
+    ]
+    error = abs(limits[0] - f[0])
+    if len(limits) == 2:
+        error = np.maximum(abs(limits[0] - limits[1]), error / 2.0)
+    return GridLimit(limits[0], error)
