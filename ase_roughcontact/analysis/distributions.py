@@ -163,20 +163,23 @@ def radial_average(
     distance, mask = contact_map.distance, contact_map.contact
     edges = _ring_edges(bins, float(distance.max()), contact_map.spacing)
     every = distance if contact_map.periodic else _distances(contact_map, edges[-1])
-    sites = np.histogram(every, edges)[0]
-    contacts = np.histogram(distance[mask], edges)[0]
 
-    def total(radii: FloatArray, values: FloatArray) -> FloatArray:
+    def total(radii: FloatArray, values: FloatArray | None = None) -> np.ndarray:
         return np.histogram(radii, edges, weights=values)[0]
 
-    pressure = contact_map.pressure
-    return RadialAverage(
-        radius=_mean(total(every, every), sites),
-        pressure=_mean(total(distance, pressure), sites),
-        contact_pressure=_mean(total(distance[mask], pressure[mask]), contacts),
-        sites=sites,
-        contacts=contacts,
+    pressure, sites, contacts = (
+        contact_map.pressure,
+        total(every),
+        total(distance[mask]),
     )
+    with np.errstate(invalid="ignore"):  # rings without any
+        return RadialAverage(
+            radius=total(every, every) / sites,
+            pressure=total(distance, pressure) / sites,
+            contact_pressure=total(distance[mask], pressure[mask]) / contacts,
+            sites=sites,
+            contacts=contacts,
+        )
 
 
 def _ring_edges(
@@ -194,16 +197,10 @@ def _ring_edges(
 def _distances(contact_map: ContactMap, farthest: float) -> FloatArray:
     """Return the distances from the axis of all lattice sites up to a largest one."""
     a0 = contact_map.spacing
+    ends = ((np.array([-1, 1]) * farthest - at) // a0 for at in contact_map.origin)
     x, y = (
-        start
-        + a0
-        * np.arange(np.ceil((-farthest - start) / a0) - 1, (farthest - start) / a0 + 2)
-        for start in contact_map.origin
+        at + a0 * np.arange(first, last + 1)
+        for at, (first, last) in zip(contact_map.origin, ends, strict=True)
     )
     distance = np.hypot(x[:, None], y)
     return distance[distance <= farthest]
-
-
-def _mean(total: FloatArray, count: np.ndarray) -> FloatArray:
-    """Return the ratio, nan where the count is zero."""
-    return np.divide(total, count, where=count > 0, out=np.full(total.shape, np.nan))

@@ -77,18 +77,18 @@ def fields_of(contact_map: ContactMap) -> dict[str, np.ndarray]:
     -------
     dict of ndarray, shape (n, m)
     """
-    fields: dict[str, np.ndarray] = {
-        "pressure": contact_map.pressure / UNITS["GPa"],
-        "contacting_points": contact_map.contact.astype(np.int8),
+    depth = contact_map.displacement
+    found = {
+        "pressure": contact_map.pressure,
+        "gap": contact_map.gap,
+        "displacement": None if depth is None else -depth,
+        "plastic_depth": contact_map.plastic_depth,
+        **contact_map.lateral,
     }
-    if contact_map.gap is not None:
-        fields["gap"] = contact_map.gap / UNITS["nm"]
-    if contact_map.displacement is not None:
-        fields["displacement"] = -contact_map.displacement / UNITS["nm"]
-    if contact_map.plastic_depth is not None:
-        fields["plastic_depth"] = contact_map.plastic_depth / UNITS["nm"]
-    for name, values in contact_map.lateral.items():
-        fields[name] = values / UNITS[_UNITS[name]] if name != SLIPPING else values
+    fields = {"contacting_points": contact_map.contact.astype(np.int8)}
+    for name, values in found.items():
+        if values is not None:
+            fields[name] = values / UNITS.get(_UNITS[name], 1.0)
     return fields
 
 

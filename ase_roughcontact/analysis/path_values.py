@@ -19,6 +19,8 @@ from ase_roughcontact._util.validation import FloatArray, finite_array, positive
 _CLOSED = 1e-3
 # Relative change of the load below which a contact slides under the same one.
 _SAME_LOAD = 1e-2
+# Cycles from which the stiffness follows, and states that they need at least.
+_CYCLES, _LEAST_STATES = 2, 8
 
 
 def static_friction(steps: Sequence[Any]) -> float:
@@ -92,10 +94,6 @@ def turning_points(values: FloatArray) -> list[int]:
     moves = np.flatnonzero(ways).tolist()
     turns = [a + 1 for a, b in pairwise(moves) if ways[a] != ways[b]]
     return [0, *turns, len(values) - 1]
-
-
-# Cycles from which the stiffness follows, and states that they need at least.
-_CYCLES, _LEAST_STATES = 2, 8
 
 
 def dynamic_stiffness(steps: Sequence[Any], frequency: float) -> complex:

@@ -154,20 +154,18 @@ class MaugisDugdale(SphereTheory):
         excess = self._above_pull_off(normal_force) / self._unit_force
         last = self._last_stable_angle(1)
 
-        def reduced_radius(excess: float) -> float:
-            def difference(angle: float) -> float:
-                return float(self._reduced(angle)[1] + self._pull_off) - excess
+        def difference(angle: float, excess: float) -> float:
+            return float(self._reduced(angle)[1] + self._pull_off) - excess
 
-            if excess == 0:
-                return float(self._reduced(last)[0])
-            end = last / 2
-            while difference(end) < 0:  # the force is unbounded as end -> 0
+        radii = []
+        for each in np.ravel(excess):
+            angle = end = last
+            while each > 0 and difference(end, each) < 0:  # unbounded as end -> 0
                 end /= 2
-            angle = brentq(difference, end, last, xtol=1e-15)
-            return float(self._reduced(angle)[0])
-
-        radii = np.array([reduced_radius(each) for each in np.asarray(excess).flat])
-        return radii.reshape(np.shape(excess)) * self._unit_radius
+            if end < last:
+                angle = brentq(difference, end, last, args=each, xtol=1e-15)
+            radii.append(float(self._reduced(angle)[0]))
+        return np.reshape(radii, np.shape(excess)) * self._unit_radius
 
     def curve(self, largest: float) -> tuple[FloatArray, FloatArray]:
         """Return penetrations and forces; see `SphereTheory.curve`."""

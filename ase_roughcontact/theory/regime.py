@@ -6,9 +6,7 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-import numpy as np
-
-from ase_roughcontact._util.validation import finite, nonnegative, positive
+from ase_roughcontact._util.validation import nonnegative
 from ase_roughcontact.theory.maugis import MaugisDugdale, sphere_theory
 from ase_roughcontact.theory.rough_flats import KAPPA_HARD
 from ase_roughcontact.theory.rough_sphere import RoughSphereTheory
@@ -153,35 +151,29 @@ def regime(
     >>> print(str(tip).splitlines()[0])
     Maugis-Dugdale: smooth sphere, intermediate, theory.MaugisDugdale
     """
-    positive(kappa_repulsive=kappa_repulsive, asperity_factor=asperity_factor)
-    finite(normal_force=normal_force)
     adhesion = work_of_adhesion, attraction_range
-    factors = kappa_repulsive, asperity_factor
+    reach = attraction_range if work_of_adhesion > 0 else None
     numbers: dict[str, Any]
     if roughness is None:
         smooth = sphere_theory(radius, contact_modulus, *adhesion)
-        area = float(np.pi * smooth.contact_radius(normal_force) ** 2)
+        area = float(smooth.contact_area(normal_force))
         numbers = {"law": smooth.law(normal_force), "contact_area": area}
     else:
         nonnegative(normal_force=normal_force)
+        factors = kappa_repulsive, asperity_factor
         sphere = RoughSphereTheory(
             radius, contact_modulus, roughness, *adhesion, *factors
         )
-        smooth = sphere.smooth
-        numbers = _rough_numbers(sphere, normal_force)
-        if attraction_range is not None and work_of_adhesion > 0:
+        smooth, numbers = sphere.smooth, _rough_numbers(sphere, normal_force)
+        if reach is not None:
             numbers["criteria"] = stickiness(
-                roughness,
-                contact_modulus,
-                work_of_adhesion,
-                attraction_range,
-                kappa_repulsive,
+                roughness, contact_modulus, work_of_adhesion, reach, kappa_repulsive
             )
-    if attraction_range is not None and work_of_adhesion > 0:
-        numbers["effective_work_of_adhesion"] = smooth.work_of_adhesion
-    if attraction_range is not None and smooth.work_of_adhesion > 0:
-        sphere_and_work = radius, contact_modulus, smooth.work_of_adhesion
-        general = MaugisDugdale(*sphere_and_work, attraction_range)
+    work = smooth.work_of_adhesion
+    if reach is not None:
+        numbers["effective_work_of_adhesion"] = work
+    if reach is not None and work > 0:
+        general = MaugisDugdale(radius, contact_modulus, work, reach)
         numbers["tabor_parameter"] = general.tabor_parameter
         numbers["maugis_parameter"] = general.parameter
         numbers["pull_off_force"] = smooth.pull_off_force
