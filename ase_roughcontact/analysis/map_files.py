@@ -85,7 +85,9 @@ def fields_of(contact_map: ContactMap) -> dict[str, np.ndarray]:
         "plastic_depth": contact_map.plastic_depth,
         **contact_map.lateral,
     }
-    fields = {"contacting_points": contact_map.contact.astype(np.int8)}
+    fields: dict[str, np.ndarray] = {
+        "contacting_points": contact_map.contact.astype(np.int8)
+    }
     for name, values in found.items():
         if values is not None:
             fields[name] = values / UNITS.get(_UNITS[name], 1.0)

@@ -76,10 +76,9 @@ def with_indenter(
         If there is no indenter, or it is not that of the frame, or `rows` is less than
         two.
     """
-    indenter = _indenter_of(atoms) if indenter is None else indenter
+    frame, indenter = _read(atoms, indenter)
     if indenter is None:
         raise ValueError("the atoms have no calculator that knows it: give indenter=")
-    frame = _frame(atoms)
     grid = SurfaceGrid.of(frame)
     every = math.ceil(max(grid.shape) / integer("rows", rows, 2))
     chosen = tuple(slice(min(every, n) // 2, None, every) for n in grid.shape)
@@ -190,34 +189,30 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
         of a wall with a hardness, those of `lateral_of` (GPa, Å) and, if the indenter
         is known, ``gap`` (Å), all of them zero for the indenter.
     """
-    indenter = _indenter_of(atoms) if indenter is None else indenter
-    frame = _frame(atoms)
-    pressure = pressure_of(frame).ravel()
-    columns = _with_energy_of(frame, frame.copy())
-    columns.set_array("pressure", np.append(pressure / GPa, 0.0))
-    columns.set_array("contact", np.append(contact_of_frame(frame), False).astype(int))
+    frame, indenter = _read(atoms, indenter)
+    fields: dict[str, np.ndarray] = {
+        "pressure": pressure_of(frame) / GPa,
+        "contact": contact_of_frame(frame).astype(int),
+    }
     depth = plastic_depth_of(frame)
     if depth.any():
-        columns.set_array(PLASTIC_DEPTH, np.append(depth, 0.0))
+        fields[PLASTIC_DEPTH] = depth
     for key, values in lateral_of(frame).items():
-        unit = GPa if key in TRACTIONS else 1.0
-        columns.set_array(key, np.append(values / unit, 0.0))
+        fields[key] = values / GPa if key in TRACTIONS else values
     if indenter is not None:
-        gap = gap_of(frame, SurfaceGrid.of(frame), indenter)
-        columns.set_array("gap", np.append(gap, 0.0))
+        fields["gap"] = gap_of(frame, SurfaceGrid.of(frame), indenter)
+    columns = _with_energy_of(frame, frame.copy())
+    for key, values in fields.items():
+        columns.set_array(key, np.append(values, np.zeros(1, values.dtype)))
     return columns
 
 
-def _frame(atoms: Atoms) -> Atoms:
-    """Return a snapshot of atoms with a calculator, or the frame itself."""
-    return snapshot(atoms) if isinstance(atoms.calc, RoughContact) else atoms
-
-
-def _indenter_of(atoms: Atoms) -> Surface | None:
-    """Return the indenter of the calculator, if there is one."""
-    if isinstance(atoms.calc, RoughContact):
-        return atoms.calc.parameters["indenter"]
-    return None
+def _read(atoms: Atoms, indenter: Surface | None) -> tuple[Atoms, Surface | None]:
+    """Return frame and indenter: of atoms with a calculator, or those given."""
+    if not isinstance(atoms.calc, RoughContact):
+        return atoms, indenter
+    known = atoms.calc.parameters["indenter"]
+    return snapshot(atoms), known if indenter is None else indenter
 
 
 def _with_energy_of(frame: Atoms, atoms: Atoms) -> Atoms:

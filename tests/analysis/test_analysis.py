@@ -6,8 +6,6 @@ from ase import Atoms
 from ase.io import read, write
 from ase.units import GPa
 from built import atoms_under
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 import ase_roughcontact as rc
 from ase_roughcontact.analysis import (
@@ -82,16 +80,6 @@ def test_frame_read_back_gives_the_map_of_the_atoms(tmp_path, file, periodic):
     assert back.periodic == periodic
 
 
-def test_tags_and_charges_of_a_frame_are_not_read_back():
-    atoms = relaxed_atoms()
-    frame = rc.snapshot(atoms)
-    frame.set_initial_charges(None)
-    frame.set_tags(None)
-    made, expected = ContactMap.from_frame(frame), ContactMap.from_atoms(atoms)
-    np.testing.assert_array_equal(made.pressure, expected.pressure)
-    np.testing.assert_array_equal(made.contact, expected.contact)
-
-
 def test_gap_of_a_periodic_frame_counts_from_the_mean_plane():
     frame = rc.snapshot(relaxed_atoms(periodic=True))
     made = ContactMap.from_frame(frame, indenter=SPHERE)
@@ -143,15 +131,6 @@ def hertz_map(radius=9.3, half=12, **options):
     distance = np.hypot(x[:, None], x)
     pressure = Hertz(100.0 * A0, MODULUS).pressure(distance, radius * A0)
     return map_of(pressure, origin=(x[0], x[0]), **options)
-
-
-def test_rings_of_one_distance_give_the_pressure_of_hertz_exactly():
-    made = hertz_map()
-    distances = np.unique(made.distance.round(9))
-    edges = np.append(0.0, 0.5 * (distances[1:] + distances[:-1]))
-    average = radial_average(made, edges)
-    exact = Hertz(100.0 * A0, MODULUS).pressure(average.radius, 9.3 * A0)
-    np.testing.assert_allclose(average.pressure, exact, rtol=1e-12, atol=1e-15)
 
 
 @pytest.mark.parametrize("bins", [None, 7, [0.0, 4.0, 5.0, 100.0]])
@@ -227,13 +206,6 @@ def test_patches_have_area_perimeter_and_centroid():
         found.labels,
         [[1, 1, 0, 0, 0, 0], [1, 1, 0, 0, 2, 0], [0, 1, 0, 0, 0, 0]],
     )
-
-
-def test_patches_come_largest_first(rng):
-    found = patches(map_of(rng.uniform(size=(40, 40)) - 0.5))
-    assert (np.diff(found.area) <= 0.0).all()
-    sizes = np.bincount(found.labels.ravel())[1:]
-    np.testing.assert_allclose(found.area, sizes * A0**2)
 
 
 def test_hole_adds_to_the_perimeter():
@@ -325,23 +297,6 @@ def test_periodic_patches_do_not_depend_on_where_the_cell_is_cut(diagonal, rng):
         np.testing.assert_allclose(facts(tuple(shift)), expected)
 
 
-def test_periodic_labels_are_those_of_a_graph_of_the_sites(rng):
-    mask = rng.uniform(size=(30, 20)) < 0.5
-    site = np.arange(mask.size).reshape(mask.shape)
-    pairs = [
-        (site[both], np.roll(site, -1, axis)[both])
-        for axis in (0, 1)
-        if (both := mask & np.roll(mask, -1, axis)).any()
-    ]
-    one, two = np.hstack(pairs)
-    graph = coo_array((np.ones(len(one)), (one, two)), shape=(mask.size, mask.size))
-    parts = connected_components(graph, directed=False)[1].reshape(mask.shape)
-    labels = patches(map_of(mask, periodic=True)).labels
-    assert len(set(zip(parts[mask], labels[mask], strict=True))) == labels.max()
-    assert len(np.unique(parts[mask])) == labels.max()
-    np.testing.assert_array_equal(labels > 0, mask)
-
-
 def test_perimeter_of_a_disc_is_four_over_pi_of_its_circumference():
     made = map_of(np.maximum(60.2**2 - hertz_map(half=64).distance ** 2 / A0**2, 0.0))
     circle = 2 * np.pi * 60.2 * A0
@@ -356,12 +311,6 @@ def test_smooth_sphere_touches_on_its_axis():
     found = first_contact(SPHERE, A0)
     assert found.position == (0.0, 0.0)
     assert found.distance == found.height == 0.0
-
-
-def test_axis_between_atoms_touches_one_of_four():
-    found = first_contact(SPHERE, A0, offset=(0.5 * A0, 0.5 * A0))
-    assert found.position == (-0.5 * A0, -0.5 * A0)
-    assert found.height == pytest.approx((0.5 * A0) ** 2 / SPHERE.radius)
 
 
 def test_rough_sphere_touches_at_its_lowest_site():

@@ -144,17 +144,6 @@ def test_results_are_those_of_the_changed_atoms(change, options):
     assert not differ(results(unchanged, calc), before)
 
 
-def test_arrays_of_results_may_be_changed():
-    atoms, calc = make_atoms(), rc.RoughContact(SPHERE, 1.0, WALL)
-    first = results(atoms, calc)
-    kept = {name: np.copy(values) for name, values in first.items()}
-    for name in PER_ATOM:
-        values = calc.get_property(name, atoms)
-        if values.flags.writeable:
-            values[...] = 7
-    assert not differ(results(atoms, calc), kept)
-
-
 # Solvers pass the pressure that displaces the atoms on to the calculator.
 
 
@@ -202,11 +191,3 @@ def test_misplaced_indenters_are_refused_after_a_calculation_too():
         with pytest.raises(ValueError, match="indenter"):
             calc.get_property("energy", wrong)
     assert not differ(results(atoms, calc), before)
-
-
-@pytest.mark.parametrize("name", ["energy", "forces", "pressure"])
-def test_results_of_other_atoms_are_none_without_a_calculation(name):
-    atoms, calc = make_atoms(), rc.RoughContact(SPHERE, 1.0, WALL)
-    calc.get_property(name, atoms)
-    move_surface(atoms)
-    assert calc.get_property(name, atoms, allow_calculation=False) is None

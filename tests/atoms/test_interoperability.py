@@ -64,10 +64,11 @@ def test_results_of_a_frame_survive_a_file(tmp_path, periodic, name):
 
 
 @pytest.mark.parametrize("name", ["a.traj", "a.extxyz", "a.db"])
-def test_frame_from_a_file_can_be_relaxed_further(tmp_path, name):
-    atoms = make_atoms((6, 5))
+def test_frame_from_a_file_can_be_relaxed_further(tmp_path, periodic, name):
+    atoms = make_atoms((6, 5), periodic)
     rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
-    frame = round_trip(rc.snapshot(atoms), tmp_path / name)
+    frame = round_trip(rc.snapshot(atoms, step=4), tmp_path / name)
+    assert frame.info["step"] == 4
     for again in (frame, rc.restore(frame, 1.0)):
         again.calc = atoms.calc
         assert np.abs(again.get_forces()).max() < 1e-6

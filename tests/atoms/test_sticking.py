@@ -115,19 +115,6 @@ def test_relaxed_atoms_are_those_of_the_friction_solver(options):
         assert found[key] == pytest.approx(values, abs=3e-4 * scale), key
 
 
-@pytest.mark.parametrize("optimizer", [FIRE, LBFGS, BFGSLineSearch])
-def test_every_optimizer_finds_the_same_tractions(optimizer):
-    atoms = pressed(0.1, shape=(8, 8))
-    sticking = stick(atoms, LAW)
-    sticking.move(atoms, MOVE)
-    assert optimizer(atoms, logfile=None).run(fmax=1e-6, steps=500)
-    forces = atoms.get_forces(apply_constraint=False)[sticking.index, :2]
-    _, expected = slid([[0.0, 0.0], MOVE], depth=0.1, shape=(8, 8))
-    assert -forces.sum(axis=0) == pytest.approx(force_of(expected), rel=1e-3)
-    predicted = sticking.friction(atoms.positions[-1, :2])
-    assert -forces == pytest.approx(predicted, abs=1e-5)
-
-
 @pytest.mark.parametrize("first", [False, True])
 def test_a_spring_pulls_the_indenter_as_on_a_path_of_its_base(first):
     small, base = {"depth": 0.1, "shape": (8, 8)}, np.array([0.02, 0.01])

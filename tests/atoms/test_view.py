@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from ase.data import covalent_radii
-from ase.io import read
 from ase.units import GPa
 from built import atoms_under
 
@@ -18,7 +17,6 @@ from ase_roughcontact.atoms.view import (
 )
 
 SPHERE = rc.RoughSphere(20.0, rc.SelfAffine(0.1, 0.8, 4.0, 8.0, seed=2))
-LARGE = rc.RoughSphere(1000.0, rc.SelfAffine(0.1, 0.8, 4.0, 128.0, seed=1))
 MODULUS = 0.9
 
 
@@ -29,19 +27,6 @@ def relaxed(periodic=False, shape=(9, 8)):
     atoms.positions[-1, 2] -= 0.3
     rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
     return atoms
-
-
-@pytest.fixture
-def automatic(tmp_path):
-    """First frame of a path with automatic windows."""
-    atoms = atoms_under(LARGE, modulus=MODULUS, fixed=False)
-    movie = tmp_path / "sweep.traj"
-    list(
-        rc.load_path(
-            atoms, loads=[0.01], window="auto", output=rc.Output(trajectory=movie)
-        )
-    )
-    return read(movie, 0)
 
 
 def split(shown):
@@ -151,25 +136,6 @@ def test_a_window_of_few_rows_keeps_one_of_them():
     atoms = atoms_under(SPHERE, shape=(32, 2), modulus=MODULUS)
     below, _, body = split(with_indenter(atoms, rows=4))
     assert len(below) == 4 and len(body)
-
-
-def test_frames_of_automatic_windows_and_from_files_are_shown(automatic, tmp_path):
-    below, _, body = split(with_indenter(automatic, LARGE))
-    assert len(below) == len(automatic) - 1 and len(body)
-    atoms = relaxed()
-    rc.snapshot(atoms).write(tmp_path / "frame.traj")
-    shown = with_indenter(read(tmp_path / "frame.traj"), SPHERE)
-    np.testing.assert_allclose(shown.positions, with_indenter(atoms).positions)
-
-
-def test_nothing_is_calculated_from_a_picture():
-    atoms = relaxed()
-    shown = with_indenter(atoms)
-    with pytest.raises(ValueError, match="no pressures"):
-        rc.pressure_of(shown)
-    shown.calc = atoms.calc
-    with pytest.raises(ValueError, match="last atom"):
-        shown.get_potential_energy()
 
 
 def test_columns_are_pressure_contact_and_gap():

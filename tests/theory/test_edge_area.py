@@ -62,6 +62,23 @@ def test_points_under_the_hardness_at_the_edge_add_to_the_error():
     assert plastic.plastic_error == pytest.approx(0.02 * 12 * 0.5**2)
 
 
+def relaxed(indenter, load, wall=None, shape=(8, 8), window="auto", **options):
+    """Step at a load on a grid of the continuum, in units of E* and a0."""
+    grid = {key: options.pop(key, None) for key in ("grid", "accuracy")}
+    if grid["grid"] is None:
+        grid = {"grid": "a0", "accuracy": 1e-6}
+    wall = wall or rc.HardWall()
+    atoms = atoms_under(indenter, wall, shape, fixed=False, **options)
+    path = rc.load_path(atoms, loads=[load], window=window, validity="ignore", **grid)
+    return next(path)
+
+
+def smooth_sphere(radius, wall, load, accuracy):
+    """Step on a smooth sphere at a level of accuracy."""
+    grid = {"grid": "continuum", "accuracy": accuracy}
+    return relaxed(rc.RoughSphere(radius), load, wall, **grid)
+
+
 def westergaard(width, shift=0.0, side=64):
     """Step on the surface 1 - cos(2 pi x/side) in contact on strips of a width."""
     x = np.arange(side) + shift
@@ -69,17 +86,8 @@ def westergaard(width, shift=0.0, side=64):
     heights = amplitude * (1.0 - np.cos(2 * np.pi * x / side))
     indenter = rc.HeightMap(np.tile(heights[:, None], side), 1.0, periodic=True)
     load = np.pi * amplitude * side * np.sin(np.pi * width / (2 * side)) ** 2
-    atoms = rc.substrate("Cu", (side, side), indenter, spacing=1.0, periodic=True)
-    del atoms.constraints
-    atoms.calc = rc.RoughContact(indenter, 1.0, rc.HardWall())
-    (step,) = rc.load_path(
-        atoms,
-        loads=[load],
-        grid="a0",
-        accuracy=1e-6,
-        validity="ignore",
-    )
-    return step
+    window = {"shape": (side, side), "window": "fixed", "periodic": True}
+    return relaxed(indenter, load, **window)
 
 
 @pytest.mark.parametrize("width", np.arange(20.0, 22.0, 0.2))
@@ -123,17 +131,6 @@ def test_plastic_wall_that_does_not_yield_has_the_area_of_hertz(accuracy):
     assert plastic.area_error < 0.003 * area
 
 
-def smooth_sphere(radius, wall, load, accuracy):
-    """Step on a smooth sphere at a level of accuracy, in units of E* and a0."""
-    sphere = rc.RoughSphere(radius)
-    atoms = atoms_under(sphere, wall, fixed=False)
-    grid = {"grid": "continuum", "accuracy": accuracy}
-    (step,) = rc.load_path(
-        atoms, loads=[load], window="auto", validity="ignore", **grid
-    )
-    return step
-
-
 @pytest.mark.parametrize(
     "radius, error", [(2.0, 0.06), (4.0, 0.02), (8.0, 0.005), (16.0, 0.0015)]
 )
@@ -143,34 +140,10 @@ def test_smooth_spheres_of_few_points(radius, error):
     law = Hertz(sphere.radius, 1.0)
     for offset in (0.0, 0.11, 0.27):
         contact = radius * (1.0 + offset)
-        atoms = atoms_under(sphere, rc.HardWall(), fixed=False)
-        (step,) = rc.load_path(
-            atoms,
-            loads=[law.force(contact)],
-            window="auto",
-            grid="a0",
-            accuracy=1e-6,
-        )
+        step = relaxed(sphere, law.force(contact))
         difference = abs(step.continuum_area - np.pi * contact**2)
         assert difference < error * step.continuum_area
         assert difference < 2.0 * step.area_error
-
-
-def continuum_steps(sphere, spacing, loads, window=None, **solid):
-    """Return the steps of a path on a grid, in a free half space of spacing 1."""
-    shape = window or (8, 8)
-    atoms = rc.substrate("Cu", shape, sphere, spacing=spacing, fixed=False)
-    atoms.calc = rc.RoughContact(sphere, interaction=rc.HardWall(), **solid)
-    return list(
-        rc.load_path(
-            atoms,
-            loads=loads,
-            window="unchecked" if window else "auto",
-            grid="a0",
-            accuracy=1e-6,
-            validity="ignore",
-        )
-    )
 
 
 @pytest.mark.parametrize("modulus, load", [(0.1, 20.0), (10.0, 3.0), (10.0, 20.0)])
@@ -178,8 +151,7 @@ def test_edge_on_a_layer_has_the_modulus_of_the_layer(modulus, load):
     sphere = rc.RoughSphere(200.0)
     solid = Layer(modulus, 1.0, 1.0)
     coarse, fine = (
-        continuum_steps(sphere, spacing, [load], solid=solid)[0]
-        for spacing in (1.0, 0.25)
+        relaxed(sphere, load, solid=solid, spacing=spacing) for spacing in (1.0, 0.25)
     )
     error = abs(coarse.continuum_area - fine.continuum_area)
     assert error < 2.0 * coarse.area_error
@@ -188,9 +160,7 @@ def test_edge_on_a_layer_has_the_modulus_of_the_layer(modulus, load):
 
 def test_area_of_a_lightly_loaded_atom_is_not_negative():
     for load in (1e-8, 1e-4):
-        (step,) = continuum_steps(
-            rc.RoughSphere(1000.0), 1.0, [load], contact_modulus=1.0
-        )
+        step = relaxed(rc.RoughSphere(1000.0), load)
         assert step.repulsive_atoms == 1
         assert 0.0 <= step.continuum_area < 2.0 * step.area_error
 
@@ -199,7 +169,7 @@ def test_contact_that_ends_at_the_window_has_no_edge_of_its_own():
     """A flat punch: the correction by the perimeter, as for the model of atoms."""
     heights = np.zeros((16, 16))
     punch = rc.HeightMap(heights, 1.0)
-    (step,) = continuum_steps(punch, 1.0, [10.0], (16, 16), contact_modulus=1.0)
+    step = relaxed(punch, 10.0, shape=(16, 16), window="unchecked")
     assert step.contact_area == 256.0
     expected = continuum_area(256.0, step.perimeter, 1.0)
     assert step.continuum_area == pytest.approx(expected)

@@ -22,11 +22,6 @@ def test_parameter_of_fuller_and_tabor_is_that_of_rms_height_and_curvature():
     assert found == pytest.approx(expected, rel=1e-12)
 
 
-def test_rms_height_is_that_of_realisations():
-    rough = SelfAffine(0.1, 0.5, 8.0, 64.0, seed=1, domain=512.0)
-    assert rms_height(rough) == pytest.approx(rough.statistics().rms_height, rel=0.03)
-
-
 def test_persson_and_tosatti_compare_the_energy_of_flattening():
     work = theory.flattening_energy(2.0, ROUGH)
     for factor, sticky in ((0.99, False), (1.01, True)):
