@@ -84,17 +84,16 @@ def _exchange(
     atoms: Atoms, problem: Problem, window: Box, shape: tuple[int, int]
 ) -> None:
     """Put flat atoms in place of all, with the constraints of the indenter."""
-    new = surface_atoms(atoms.numbers[0], shape, problem.spacing)
     x, y = problem.origin(window)
-    new.positions[-1] = -x, -y, atoms.positions[-1, 2]
-    shift = new.positions[-1] - atoms.positions[-1]
+    place = np.array([-x, -y, atoms.positions[-1, 2]])
+    spacing, number = problem.spacing, atoms.numbers[0]
+    new = surface_atoms(number, shape, spacing, window.shape, place)
+    shift = place - atoms.positions[-1]
     constraints = [_moved(c, atoms, len(new) - 1, shift) for c in atoms.constraints]
     atoms.set_constraint()
-    atoms.arrays = new.arrays
+    atoms.arrays, atoms.cell = new.arrays, new.cell
     atoms.set_constraint(constraints)
     atoms.info.pop(LATTICE, None)
-    n, m = window.shape
-    atoms.cell[:] = problem.spacing * np.diag([n, m, max(n, m)])
 
 
 def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:

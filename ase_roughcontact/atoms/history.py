@@ -104,10 +104,16 @@ def set_history(
 
 def same_history(a: Atoms, b: Atoms) -> bool:
     """Return whether two surfaces have kept the same arrays."""
-    first, second = ({k for k in each.arrays if _is_kept(k)} for each in (a, b))
-    return first == second and all(
-        array_equal(a.arrays[key], b.arrays[key]) for key in first
+    first, second = (
+        {key: values for key, values in each.arrays.items() if _is_kept(key)}
+        for each in (a, b)
     )
+    return same_arrays(first, second)
+
+
+def same_arrays(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> bool:
+    """Return whether two mappings have the same arrays."""
+    return a.keys() == b.keys() and all(array_equal(a[key], b[key]) for key in a)
 
 
 def _is_text(key: str) -> bool:

@@ -11,8 +11,8 @@ import numpy as np
 from ase import Atoms
 from ase.constraints import Hookean
 
-from ase_roughcontact._util.validation import one_of, positive
-from ase_roughcontact.atoms.calculator import RoughContact
+from ase_roughcontact._util.validation import positive
+from ase_roughcontact.atoms.calculator import calculator_of
 from ase_roughcontact.atoms.exchange import regrid
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.history import history_of
@@ -27,7 +27,7 @@ from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.step_options import CONTROLS, FREE, StepOptions
+from ase_roughcontact.paths.step_options import FREE, StepOptions
 from ase_roughcontact.paths.time_path import TimeSteps
 from ase_roughcontact.paths.validity import Validity, hardness_for, warn_of_lost_slope
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
@@ -194,7 +194,11 @@ class AtomsPath:
         )
         self.change = _grid_change(grid, problem, lattice, settings)
         springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
-        self._springs = [_describe_spring(spring) for spring in springs]
+        described = [spring.todict()["kwargs"] for spring in springs]
+        self._springs = [  # x and y of their ends move with windows
+            {"k": s["k"], "rt": s["rt"], "end": np.ravel(s["a2"]).tolist()[2:]}
+            for s in described
+        ]
         external = Indenter(atoms).springs_at if springs else None
         lost = 0.0
         if self.change:
@@ -277,30 +281,15 @@ def _grid_change(
     )
 
 
-def _describe_spring(spring: Hookean) -> dict[str, Any]:
-    """Return stiffness, length and height of the end; x and y move with windows."""
-    parameters = spring.todict()["kwargs"]
-    end = np.ravel(parameters["a2"]).tolist()[2:]
-    return {"k": parameters["k"], "rt": parameters["rt"], "end": end}
-
-
 def _check(atoms: Atoms, control: str) -> None:
-    one_of(CONTROLS, control=control)
-    if not isinstance(atoms.calc, RoughContact):
-        raise ValueError(f"a path needs a RoughContact calculator, got {atoms.calc}")
+    calculator_of(atoms)
     check_released(atoms)
-    fixed = indenter_fixed(atoms)
-    free = control in FREE
-    if fixed and free:
+    fixed, needed = indenter_fixed(atoms), control not in FREE
+    if fixed != needed:
+        kind = "a fixed indenter" if needed else "an indenter that is free to move"
         raise ValueError(
-            f"{control} need an indenter that is free to move, but it is fixed: build "
-            "the atoms with substrate(..., fixed=False)"
-        )
-    if not fixed and not free:
-        raise ValueError(
-            f"{control} need a fixed indenter, but it is free: constrain it with "
-            "ase.constraints.FixAtoms, or build the atoms with "
-            "substrate(..., fixed=True)"
+            f"{control} need {kind}: build the atoms with "
+            f"substrate(..., fixed={needed}), or change the constraints"
         )
 
 

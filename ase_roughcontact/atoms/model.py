@@ -22,7 +22,7 @@ from ase_roughcontact.atoms.grid import (
     lateral_displacement,
     set_displacement,
 )
-from ase_roughcontact.atoms.history import creep_of, history_of
+from ase_roughcontact.atoms.history import creep_of, history_of, same_arrays
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.contact.creep import check_past, past_of, with_depths
 from ase_roughcontact.contact.problem import lattice_offsets
@@ -194,8 +194,8 @@ class ContactModel:
 
     def adopt_history(self, atoms: Atoms) -> None:
         """Give the contact what the atoms have kept of earlier steps."""
-        old, new = self.history, history_of(atoms, self.grid)
-        if old.keys() == new.keys() and all(array_equal(old[k], new[k]) for k in old):
+        new = history_of(atoms, self.grid)
+        if same_arrays(self.history, new):
             return
         window = self.problem.window(self.grid.window, self.grid.origin)
         flat = np.zeros(window.shape)

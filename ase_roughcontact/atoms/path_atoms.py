@@ -22,7 +22,7 @@ from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import creep_of, history_of, set_history
 from ase_roughcontact.atoms.model import ContactModel
 from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
-from ase_roughcontact.atoms.substrate import in_cell, surface_atoms
+from ase_roughcontact.atoms.substrate import supported, surface_atoms
 from ase_roughcontact.atoms.trajectory import read_frames, trajectory_writer
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.elasticity.greens import Isotropic
@@ -33,7 +33,6 @@ from ase_roughcontact.optimize.optimizers import default_optimizer
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import Relaxer
 from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start, Support
-from ase_roughcontact.topography.facts import surface_id
 
 
 class PathAtoms:
@@ -173,16 +172,10 @@ class ProblemAtoms(PathAtoms):
     def atoms(self) -> Atoms:
         """The surface atoms and the indenter."""
         problem, window = self.problem, self._first_window
-        (x, y), spacing = problem.origin(window), problem.spacing
-        atoms = in_cell(
-            surface_atoms(atomic_numbers[self._symbol], window.shape, spacing),
-            window.shape,
-            spacing,
-            (-x, -y, 0.0),
-            problem.periodic,
-            self._fixed,
-            surface_id(problem.indenter),
-        )
+        x, y = problem.origin(window)
+        number, shape = atomic_numbers[self._symbol], window.shape
+        atoms = surface_atoms(number, shape, problem.spacing, shape, (-x, -y, 0.0))
+        supported(atoms, problem.indenter, problem.periodic, self._fixed)
         solid: dict[str, Any] = {"solid": problem.solid}
         if problem.solid == Isotropic(problem.solid.contact_modulus):
             solid = {"contact_modulus": problem.solid.contact_modulus}

@@ -89,17 +89,18 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     state = atoms.calc.state(atoms)
     in_frame = np.append(grid.in_window, True)
     frame = atoms[in_frame]
-    tags = np.full(state.pressure.shape, TAG_OPEN)
-    tags[state.pressure < 0] = TAG_ATTRACTED
-    tags[state.contact] = TAG_CONTACT
-    tags[state.plastic] = TAG_PLASTIC
     history = history_of(atoms, grid)
+    slips = state.contact & (history.get(SLIPPING, 0.0) > 0.0)
+    tags = np.select(
+        [slips, state.plastic, state.contact, state.pressure < 0.0],
+        [TAG_SLIPPING, TAG_PLASTIC, TAG_CONTACT, TAG_ATTRACTED],
+        TAG_OPEN,
+    )
     results, sticking = atoms.calc.results, sticking_of(atoms)
     forces, lateral_force = results["forces"].copy(), results["lateral_force"]
     if sticking is not None:
         forces[sticking.index, :2] = 0.0  # the indenter has them
     if SLIPPING in history:
-        tags[state.contact & (history[SLIPPING] > 0.0)] = TAG_SLIPPING
         info["lateral_force"] = lateral_force.tolist()
         frame.info[LATTICE] = frame.info[LATTICE] | {"shape": list(grid.window)}
         frame.info[LATTICE].pop(STICKS, None)
@@ -237,10 +238,10 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
         halfspace = ReducedHalfSpace(grid.window, grid.spacing, solid)
         values = halfspace.grid_displacement(halfspace.elastic_pressure(window))
         values[: window.shape[0], : window.shape[1]] = window
-    atoms = surface_atoms(frame.numbers[0], values.shape, grid.spacing)
+    number, place = frame.numbers[0], frame.positions[-1]
+    atoms = surface_atoms(number, values.shape, grid.spacing, grid.window, place)
     atoms.positions[:-1, :2] += np.add(grid.origin, frame.positions[-1, :2])
     set_displacement(atoms, values)
-    atoms.positions[-1] = frame.positions[-1]
     atoms.cell, atoms.pbc = frame.cell, frame.pbc
     if INDENTER_KEY in frame.info:
         atoms.info[INDENTER_KEY] = frame.info[INDENTER_KEY]

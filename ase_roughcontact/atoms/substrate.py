@@ -16,6 +16,7 @@ import numpy as np
 from ase import Atoms
 from ase.constraints import FixAtoms
 from ase.data import atomic_numbers
+from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
@@ -115,7 +116,8 @@ def substrate(
             origin = -float(axis[0]), -float(axis[1])
             height = a0 - float(sampled_heights(indenter, (n, m), a0, origin).min())
         finite(height=height)
-        atoms = surface_atoms(atomic_numbers[symbol], grid, a0)
+        number, place = atomic_numbers[symbol], (*axis, height)
+        atoms = surface_atoms(number, grid, a0, (n, m), place)
     except MemoryError as error:
         raise MemoryError(
             f"a window of {n} x {m} atoms does not fit into the memory: give a smaller "
@@ -124,44 +126,13 @@ def substrate(
     facts = IndenterFacts(indenter)
     if periodic and facts.radius == math.inf:
         _check_period(facts, (n, m), a0)
-    identity = surface_id(indenter)
-    return in_cell(atoms, (n, m), a0, (*axis, height), periodic, fixed, identity)
+    return supported(atoms, indenter, periodic, fixed)
 
 
-def in_cell(
-    atoms: Atoms,
-    window: tuple[int, int],
-    spacing: float,
-    indenter: tuple[float, float, float],
-    periodic: bool,
-    fixed: bool,
-    identity: str | None,
-) -> Atoms:
-    """Return surface atoms with cell, boundary and indenter; see `substrate`.
-
-    Parameters
-    ----------
-    atoms : Atoms
-        From `surface_atoms`; changed in place.
-    window : (int, int)
-        Shape of the window.
-    spacing : float
-        Å.
-    indenter : (float, float, float)
-        Position of the indenter (Å).
-    periodic, fixed : bool
-        See `substrate`.
-    identity : str, optional
-        `surface_id` of the indenter.
-
-    Returns
-    -------
-    Atoms
-    """
-    n, m = window
-    atoms.positions[-1] = indenter
-    atoms.cell[:] = spacing * np.diag([n, m, max(n, m)])
+def supported(atoms: Atoms, indenter: Surface, periodic: bool, fixed: bool) -> Atoms:
+    """Return atoms with boundary, name and constraint of the indenter; in place."""
     atoms.pbc = (periodic, periodic, False)
+    identity = surface_id(indenter)
     if identity is not None:
         atoms.info[INDENTER_KEY] = identity
     if fixed:
@@ -169,7 +140,13 @@ def in_cell(
     return atoms
 
 
-def surface_atoms(number: int, shape: tuple[int, int], spacing: float) -> Atoms:
+def surface_atoms(
+    number: int,
+    shape: tuple[int, int],
+    spacing: float,
+    window: tuple[int, int],
+    indenter: ArrayLike,
+) -> Atoms:
     """Return a flat grid of atoms with its first atom at the origin, and the indenter.
 
     Parameters
@@ -180,20 +157,25 @@ def surface_atoms(number: int, shape: tuple[int, int], spacing: float) -> Atoms:
         Shape of the grid.
     spacing : float
         Distance of neighbours (Å).
+    window : (int, int)
+        Shape of the window, the cell.
+    indenter : array_like, shape (3,)
+        Position of the indenter (Å).
 
     Returns
     -------
     Atoms
-        Without cell; the indenter is at the origin, too.
     """
     n, m = shape
     positions = np.zeros((n * m + 1, 3))
     grid = positions[:-1].reshape(n, m, 3)
     grid[..., 0] = spacing * np.arange(n)[:, None]
     grid[..., 1] = spacing * np.arange(m)
+    positions[-1] = indenter
     numbers = np.full(n * m + 1, number)
     numbers[-1] = 0
-    return Atoms(numbers=numbers, positions=positions)
+    sides = spacing * np.array([*window, max(window)])
+    return Atoms(numbers=numbers, positions=positions, cell=sides)
 
 
 def _check_period(

@@ -57,7 +57,9 @@ def numbers_of(roughness: Roughness) -> tuple[float, float, float]:
             f"{shown(roughness)}: of a RoughSphere give its roughness"
         ) from error
     positive(rms_slope=slope, short_wavelength=short)
-    check_hurst(hurst)
+    finite(hurst=hurst)
+    if not 0 < hurst < 1:
+        raise ValueError(f"hurst must lie between 0 and 1, got {hurst!r}")
     return slope, hurst, short
 
 
@@ -65,13 +67,6 @@ def band_of(roughness: Roughness) -> tuple[float, float, float | None]:
     """Return lambda_s, lambda_L and lambda_max, which may be None."""
     longest = getattr(roughness, "longest_wavelength", None)
     return roughness.short_wavelength, roughness.long_wavelength, longest
-
-
-def check_hurst(hurst: float) -> None:
-    """Raise an error for a Hurst exponent that is not between 0 and 1."""
-    finite(hurst=hurst)
-    if not 0 < hurst < 1:
-        raise ValueError(f"hurst must lie between 0 and 1, got {hurst!r}")
 
 
 def wavelength_ratios(
@@ -83,7 +78,6 @@ def wavelength_ratios(
 
     lambda_L may be infinite, lambda_max None.
     """
-    positive(short_wavelength=short_wavelength)
     if not long_wavelength > short_wavelength:
         raise ValueError(
             "long_wavelength must exceed short_wavelength "
@@ -91,8 +85,7 @@ def wavelength_ratios(
         )
     if longest_wavelength is None:
         return short_wavelength / long_wavelength, 1.0
-    positive(longest_wavelength=longest_wavelength)
-    if longest_wavelength < long_wavelength:
+    if not longest_wavelength >= long_wavelength:
         raise ValueError(
             "longest_wavelength must be at least long_wavelength "
             f"{long_wavelength!r}, got {longest_wavelength!r}"
@@ -134,7 +127,6 @@ def spectral_moment(
         M_m.
     """
     rho, r = wavelength_ratios(short_wavelength, long_wavelength, longest_wavelength)
-    check_hurst(hurst)
     excess = power - 2 * hurst
     roll_off = rho**excess * (1 - r ** (power + 2)) / (power + 2)
     # boxcox(rho, excess) is (rho^excess - 1)/excess, and ln(rho) at excess = 0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from ase.io import read
 from ase.optimize import LBFGS
-from built import force_along, up
+from built import atoms_under, force_along, up
 
 from ase_roughcontact import (
     Creep,
@@ -22,11 +22,11 @@ from ase_roughcontact import (
     Viscoelastic,
     column,
     load_path,
-    substrate,
     time_path,
 )
 from ase_roughcontact.atoms.snapshot import pressure_of, restore
 from ase_roughcontact.atoms.view import with_columns
+from ase_roughcontact.elasticity import Isotropic
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 
@@ -35,12 +35,9 @@ PATH = Schedule(0.0).ramp(2.0, time=1.0).hold(1.0).ramp(-2.0, time=1.0)
 
 
 def atoms_on(wall, shape=(32, 32), creep=CREEP, fixed=True):
-    sphere = RoughSphere(radius=200.0)
-    atoms = substrate("Cu", shape, sphere, spacing=2.5, fixed=fixed)
-    solid = Viscoelastic(0.8, creep) if creep else None
-    modulus = None if creep else 0.8
-    atoms.calc = RoughContact(sphere, modulus, interaction=wall, solid=solid)
-    return atoms
+    solid = Viscoelastic(0.8, creep) if creep else Isotropic(0.8)
+    options = {"solid": solid, "spacing": 2.5, "fixed": fixed}
+    return atoms_under(RoughSphere(radius=200.0), wall, shape, **options)
 
 
 SOFT = LennardJones93.repulsive(0.8, 2.5)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from ase.io import read, write
 from ase.optimize import LBFGS
+from built import atoms_under
 
 from ase_roughcontact import (
     Coulomb,
@@ -14,7 +15,6 @@ from ase_roughcontact import (
     RoughSphere,
     load_path,
     sliding_path,
-    substrate,
 )
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.atoms.grid import SurfaceGrid
@@ -31,9 +31,8 @@ def calculator():
 
 
 def atoms_on(**options):
-    atoms = substrate("Cu", (32, 30), SPHERE, spacing=2.5, **options)
-    atoms.calc = calculator()
-    return atoms
+    wall, window = HardWall(), (32, 30)
+    return atoms_under(SPHERE, wall, window, solid=SOLID, spacing=2.5, **options)
 
 
 def slide(atoms, path=PATH, coefficient=0.3, **options):

@@ -6,6 +6,7 @@ import json
 import pickle
 import weakref
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 from ase.calculators.calculator import Calculator
 from ase.optimize import FIRE, FIRE2
 from ase.units import GPa
-from built import force_along, up
+from built import atoms_under, force_along, up
 from scipy.constants import e
 
 import ase_roughcontact as rc
@@ -22,12 +23,7 @@ from ase_roughcontact.atoms.calculator import contact_of
 SPHERE = rc.RoughSphere(radius=10.0)
 
 
-def make_atoms(wall=None, *, periodic=False, load=0.0, shape=(8, 6), **options):
-    """Atoms of unit spacing and contact modulus under a sphere."""
-    options = {"height": 0.6, "spacing": 1.0, **options}
-    atoms = rc.substrate("Cu", shape, SPHERE, periodic=periodic, **options)
-    atoms.calc = rc.RoughContact(SPHERE, 1.0, wall, load=load)
-    return atoms
+make_atoms = partial(atoms_under, SPHERE, shape=(8, 6), height=0.6)
 
 
 def convolutions(atoms):
@@ -216,9 +212,7 @@ def test_bad_parameters_are_refused_and_change_nothing(name, value):
     atoms = make_atoms(load=0.5)
     forces = atoms.get_forces()
     with pytest.raises((TypeError, ValueError), match=name):
-        atoms.calc.set(load=0.7, **{name: value}) if name != "load" else (
-            atoms.calc.set(load=value)
-        )
+        atoms.calc.set(**{"load": 0.7, name: value})
     assert atoms.calc.parameters["load"] == 0.5
     np.testing.assert_array_equal(atoms.get_forces(), forces)
 

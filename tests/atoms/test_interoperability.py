@@ -12,6 +12,7 @@ from ase.db import connect
 from ase.io import read, write
 from ase.optimize import precon, sciopt
 from ase.parallel import world
+from built import atoms_under
 
 import ase_roughcontact as rc
 from ase_roughcontact.analysis import ContactMap
@@ -20,12 +21,7 @@ SPHERE = rc.RoughSphere(10.0)
 WALL = rc.LennardJones93.adhesive(1.0, 1.0, 0.02)
 
 
-def make_atoms(shape=(4, 3), periodic=False, fixed=True):
-    """Atoms of unit spacing and contact modulus under a sphere."""
-    options = {"spacing": 1.0, "height": 0.6, "periodic": periodic, "fixed": fixed}
-    atoms = rc.substrate("Cu", shape, SPHERE, **options)
-    atoms.calc = rc.RoughContact(SPHERE, 1.0, WALL)
-    return atoms
+make_atoms = partial(atoms_under, SPHERE, WALL, shape=(4, 3), height=0.6)
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +46,7 @@ def round_trip(frame, path):
 
 @pytest.mark.parametrize("name", ["a.traj", "a.extxyz", "a.db", "a.json"])
 def test_results_of_a_frame_survive_a_file(tmp_path, periodic, name):
-    atoms = make_atoms((6, 5), periodic)
+    atoms = make_atoms(shape=(6, 5), periodic=periodic)
     rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
     frame = rc.snapshot(atoms)
     again = round_trip(frame, tmp_path / name)
@@ -65,10 +61,10 @@ def test_results_of_a_frame_survive_a_file(tmp_path, periodic, name):
 
 @pytest.mark.parametrize("name", ["a.traj", "a.extxyz", "a.db"])
 def test_frame_from_a_file_can_be_relaxed_further(tmp_path, periodic, name):
-    atoms = make_atoms((6, 5), periodic)
+    atoms = make_atoms(shape=(6, 5), periodic=periodic)
     rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
     frame = round_trip(rc.snapshot(atoms, step=4), tmp_path / name)
-    assert frame.info["step"] == 4
+    assert (frame.info | frame.info.get("data", {}))["step"] == 4
     for again in (frame, rc.restore(frame, 1.0)):
         again.calc = atoms.calc
         assert np.abs(again.get_forces()).max() < 1e-6
@@ -165,6 +161,6 @@ def test_every_process_of_a_parallel_run_has_the_results(tmp_path, monkeypatch, 
     assert optimize.LBFGS(atoms, logfile=None).run(fmax=1e-5, steps=500)
     assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-6)
     movie = tmp_path / "sweep.traj"
-    atoms = make_atoms((12, 12))
+    atoms = make_atoms(shape=(12, 12))
     (step,) = rc.load_path(atoms, heights=[0.6], output=rc.Output(trajectory=movie))
     assert read(movie, parallel=False).info["load_step"]["energy"] == step.energy

@@ -1,15 +1,17 @@
-"""Selection of laws, on both sides of every limit.
+"""Selection of laws, on both sides of every limit, and their numbers.
 
 The limits are calculated from independent formulas, in units of E*.
 """
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from ase.units import GPa, J, m
+from numpy.testing import assert_allclose
 
-from ase_roughcontact import SelfAffine
+from ase_roughcontact import SelfAffine, theory
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.theory import (
@@ -21,6 +23,7 @@ from ase_roughcontact.theory import (
     sphere_theory,
 )
 
+RADIUS = 1e5
 OFFSET = 1e-6
 SIDES = pytest.mark.parametrize("side", [-1, 1], ids=["below", "above"])
 # Limits of Maugis' parameter, and the laws below and above them.
@@ -31,6 +34,7 @@ PULL_OFF = {"DMT": 2.0, "JKR": 1.5}  # in units of pi w R
 
 SLOPE, HURST, SHORT, LONG = 0.1, 0.8, 4.0, 512.0
 ROUGH = SelfAffine(SLOPE, HURST, SHORT, LONG)
+SMOOTHER = SelfAffine(1e-3, HURST, SHORT, LONG)
 # h'rms/h''rms, and the radius of the first asperity by Eq. (6)
 M2, M4 = (
     (1.0 - (SHORT / LONG) ** (m - 2.0 * HURST)) / (m - 2.0 * HURST) for m in (2, 4)
@@ -138,24 +142,83 @@ def test_rough_flats_are_sticky_where_kappa_of_the_attraction_is_that_of_the_wal
     attraction = np.pi * (3.0 / 16.0) ** (2.0 / 3.0) / (SLOPE * reach)
     attraction *= (4.0 * reach / (SLOPE * 4.0 * WIDTH)) ** (2.0 / 3.0)
     work = beside(1.0 / (KAPPA_REPULSIVE * attraction), side)
-    found = regime(
-        1e4,
-        1e5,
-        1.0,
-        ROUGH,
-        work_of_adhesion=work,
-        attraction_range=reach,
-        kappa_repulsive=KAPPA_REPULSIVE,
-    )
+    wall = {"attraction_range": reach, "kappa_repulsive": KAPPA_REPULSIVE}
+    found = regime(1e4, RADIUS, 1.0, ROUGH, work_of_adhesion=work, **wall)
     assert (found.law == "sticky rough") == (found.inverse_kappa < 0.0) == (side > 0)
+    assert (found.contact_area is None) == (side > 0)
     assert abs(found.inverse_kappa) < 2 * OFFSET
 
 
 @SIDES
 def test_roughness_is_flattened_if_the_work_of_adhesion_exceeds_its_energy(side):
-    smoother = SelfAffine(1e-3, HURST, SHORT, LONG)
-    cost = flattening_energy(1.0, smoother)
-    sphere = RoughSphereTheory(1e5, 1.0, smoother, beside(cost, side), 1e-4)
+    cost = flattening_energy(1.0, SMOOTHER)
+    sphere = RoughSphereTheory(1e5, 1.0, SMOOTHER, beside(cost, side), 1e-4)
     assert sphere.sticky
     assert (sphere.law(1e-9) == "sticky rough") == (side < 0)
     assert (sphere.effective_work_of_adhesion > 0.0) == (side > 0)
+
+
+# Numbers of a law
+
+
+def paper_adhesion(work):
+    """Return the paper's wall of a work of adhesion w/(E* a0)."""
+    reach = np.sqrt(12 * work)
+    return {
+        "work_of_adhesion": work,
+        "attraction_range": reach,
+        "kappa_repulsive": KAPPA_REPULSIVE,
+    }
+
+
+def test_smooth_sphere_without_adhesion_is_hertzian():
+    found = regime(3.0, 50.0, 2.0)
+    assert found.law == "Hertz"
+    assert_allclose(found.contact_area, theory.Hertz(50.0, 2.0).contact_area(3.0))
+    assert_allclose(found.mean_pressure, 3.0 / found.contact_area)
+    assert found.pull_off_force is None
+
+
+def test_area_is_linear_over_two_decades_of_load_for_each_decade_of_the_radius():
+    found = regime(1.0, RADIUS, 1.0, ROUGH)
+    assert_allclose(found.linear_decades, 2 * np.log10(RADIUS / ASPERITY))
+
+
+def test_weak_adhesion_changes_only_kappa():
+    found = regime(1e4, RADIUS, 1.0, ROUGH, **paper_adhesion(0.0005))
+    assert found.law == "rough, linear"
+    assert_allclose(1 / 2.9 - found.inverse_kappa, 0.044, rtol=0.02)
+    assert_allclose(found.rough_pressure, 0.1 * found.inverse_kappa)
+    assert_allclose(found.contact_area, 1e4 / found.rough_pressure, rtol=0.01)
+
+
+def test_sphere_flattened_by_adhesion_is_smooth_with_less_work_of_adhesion():
+    cost = flattening_energy(1.0, SMOOTHER)
+    adhesion = {"work_of_adhesion": 100 * cost, "attraction_range": 0.01}
+    found = regime(0.1, RADIUS, 1.0, SMOOTHER, **adhesion)
+    assert found.law == "JKR"
+    assert_allclose(found.effective_work_of_adhesion, 99 * cost)
+    area = theory.JKR(RADIUS, 1.0, 99 * cost).contact_area(0.1)
+    assert_allclose(found.contact_area, area)
+
+
+def test_compliant_wall_makes_the_first_asperity_blunter():
+    factor = theory.ASPERITY_FACTOR_REPULSIVE
+    wall = {"kappa_repulsive": KAPPA_REPULSIVE, "asperity_factor": factor}
+    hard = regime(1e-3, RADIUS, 1.0, ROUGH)
+    soft = regime(1e-3, RADIUS, 1.0, ROUGH, **wall)
+    assert_allclose(hard.asperity_radius, ASPERITY)
+    assert_allclose(soft.contact_area / hard.contact_area, factor ** (2 / 3))
+
+
+def test_any_object_with_the_numbers_of_a_surface_is_rough():
+    plain = SimpleNamespace(**vars(ROUGH))
+    assert regime(1e4, RADIUS, 1.0, plain) == regime(1e4, RADIUS, 1.0, ROUGH)
+
+
+def test_regime_prints_law_and_numbers_with_their_meaning():
+    text = str(regime(1e4, RADIUS, 1.0, ROUGH, **paper_adhesion(0.0005)))
+    lines = text.splitlines()
+    assert lines[0] == "rough, linear: many asperities as on rough flats, A = N/p_rough"
+    assert any("decades of load with A ~ N" in line and "7.3" in line for line in lines)
+    assert "None" not in text

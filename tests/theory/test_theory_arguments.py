@@ -61,6 +61,10 @@ def rough(**changes):
         (theory.stickiness, (ROUGH, 1.0, 0.005, -1.0), "> 0"),
         (theory.stickiness, (SPHERE, 1.0, 0.02, 0.5), "RoughSphere give its rough"),
         (theory.regime, (1.0, 100.0, 1.0, SPHERE), "RoughSphere give its rough"),
+        (theory.regime, (np.nan, R, E), "normal_force must be finite"),
+        (theory.regime, (-1.0, R, E, ROUGH), "normal_force must be a finite number >="),
+        (partial(theory.regime, work_of_adhesion=W), (1.0, R, E), "range must be giv"),
+        (partial(theory.regime, kappa_repulsive=0.0), (1.0, R, E, ROUGH), "kappa_rep"),
         (theory.Hertz(R, E).contact_radius, (-20.0,), "below the negative pull-off"),
         (theory.JKR(R, E, W).contact_radius, (-20.0,), "below the negative pull-off"),
         (theory.DMT(R, E, W).contact_radius, (-20.0,), "below the negative pull-off"),
@@ -86,17 +90,17 @@ def test_what_has_no_answer_is_refused(function, arguments, message):
 
 @pytest.mark.parametrize(
     "name, bad",
-    [("hurst", bad) for bad in (0.0, 1.0, -0.2, np.nan)]
-    + [("rms_slope", bad) for bad in (0.0, -0.1, np.inf)]
-    + [("short_wavelength", bad) for bad in (0.0, -4.0, np.nan)],
+    [
+        *(("hurst", bad) for bad in (0.0, 1.0, np.nan)),
+        *(("rms_slope", bad) for bad in (0.0, np.inf)),
+        *(("short_wavelength", bad) for bad in (-4.0, np.nan)),
+    ],
 )
 @pytest.mark.parametrize(
     "function",
     [
         theory.asperity_radius,
-        theory.slope_to_curvature_ratio,
         partial(theory.first_contact_radius, 1e4),
-        partial(theory.flattening_energy, 1.0),
         partial(theory.compliant_kappa, 1.0, 1.0),
     ],
 )
