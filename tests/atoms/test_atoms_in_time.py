@@ -200,8 +200,11 @@ def test_base_of_a_cantilever_balances_the_force():
 
 
 def test_columns_of_a_path_in_time_are_derived_from_its_class():
-    with pytest.raises(TypeError, match="derive LoadStep from TimeStep"):
-        time_path(atoms_on(HardWall()), PATH, output=Output(record=LoadStep))
+    class Wrong(LoadStep):
+        pass
+
+    with pytest.raises(TypeError, match="derive Wrong from TimeStep"):
+        time_path(atoms_on(HardWall()), PATH, output=Output(record=Wrong))
 
     @dataclass(frozen=True)
     class Right(TimeStep):
