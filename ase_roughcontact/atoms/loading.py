@@ -142,8 +142,6 @@ def load_path(
         max_steps=max_steps,
         window=window,
     )
-    lost = path.stepper.options.lost_slope
-    warn_of_lost_slope(lost, path.change, path.validity.action)
     return path.follow(NumberedSteps(path.stepper, targets))
 
 
@@ -164,11 +162,7 @@ class AtomsPath:
 
     Attributes
     ----------
-    frames : PathAtoms
     stepper : Stepper
-    change : GridChange or None
-        Grid of the continuum.
-    validity : Validity
     """
 
     def __init__(
@@ -182,17 +176,18 @@ class AtomsPath:
         output: Output | None = None,
         **options: Any,
     ) -> None:
-        self.validity = Validity(validity) if isinstance(validity, str) else validity
+        validity = Validity(validity) if isinstance(validity, str) else validity
+        self._action = validity.action
         _check(atoms, control)
         lattice = SurfaceGrid.of(atoms)
         problem = problem_for(lattice, atoms.calc.parameters)
         settings = StepOptions(
             # before the spacing is no more that of the crystal
-            hardness=hardness_for(problem, atoms.symbols[0], self.validity.hardness),
+            hardness=hardness_for(problem, atoms.symbols[0], validity.hardness),
             continuum=grid != "atoms",
             **options,
         )
-        self.change = _grid_change(grid, problem, lattice, settings)
+        change = _grid_change(grid, problem, lattice, settings)
         springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
         described = [spring.todict()["kwargs"] for spring in springs]
         self._springs = [  # x and y of their ends move with windows
@@ -201,26 +196,27 @@ class AtomsPath:
         ]
         external = Indenter(atoms).springs_at if springs else None
         lost = 0.0
-        if self.change:
+        if change:
             if history_of(atoms, lattice):
                 raise ValueError(
                     "the surface has kept a plastic shape, creep or friction, which "
                     "another grid would lose: start from new atoms"
                 )
-            lost = regrid(atoms, self.change)
-        self.frames = PathAtoms(atoms)
+            lost = regrid(atoms, change)
+            warn_of_lost_slope(lost, change, self._action)
+        self._frames = PathAtoms(atoms)
         pulled = (bool(springs) and control == "loads") or control == "bases"
-        relaxer = relaxer_of(optimizer, problem.wall, self.frames, pulled)
+        relaxer = relaxer_of(optimizer, problem.wall, self._frames, pulled)
         if isinstance(relaxer, SolverRelaxer):
             Indenter(atoms)  # raises for constraints that only optimizers of ASE honour
         self.stepper = Stepper(
-            self.frames.problem,
+            self._frames.problem,
             control,
-            self.frames.first_state(),
+            self._frames.first_state(),
             replace(settings, relaxer=relaxer, lost_slope=lost),
             springs=external,
         )
-        self._output = replace(output or Output(), frames=self.frames)
+        self._output = replace(output or Output(), frames=self._frames)
 
     def follow(
         self, steps: PathSteps, **description: Any
@@ -240,21 +236,21 @@ class AtomsPath:
             After an error the atoms are in the last state that was relaxed.
         """
         description["springs"] = self._springs
-        action = self.validity.action
-        return self._with_atoms(follow(steps, self._output, action, **description))
+        found = follow(steps, self._output, self._action, **description)
+        return self._with_atoms(found)
 
     def _with_atoms(
         self, steps: Generator[Any, None, None]
     ) -> Generator[Any, None, None]:
-        self.stepper.state = self.frames.first_state()  # the atoms as they are now
+        self.stepper.state = self._frames.first_state()  # the atoms as they are now
         try:
             with closing(steps):
                 for step in steps:
-                    self.frames.show(self.stepper)
+                    self._frames.show(self.stepper)
                     yield step
-            self.frames.show(self.stepper)  # if nothing was left to do
+            self._frames.show(self.stepper)  # if nothing was left to do
         except Exception:
-            self.frames.show(self.stepper)
+            self._frames.show(self.stepper)
             raise
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from ase_roughcontact._util.validation import nonnegative
+from ase_roughcontact._util.validation import finite, nonnegative, positive
 from ase_roughcontact.theory.maugis import MaugisDugdale, sphere_theory
 from ase_roughcontact.theory.rough_flats import KAPPA_HARD
 from ase_roughcontact.theory.rough_sphere import RoughSphereTheory
@@ -151,6 +151,9 @@ def regime(
     >>> print(str(tip).splitlines()[0])
     Maugis-Dugdale: smooth sphere, intermediate, theory.MaugisDugdale
     """
+    positive(kappa_repulsive=kappa_repulsive, asperity_factor=asperity_factor)
+    finite(normal_force=normal_force)
+    nonnegative(work_of_adhesion=work_of_adhesion)
     adhesion = work_of_adhesion, attraction_range
     reach = attraction_range if work_of_adhesion > 0 else None
     numbers: dict[str, Any]

@@ -61,7 +61,7 @@ def rough(**changes):
         (theory.stickiness, (ROUGH, 1.0, 0.005, -1.0), "> 0"),
         (theory.stickiness, (SPHERE, 1.0, 0.02, 0.5), "RoughSphere give its rough"),
         (theory.regime, (1.0, 100.0, 1.0, SPHERE), "RoughSphere give its rough"),
-        (theory.regime, (np.nan, R, E), "normal_force must be finite"),
+        (theory.regime, (np.nan, R, E), "normal_force must be a finite"),
         (theory.regime, (-1.0, R, E, ROUGH), "normal_force must be a finite number >="),
         (partial(theory.regime, work_of_adhesion=W), (1.0, R, E), "range must be giv"),
         (partial(theory.regime, kappa_repulsive=0.0), (1.0, R, E, ROUGH), "kappa_rep"),
