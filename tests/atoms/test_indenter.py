@@ -1,6 +1,5 @@
 """The indenter atom: the surface it stands for, and the work of a load."""
 
-import numpy as np
 import pytest
 from ase.constraints import FixAtoms, FixCartesian, Hookean
 from ase.io import read
@@ -60,11 +59,6 @@ def test_equal_and_nameless_indenters_are_accepted(same):
         assert atoms.get_potential_energy() == pytest.approx(expected)
 
 
-def test_height_maps_are_compared_by_their_heights():
-    one, other = (rc.HeightMap(heights, 1.0) for heights in (MAP, MAP.copy()))
-    assert make_atoms(one, other, height=30.0).get_potential_energy() == 0.0
-
-
 @pytest.mark.parametrize("name", ["a.traj", "a.extxyz"])
 def test_frames_from_files_know_their_indenter(tmp_path, name):
     rc.snapshot(make_atoms(height=-0.5)).write(tmp_path / name)
@@ -110,20 +104,3 @@ def test_a_load_on_a_fixed_indenter_warns_once():
     atoms.calc.set(load=3.0)
     with pytest.warns(UserWarning, match="load of 3"):
         rc.NewtonKrylov(atoms).run(fmax=1e-2)
-
-
-@pytest.mark.filterwarnings("ignore:the load of")
-def test_release_of_the_indenter_changes_the_energy_at_once():
-    atoms = make_atoms(load=2.0, height=-0.5)
-    energy = atoms.get_potential_energy()
-    atoms.set_constraint()
-    assert atoms.get_potential_energy() == pytest.approx(energy - 1.0)
-    atoms.set_constraint(FixAtoms([-1]))
-    assert atoms.get_potential_energy() == energy
-
-
-@pytest.mark.filterwarnings("ignore:the load of")
-def test_energies_count_from_the_same_zero_in_both_controls():
-    atoms = make_atoms(height=30.0, load=2.0)
-    assert atoms.get_potential_energy() == 0.0
-    assert not np.any(atoms.get_potential_energies())

@@ -301,21 +301,6 @@ def test_a_constraint_that_is_removed_without_release_is_an_error():
     assert (atoms.get_forces(apply_constraint=False)[:, :2] == 0.0).all()
 
 
-def test_frames_of_an_optimizer_stick_again_after_release(tmp_path):
-    atoms = pressed(0.1, shape=(8, 8))
-    stick(atoms, LAW).move(atoms, MOVE)
-    LBFGS(atoms, trajectory=tmp_path / "a.traj", logfile=None).run(fmax=1e-7)
-    frame = read(tmp_path / "a.traj")
-    frame.calc = RoughContact(SPHERE, solid=ISOTROPIC, interaction=HardWall())
-    with pytest.raises(ValueError, match=r"or end it by release"):
-        frame.get_potential_energy()
-    release(frame)
-    stick(frame, LAW)
-    frame.get_potential_energy()
-    expected = atoms.calc.results["lateral_force"]
-    assert frame.calc.results["lateral_force"] == pytest.approx(expected, rel=1e-4)
-
-
 @pytest.mark.parametrize("displacement", [0.05, (0.1,), (np.nan, 0.0), (0, 0, 0)])
 def test_a_move_needs_two_finite_numbers(displacement):
     atoms = pressed(0.1, shape=(8, 8))

@@ -79,21 +79,13 @@ def test_contact_and_attracted_atoms_have_their_own_elements():
 
 
 def test_atoms_that_touch_under_tension_are_shown_in_contact():
-    sphere = rc.RoughSphere(20.0)
-    atoms = atoms_under(
-        sphere,
-        rc.ExponentialWall(0.05, 0.5, 3.0),
-        (16, 16),
-        modulus=MODULUS,
-        height=-0.2,
-    )
+    wall, options = rc.ExponentialWall(0.05, 0.5, 3.0), {"modulus": MODULUS}
+    atoms = atoms_under(rc.RoughSphere(20.0), wall, (16, 16), height=-0.2, **options)
     rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
     state = atoms.calc.state(atoms)
     assert (state.contact & (state.pressure < 0.0)).any()
     surface, _, _ = split(with_indenter(atoms))
-    np.testing.assert_array_equal(
-        surface.symbols == CONTACT, state.contact.ravel(), strict=True
-    )
+    assert ((surface.symbols == CONTACT) == state.contact.ravel()).all()
 
 
 def test_indenter_is_cut_behind_most_of_the_contact_and_closed():
@@ -114,10 +106,8 @@ def test_heights_are_scaled_so_that_the_curvature_of_a_large_sphere_is_visible()
     below, _, body = split(shown)
     assert shown.info["vertical_scale"] > 50 * shown.info["horizontal_scale"]
     width = np.ptp(below.positions[:, 0])
-    lowest = [
-        body.positions[body.positions[:, 0] == x, 2].min()
-        for x in np.unique(body.positions[:, 0])
-    ]
+    x, _, z = body.positions.T
+    lowest = [z[x == each].min() for each in np.unique(x)]
     assert 0.05 * width < np.ptp(lowest) < 0.3 * width
 
 
@@ -130,12 +120,6 @@ def test_large_windows_are_thinned():
     distance = np.diff(np.unique(below.positions[:, 0]))
     radius = covalent_radii[29]
     assert (distance < 2 * 0.89 * radius).all()  # circles of viewers overlap
-
-
-def test_a_window_of_few_rows_keeps_one_of_them():
-    atoms = atoms_under(SPHERE, shape=(32, 2), modulus=MODULUS)
-    below, _, body = split(with_indenter(atoms, rows=4))
-    assert len(below) == 4 and len(body)
 
 
 def test_columns_are_pressure_contact_and_gap():
@@ -157,9 +141,8 @@ def test_views_do_not_change_the_atoms():
     for view in (with_indenter, with_columns):
         view(atoms)
     np.testing.assert_array_equal(atoms.positions, before)
-    assert not atoms.get_tags().any() and set(atoms.arrays) <= {
-        "numbers", "positions", "tags",
-    }  # fmt: skip
+    assert not atoms.get_tags().any()
+    assert set(atoms.arrays) <= {"numbers", "positions", "tags"}
 
 
 @pytest.mark.parametrize(
