@@ -213,7 +213,7 @@ def _relax(
     restarted = False
     reaction = _ReactionUpdates(energy, tolerance, options)
     while True:
-        if state.error <= reaction.target and reaction.is_last and not state.exact:
+        if state.error <= reaction.target == tolerance and not state.exact:
             state = energy.state(state.pressure, state.height)
             state = balance_load(energy, state, tolerance)
             progress.keep(state)
@@ -257,9 +257,8 @@ class _ReactionUpdates:
     Attributes
     ----------
     target : float
-        Largest force that may be left before the next update.
-    is_last : bool
-        Whether the target is the tolerance of the result, as always for a soft wall.
+        Largest force that may be left before the next update; the tolerance of the
+        result before the last one, and always for a soft wall.
     """
 
     def __init__(
@@ -268,9 +267,10 @@ class _ReactionUpdates:
         halfspace, self._tolerance = energy.contact.halfspace, tolerance
         self._gap = gap_tolerance(halfspace, tolerance, options.largest_gap)
         self._forcing = _REACTION_FORCING * force_per_gap(halfspace)
-        self.is_last = energy.reaction is None
         self._violations: list[float] = []
-        self._aim(_FIRST_VIOLATION * halfspace.spacing)
+        self.target = tolerance
+        if energy.reaction is not None:
+            self._aim(_FIRST_VIOLATION * halfspace.spacing)
 
     def updated(
         self, energy: ContactEnergy, state: EnergyState
@@ -280,10 +280,8 @@ class _ReactionUpdates:
         if self._violations and violation > _SLOW_UPDATE * self._violations[-1]:
             energy = replace(energy, stiffness=_STIFFER * energy.stiffness)
         self._violations.append(violation)
-        solved = self.is_last and violation <= self._gap
-        self.is_last = violation <= self._gap
-        if not solved:
-            self._aim(violation)
+        solved = self.target == self._tolerance and violation <= self._gap
+        self._aim(violation if violation > self._gap else 0.0)
         return energy, solved
 
     @property
@@ -293,11 +291,7 @@ class _ReactionUpdates:
         return bool(early) and min(late) >= min(early)
 
     def _aim(self, violation: float) -> None:
-        """Set the target for a violation of the constraint."""
-        self.target = self._tolerance
-        if not self.is_last:
-            self.target = max(self._tolerance, self._forcing * violation)
-            self.is_last = self.target == self._tolerance
+        self.target = max(self._tolerance, self._forcing * violation)
 
 
 class _Progress:
