@@ -195,7 +195,7 @@ class ContactOptimizer(Optimizer):
         self.message = state.message
         self._energy, self._force = state.energy, state.error
         if self.indenter.fixed:  # the springs are not part of the problem
-            self._energy += self.indenter.external(state.height)[0]
+            self._energy += self.indenter.support.external(state.height)[0]
         self._converged = state.converged
         if state.converged or state.message:
             self._states.close()  # frees its arrays

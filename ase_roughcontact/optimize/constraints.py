@@ -51,6 +51,8 @@ class Indenter:
     ----------
     fixed : bool
         Whether the height is fixed.
+    support : Support
+        What holds the indenter.
     springs : list of Hookean
         Springs between the indenter and a point or a plane.
 
@@ -67,7 +69,8 @@ class Indenter:
         self._xy = atoms.positions[-1, :2].copy()
         self._cell = {"cell": atoms.cell.copy(), "pbc": atoms.pbc.copy()}
         self.fixed = indenter_fixed(atoms)
-        self._load = 0.0 if self.fixed else atoms.calc.parameters["load"]
+        load = 0.0 if self.fixed else atoms.calc.parameters["load"]
+        self.support = Support(self.fixed, load, self.springs_at)
         self.springs = []
         for constraint in atoms.constraints:
             if isinstance(constraint, Hookean):
@@ -78,28 +81,8 @@ class Indenter:
                     "use one of ASE's optimizers on the atoms themselves"
                 )
 
-    def external(self, height: float) -> tuple[float, float]:
-        """Return energy and force of load and springs at a height.
-
-        Parameters
-        ----------
-        height : float
-            Height of the indenter (Å).
-
-        Returns
-        -------
-        energy, force : float
-            Energy (eV) and force along z, positive upward (eV/Å).
-        """
-        return self.support.external(height)
-
-    @property
-    def support(self) -> Support:
-        """What holds the indenter."""
-        return Support(self.fixed, self._load, self.springs_at)
-
     def springs_at(self, height: float) -> tuple[float, float]:
-        """Return energy and upward force of the springs at a height; see `external`."""
+        """Return the energy of the springs and their upward force (eV, eV/Å)."""
         # a stand-in for arrays over all atoms, of which Hookean reads one entry
         position = np.array([*self._xy, height])
         atoms = SimpleNamespace(positions={self._last: position}, **self._cell)

@@ -197,7 +197,7 @@ class FourierModes(Optimizable):
 
     def _external(self) -> tuple[float, float]:
         """Return energy and force of load and springs, which may have been changed."""
-        return self.indenter.external(float(self.atoms.positions[-1, 2]))
+        return self.indenter.support.external(float(self.atoms.positions[-1, 2]))
 
     def _scale(self) -> None:
         contact, halfspace = self.contact, self.contact.halfspace
