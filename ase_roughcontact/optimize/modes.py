@@ -19,6 +19,7 @@ giving every mode a mass in proportion to its stiffness.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from ase import Atoms
@@ -33,9 +34,6 @@ from ase_roughcontact.optimize.constraints import (
     soft_contact_of,
 )
 from ase_roughcontact.solvers.relaxation import indenter_stiffness, is_relaxed
-
-# Curvature of the energy in the scaled modes (eV/Å^2).
-_CURVATURE = 1.0
 
 
 class FourierModes(Optimizable):
@@ -91,7 +89,7 @@ class FourierModes(Optimizable):
         halfspace = self.contact.halfspace
         n, m = halfspace.shape
         stiffness = self._reference + np.median(halfspace.stiffness)
-        curvature = halfspace.cell_area * stiffness / _CURVATURE
+        curvature = halfspace.cell_area * stiffness
         return float(0.1 * halfspace.spacing * np.sqrt(n * m * curvature))
 
     def ndofs(self) -> int:
@@ -168,23 +166,30 @@ class FourierModes(Optimizable):
     def _connect(self) -> None:
         self.contact = soft_contact_of(self.atoms)
         self.indenter = Indenter(self.atoms)
-        self._model, self._settings = model_of(self.atoms), self._present_settings()
+        self._model = model_of(self.atoms)
         self._positions = np.empty_like(self.atoms.positions)
         self._scale()
 
-    def _present_settings(self) -> list[object]:
-        """Return what the problem depends on, beside the model and the positions."""
-        cell, pbc = self.atoms.cell.tolist(), self.atoms.pbc.tolist()
-        load = self.atoms.calc.parameters["load"]
-        return [cell, pbc, load, *self.atoms.constraints]
+    def _settings(self) -> list[Any]:
+        """Return what the problem depends on, beside the model and the positions.
+
+        The last entry is energy and force of load and springs.
+        """
+        atoms = self.atoms
+        external = self.indenter.support.external(float(atoms.positions[-1, 2]))
+        settings = (
+            atoms.cell.tolist(),
+            atoms.pbc.tolist(),
+            atoms.calc.parameters["load"],
+        )
+        return [*settings, *atoms.constraints, external]
 
     def _follow(self) -> None:
         """Read the atoms if they, their calculator or constraints have changed."""
         if (
             has_model(self.atoms, self._model)
-            and self._present_settings() == self._settings
             and array_equal(self.atoms.positions, self._positions)
-            and self._external() == self._known_external
+            and self._settings() == self._known_settings
         ):
             return
         modes = self._modes
@@ -194,10 +199,6 @@ class FourierModes(Optimizable):
                 "the surface has another number of atoms now: make new FourierModes"
             )
         self._read()
-
-    def _external(self) -> tuple[float, float]:
-        """Return energy and force of load and springs, which may have been changed."""
-        return self.indenter.support.external(float(self.atoms.positions[-1, 2]))
 
     def _scale(self) -> None:
         contact, halfspace = self.contact, self.contact.halfspace
@@ -210,16 +211,14 @@ class FourierModes(Optimizable):
         cells = halfspace.grid[0] * halfspace.grid[1]
         area = halfspace.cell_area
         share = stiffness / (stiffness + reference)
-        to_mode = np.sqrt(
-            weight * area * (stiffness + reference) / (cells * _CURVATURE)
-        )
-        self._elastic = _twice(_CURVATURE * share)
+        to_mode = np.sqrt(weight * area * (stiffness + reference) / cells)
+        self._elastic = _twice(share)
         self._from_mode = _twice(1.0 / (to_mode * cells))
         self._pressure_to_gradient = _twice(weight * area / (cells * to_mode))
         self._gradient_to_force = _twice(to_mode / weight)
         self._modes = self._elastic.size
         self._shape = self._elastic.shape
-        self._z_scale = np.sqrt(_CURVATURE / indenter_stiffness(contact))
+        self._z_scale = indenter_stiffness(contact) ** -0.5
 
     def _read(self) -> None:
         halfspace = self.contact.halfspace
@@ -236,7 +235,7 @@ class FourierModes(Optimizable):
 
     def _set(self, x: np.ndarray) -> None:
         """Set the coordinates of the atoms, and discard the results of the old ones."""
-        self._known_external = self._external()
+        self._known_settings = self._settings()
         self._positions[:] = self.atoms.positions
         self._x = np.array(x, dtype=float)
         if self.indenter.fixed:
@@ -277,7 +276,7 @@ class FourierModes(Optimizable):
             transform.spectrum.view(transform.dtype),
             self._pressure_to_gradient,
         )
-        external_energy, external_force = self._known_external
+        external_energy, external_force = self._known_settings[-1]
         force = 0.0 if self.indenter.fixed else wall_force + external_force
         gradient[-1] = -force * self._z_scale
         gradient.flags.writeable = False
