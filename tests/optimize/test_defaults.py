@@ -88,14 +88,6 @@ def test_lbfgs_in_scenes_has_the_curvature_of_the_modes_and_twenty_vectors():
     assert usual != on_modes(alpha=1.0) and usual != on_modes(memory=20)
 
 
-@pytest.mark.parametrize("name", ["FIRE", "FIRE2", "LBFGS", "BFGSLineSearch"])
-def test_optimizers_of_ase_work_on_modes_in_scenes(name):
-    scene = make_scene(name)
-    dynamics = scene.optimizer(scene.atoms(), logfile=None)
-    assert type(dynamics).__name__ == name
-    assert isinstance(dynamics.optimizable, rc.FourierModes)
-
-
 # Default optimizers
 
 

@@ -13,6 +13,15 @@ from ase_roughcontact.solvers.friction import (
 from ase_roughcontact.solvers.friction_problem import bounded
 
 
+def random_problem(rng, largest, nu):
+    """Half space of a random shape, and its dense Green's function."""
+    n, m = rng.integers(2, largest, 2)
+    half = LateralHalfSpace((n, m), 1.0, Isotropic(1.0, nu))
+    i, j = (index.ravel() for index in np.indices((n, m)))
+    xx, yy, xy = cerruti_kernel(i[:, None] - i, j[:, None] - j, 1.0, 1.0, nu)
+    return half, np.block([[xx, xy], [xy, yy]]), (n, m)
+
+
 def dense_tractions(matrix, bound, imposed):
     """Minimise by accelerated projected gradients, with restarts."""
     step = 1.0 / np.linalg.eigvalsh(matrix)[-1]
@@ -35,12 +44,8 @@ def dense_tractions(matrix, bound, imposed):
 def test_random_problems_have_the_dense_solution(seed):
     rng = np.random.default_rng(seed)
     for _ in range(10):
-        n, m = rng.integers(2, 7, 2)
         nu = float(rng.uniform(-0.3, 0.5))
-        half = LateralHalfSpace((n, m), 1.0, Isotropic(1.0, nu))
-        i, j = (index.ravel() for index in np.indices((n, m)))
-        xx, yy, xy = cerruti_kernel(i[:, None] - i, j[:, None] - j, 1.0, 1.0, nu)
-        matrix = np.block([[xx, xy], [xy, yy]])
+        half, matrix, (n, m) = random_problem(rng, 7, nu)
         bound = rng.uniform(0.1, 1.0, (n, m)) * (rng.uniform(size=(n, m)) < 0.8)
         imposed = rng.normal(size=2)[:, None, None] + rng.normal(size=(2, n, m))
         found = solve_friction(
@@ -76,24 +81,24 @@ def test_displacement_is_that_of_cattaneo_and_mindlin():
         assert stick == pytest.approx(a * (1.0 - part) ** (1.0 / 3.0), abs=1.0)
 
 
-def test_a_force_beyond_friction_makes_the_contact_slide():
-    shape, _ = hertz(16, 6.0)
-    half = LateralHalfSpace((16, 16), 1.0, Isotropic(1.0, 0.3))
-    found = solve_friction(
-        half, shape, np.zeros((2, 16, 16)), drive=Drive((1.1 * shape.sum(), 0.0))
-    )
-    assert not found.converged
-    assert "the contact slides" in found.message
+LARGEST = "the lateral load is the largest friction"
 
 
-@pytest.mark.parametrize("part", [1.0 - 1e-7, 1.0 - 1e-12, 1.0, 1.0 + 1e-12])
-def test_a_force_equal_to_the_largest_friction_makes_the_contact_slide(part):
+@pytest.mark.parametrize(
+    "part, message",
+    [
+        (1.1, "friction does not carry 9.09 % of the lateral load"),
+        *((part, LARGEST) for part in (1.0 - 1e-7, 1.0 - 1e-12, 1.0, 1.0 + 1e-12)),
+    ],
+)
+def test_a_force_of_the_largest_friction_or_more_makes_the_contact_slide(part, message):
     shape, _ = hertz(16, 6.0)
     half = LateralHalfSpace((16, 16), 1.0, Isotropic(1.0, 0.3))
     found = solve_friction(
         half, shape, np.zeros((2, 16, 16)), drive=Drive((part * shape.sum(), 0.0))
     )
-    assert "the lateral load is the largest friction" in found.message
+    assert not found.converged
+    assert found.message.startswith(f"the contact slides: {message}")
     assert found.slipping[shape > 0.0].all()
     assert not found.shift.any()
 
@@ -107,12 +112,7 @@ def test_random_problems_under_a_force_are_solved(seed, stiffness):
     """
     rng = np.random.default_rng(seed)
     for _ in range(15):
-        n, m = rng.integers(2, 9, 2)
-        half = LateralHalfSpace((n, m), 1.0, Isotropic(1.0, rng.uniform(0.0, 0.5)))
-        i, j = (index.ravel() for index in np.indices((n, m)))
-        kernel = cerruti_kernel(
-            i[:, None] - i, j[:, None] - j, 1.0, 1.0, half.solid.poisson
-        )
+        half, matrix, (n, m) = random_problem(rng, 9, rng.uniform(0.0, 0.5))
         bound = 10.0 ** rng.uniform(-3, 3) * rng.uniform(size=(n, m))
         if rng.integers(2):  # as of a shear strength
             bound = np.minimum(bound, 0.5 * bound.max())
@@ -121,8 +121,7 @@ def test_random_problems_under_a_force_are_solved(seed, stiffness):
         drive = Drive((force[0], force[1]), stiffness)
         found = solve_friction(half, bound, np.zeros((2, n, m)), drive=drive)
         assert found.converged, found.message
-        xx, yy, xy = kernel
-        matrix, t = np.block([[xx, xy], [xy, yy]]), found.tractions
+        t = found.tractions
         gap = found.shift[:, None, None] - (matrix @ t.ravel()).reshape(t.shape)
         change = bounded(t + gap / half.self_compliance, bound) - t
         assert abs(change).max() < 2e-7 * abs(t).max()

@@ -21,6 +21,7 @@ WALLS = {
     "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),
     "adhesive": rc.LennardJones93.adhesive(1.0, 1.0, 0.02),
     "full": rc.LennardJones93.full(distance=1.0, work_of_adhesion=0.05),
+    "exponential": rc.ExponentialWall(0.02, 0.5),
 }
 
 
@@ -36,7 +37,10 @@ def test_derivative_of_the_force_to_the_height_is_that_of_differences(
     wall, periodic, solid
 ):
     heights = rough_sphere((40, 40), np.inf if periodic else 100.0, ROUGH)
-    contact = contact_of(heights, wall, periodic=periodic, solid=solid)
+    adhesion = np.linspace(0.5, 1.5, 1600).reshape(40, 40) if wall.attractive else None
+    contact = contact_of(
+        heights, wall, periodic=periodic, solid=solid, adhesion=adhesion
+    )
     height = contact.first_contact - (0.3 if periodic else 0.6)
     low, high, state = (relaxed(contact, height + d) for d in (-STEP, STEP, 0.0))
     expected = (high.normal_force - low.normal_force) / (2 * STEP)
