@@ -9,6 +9,9 @@ import numpy as np
 from ase_roughcontact.contact import State
 from ase_roughcontact.elasticity.lattice import Box
 
+# Points of a window above which two earlier pressures take more memory than the 2 % of
+# transforms are worth that they save, beyond the start from the last one.
+_LARGEST = 4096 * 4096
 # Largest distance of a target from the last one, in units of the last step.
 _FARTHEST = 2.0
 
@@ -44,6 +47,8 @@ class Extrapolation:
         pressure : ndarray, shape (n, m)
             Of the wall.
         """
+        if state.window.size > _LARGEST:
+            return
         point = _Point(state.window, target, pressure, state.height)
         self._points = [*self._points[-1:], point]
 

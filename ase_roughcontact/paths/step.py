@@ -48,7 +48,7 @@ class Stepper:
     state : State
         Last relaxed state.
     run : Run or None
-        Of this state; None before the first step.
+        Of this state; None before the first step and after one that failed.
     windows : AutoWindow or FixedWindow
 
     Raises
@@ -264,6 +264,9 @@ class Stepper:
     ) -> RelaxedStep:
         begun = time.perf_counter()
         statistics = repeated or SolverStatistics()
+        if self.problem.wall.purely_hard:  # only the pressure is needed again
+            self.state = replace(self.state, displacement=None)
+        self.run = None
         state, support = self._at(target)
         state = self.windows.choose(state, support)
         state = self._surface.on(state)

@@ -118,7 +118,9 @@ def active_set(
         height, start = -float(contact.heights.min()), np.zeros(halfspace.shape)
         hold = Hold(height, hold.load or None)
     gap = gap_tolerance(halfspace, tolerance, options.largest_gap)
-    for state in _solve(contact, hold, start, gap, options):
+    states = _solve(contact, hold, start, gap, options)
+    del start  # its memory is needed
+    for state in states:
         energy = state.energy + contact.plastic_work
         if external is not None:
             if state.converged:

@@ -315,7 +315,9 @@ def starting_point(
         run = Run.of(state, fields_of(contact, state), support)
         pressure = run.fields.pressure + run.fields.forces[:n, :m] / area
         force, energy = run.max_force, run.energy
-    start = without_rounding(pressure) if state.displaced else None
+    start = pressure if state.displaced else None
+    if start is not None and not contact.interaction.purely_hard:
+        start = without_rounding(start)
     return start, force, energy
 
 
