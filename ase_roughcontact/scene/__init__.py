@@ -9,7 +9,7 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``path_kinds``, ``loop``          kinds of path: section, targets, run, table, pictures
 ``file``                          all sections of a file: read, changed, compared
 ``build``                         from the sections to a `Problem` in units of ASE
-``solid``, ``sphere``             the elastic solid, and the radius of the sphere
+``solid``, ``indenter``           the elastic solid; radius of the sphere, or cell
 ``bodies``                        what is built, and theory for it
 ``scene``                         `Scene`: problem, solver and steps
 ``plan``, ``results``             plans of paths, and folders of results

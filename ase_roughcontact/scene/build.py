@@ -25,6 +25,7 @@ from ase_roughcontact.scene.random_fields import local_adhesion, random_field
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.scene.solid import (
     creep_of,
+    in_gpa,
     named,
     poisson_of,
     solid_of,
@@ -37,8 +38,6 @@ from ase_roughcontact.topography import (
     SelfAffine,
 )
 
-# Hardness (GPa) above that of any solid: a larger value is in another unit.
-_LARGEST_HARDNESS = 1e3
 # Least default period of a local work of adhesion, in units of the radius in which a
 # sphere that touches is in the range of the wall: room for three times that range.
 _ROOM = 4.0
@@ -152,12 +151,7 @@ def _hardness(substrate: SubstrateConfig, symbol: str, spacing: float) -> float:
         if not substrate.name or substrate.layer_thickness is not None:
             return math.nan
         return hardness_of(symbol, spacing)
-    if given != math.inf and not 0.0 < given <= _LARGEST_HARDNESS:
-        raise ValueError(
-            f"hardness is in GPa, above 0 and at most {_LARGEST_HARDNESS:g}, or inf, "
-            f"got {given:g}"
-        )
-    return given * UNITS["GPa"]
+    return UNITS["GPa"] * (given if given == math.inf else in_gpa("hardness", given))
 
 
 def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:

@@ -25,8 +25,6 @@ _PART = 1 / 256
 _FEW_STEPS, _FEW_POINTS = 10, 100_000
 # The same for paths in time, whose steps begin close to their results: some seconds.
 _FEW_POINTS_IN_TIME = 5_000_000
-# Level of the solver's tolerance.
-_LEVEL = "fast"
 # Part of the rms slope above which a grid loses too much.
 _LARGEST_LOSS = 0.5
 # Wave number times the spacing of waves of a continuum.
@@ -108,7 +106,7 @@ def _continuum(scene: Scene) -> Scene:
     return scene.with_values(
         {
             "substrate": replace(solid, model="continuum"),
-            "solver.accuracy": _LEVEL,
+            "solver.accuracy": "fast",
             "solver.fmax": None,
         }
     )

@@ -74,12 +74,8 @@ class TopographyConfig(Section):
         if not self.role:
             known = " or ".join(f'"{role}"' for role in ROLES)
             raise ValueError(f"give role, the body that was scanned: {known}")
-        try:
-            changed = Path(self.file).stat().st_mtime_ns
-        except OSError as error:
-            message = f"cannot read a scan from {self.file!r}: {error}"
-            raise ValueError(message) from error
-        surface = _read(self, changed)
+        file = Path(self.file)
+        surface = _read(self, file.stat().st_mtime_ns if file.exists() else 0)
         if self.center == "highest" and surface.extent == 0.0:
             raise ValueError(
                 "the highest point is on the edge of the scan: is the height reversed, "

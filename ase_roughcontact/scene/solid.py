@@ -34,7 +34,7 @@ from ase_roughcontact.elasticity.named_materials import material
 from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
 from ase_roughcontact.windows.regrid import GridChange
 
-# Modulus (GPa) above that of any solid: a larger value is in another unit.
+# Modulus or hardness (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST = 1e4
 # Slabs for potentials of embedded atoms, which reach far and have a Hessian.
 _EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
@@ -265,7 +265,7 @@ def _printed_modulus(modulus: float) -> str:
 def _modulus(substrate: SubstrateConfig) -> float:
     """Return the contact modulus of an isotropic half space (GPa)."""
     if substrate.contact_modulus is not None:
-        return _in_gpa("contact_modulus", substrate.contact_modulus)
+        return in_gpa("contact_modulus", substrate.contact_modulus)
     return contact_modulus(_constants(substrate))
 
 
@@ -274,12 +274,12 @@ def _constants(substrate: SubstrateConfig) -> tuple[float, ...]:
     constants = substrate.elastic_constants
     if constants is None:
         return crystal_constants(substrate.symbol)
-    _in_gpa("the contact modulus of elastic_constants", contact_modulus(constants))
+    in_gpa("the contact modulus of elastic_constants", contact_modulus(constants))
     return constants
 
 
-def _in_gpa(name: str, modulus: float) -> float:
-    """Return a modulus after a check of its size (GPa)."""
+def in_gpa(name: str, modulus: float) -> float:
+    """Return a modulus or a hardness after a check of its size (GPa)."""
     positive(**{name: modulus})
     if modulus > _LARGEST:
         raise ValueError(f"{name} is in GPa, at most {_LARGEST:g}, got {modulus:g}")
@@ -298,7 +298,7 @@ def _layer(substrate: SubstrateConfig) -> Layer:
     base = None if substrate.rigid_base else UNITS["GPa"] * _modulus(substrate)
     ratios = {"poisson": substrate.layer_poisson, "base_poisson": substrate.poisson}
     return Layer(
-        UNITS["GPa"] * _in_gpa("layer_modulus", substrate.layer_modulus),
+        UNITS["GPa"] * in_gpa("layer_modulus", substrate.layer_modulus),
         thickness,
         base,
         bonded=not substrate.sliding,

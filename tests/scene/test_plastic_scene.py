@@ -50,7 +50,7 @@ def test_hardness_is_that_of_the_table_or_given_once_in_either_section():
         (
             'symbol = "Cu", hardness = -1.0',
             "permanent = true",
-            r"\[substrate\] hardness is",
+            "hardness must be .*> 0",
         ),
         ('symbol = "Cu"', "permanent = 1", "permanent must be true or false, got 1"),
         (
