@@ -4,7 +4,7 @@ from ase.build import bulk
 from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
 from spring_crystal import diamond_springs
 
-from ase_roughcontact import CrystalSurface
+from ase_roughcontact import CrystalSurface, crystal_slab
 
 A = 3.6
 
@@ -30,3 +30,10 @@ def diamond_surface():
     return CrystalSurface.from_calculator(
         springs, crystal, "diamond100", layers=11, size=5, displacement=0.0
     )
+
+
+def slab(surface, layers=2, size=(3, 4), **options):
+    """Copper or diamond on its foundation."""
+    symbol = surface.symbol
+    calculator = pair_potential() if symbol == "Cu" else diamond_springs(A)[0]
+    return crystal_slab(symbol, size, layers, calculator, surface, **options)[0]

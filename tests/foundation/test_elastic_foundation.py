@@ -4,25 +4,19 @@ import numpy as np
 import pytest
 from ase import Atom
 from built import force_along
-from pair_crystal import A, pair_potential
+from pair_crystal import pair_potential, slab
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
-from spring_crystal import diamond_springs
 
-from ase_roughcontact import CrystalSurface, crystal_slab
+from ase_roughcontact import CrystalSurface
 
 SURFACES = ["surface", "hexagonal_surface", "diamond_surface"]
 
 
-def slab(surface, layers, size=(3, 4), **kwargs):
-    symbol = surface.symbol
-    calculator = pair_potential() if symbol == "Cu" else diamond_springs(A)[0]
-    return crystal_slab(symbol, size, layers, calculator, surface, **kwargs)[0]
-
-
-def rattled(atoms, width=0.05):
-    atoms = atoms.copy()
-    atoms.positions += np.random.default_rng(1).normal(size=(len(atoms), 3)) * width
+def rattled(surface, layers=3):
+    """Atoms displaced at random, and their calculator."""
+    atoms = slab(surface, layers, held=False)
+    atoms.rattle(0.05, seed=1)
     return atoms
 
 
@@ -37,14 +31,12 @@ def test_no_force_at_rest_and_under_a_uniform_shift(surface, layers):
 
 
 @pytest.mark.parametrize("name", ["surface", "hexagonal_surface"])
-def test_forces_are_minus_the_gradient(request, name):
-    atoms = slab(request.getfixturevalue(name), 3, held=False)
-    calculator = atoms.calc
+def test_forces_are_minus_the_gradient_and_have_no_resultant(request, name):
+    atoms = rattled(request.getfixturevalue(name))
     atoms.append("Cu")
     atoms.positions[-1] = atoms.positions[-2] + [1.2, 1.1, 1.8]
-    atoms = rattled(atoms)
-    atoms.calc = calculator
     forces = atoms.get_forces()
+    np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-11)
     direction = np.random.default_rng(2).normal(size=forces.shape)
     expected = force_along(atoms, direction)
     assert np.sum(forces * direction) == pytest.approx(expected, rel=1e-6)
@@ -84,22 +76,13 @@ def hessian_with_foundation(atoms):
 def test_the_hessian_on_the_surface_is_that_of_a_thick_slab(request, name):
     surface = request.getfixturevalue(name)
     thick = slab(surface, 41, held=False)
-    expected = on_the_surface(thick, hessian_of_calculator(thick))
-    for layers in (1, 2, 3):
+    whole = hessian_of_calculator(thick)
+    for layers in (1, 2, 3, surface.bulk_depth + 1):
         atoms = slab(surface, layers, held=False)
-        found = on_the_surface(atoms, hessian_with_foundation(atoms))
+        depth = -atoms.positions[:, 2].min() if layers > 3 else 0.0
+        expected = on_the_surface(thick, whole, depth)
+        found = on_the_surface(atoms, hessian_with_foundation(atoms), depth)
         np.testing.assert_allclose(found, expected, atol=1e-6 * abs(expected).max())
-
-
-@pytest.mark.parametrize("name", SURFACES)
-def test_the_hessian_of_many_layers_is_that_of_a_thick_slab(request, name):
-    surface = request.getfixturevalue(name)
-    thick = slab(surface, 41, held=False)
-    atoms = slab(surface, surface.bulk_depth + 1, held=False)
-    depth = -atoms.positions[:, 2].min()
-    expected = on_the_surface(thick, hessian_of_calculator(thick), depth)
-    found = hessian_with_foundation(atoms)
-    np.testing.assert_allclose(found, expected, atol=1e-6 * abs(expected).max())
 
 
 def test_the_half_crystal_acts_on_the_layers_that_forces_reach_from_below(surface):
@@ -110,35 +93,24 @@ def test_the_half_crystal_acts_on_the_layers_that_forces_reach_from_below(surfac
 
 
 def test_the_result_does_not_depend_on_the_order_and_the_images_of_the_atoms(surface):
-    atoms = slab(surface, 3, held=False)
-    moved = rattled(atoms)
-    moved.calc = atoms.calc
-    order = np.random.default_rng(3).permutation(len(atoms))
+    atoms, moved = slab(surface, 3, held=False), rattled(surface)
+    random = np.random.default_rng(3)
+    order = random.permutation(len(atoms))
     mixed = atoms[order]
     mixed.calc = type(atoms.calc)(pair_potential(), surface, mixed)
-    mixed.positions = moved.positions[order] + np.rint(
-        np.random.default_rng(4).uniform(-2, 2, (len(atoms), 2))
-    ) @ np.array(atoms.cell[:2])
+    images = np.rint(random.uniform(-2, 2, (len(atoms), 2)))
+    mixed.positions = moved.positions[order] + images @ np.array(atoms.cell[:2])
     assert mixed.get_potential_energy() == pytest.approx(moved.get_potential_energy())
     np.testing.assert_allclose(mixed.get_forces(), moved.get_forces()[order], atol=1e-9)
 
 
 def test_atoms_without_a_number_are_not_given_to_the_calculator(surface):
-    atoms = slab(surface, 2)
-    calculator, atoms = atoms.calc, rattled(atoms)
-    atoms.calc = calculator
+    atoms = rattled(surface, 2)
+    atoms.calc.hold(atoms)
     expected = atoms.get_forces()
     atoms.append(Atom("X", (1.0, 2.0, 3.0)))
     np.testing.assert_allclose(atoms.get_forces()[:-1], expected, atol=1e-12)
     np.testing.assert_array_equal(atoms.get_forces()[-1], 0.0)
-
-
-def test_displaced_atoms_have_no_resultant(surface):
-    atoms = slab(surface, 3, held=False)
-    calculator, atoms = atoms.calc, rattled(atoms)
-    atoms.calc = calculator
-    assert abs(atoms.get_forces()).max() > 0.1
-    np.testing.assert_allclose(atoms.get_forces().sum(axis=0), 0.0, atol=1e-11)
 
 
 def test_a_surface_from_a_file_is_the_same(surface, tmp_path):

@@ -10,7 +10,7 @@ from ase.calculators.emt import EMT
 from ase.constraints import FixAtoms
 from ase.io import read, write
 from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
-from pair_crystal import A, pair_potential
+from pair_crystal import A, pair_potential, slab
 from spring_crystal import Softer, fcc_springs
 
 import ase_roughcontact as rc
@@ -21,8 +21,7 @@ SPACING = A / 2**0.5
 
 @pytest.fixture
 def atoms(surface):
-    size = 3, 4
-    return rc.crystal_slab("Cu", size, LAYERS, pair_potential(), surface, held=False)[0]
+    return slab(surface, LAYERS, held=False)
 
 
 def foundation(atoms, surface):
@@ -30,8 +29,11 @@ def foundation(atoms, surface):
 
 
 def test_a_slab_that_is_not_held_any_more_warns_once(surface):
-    atoms, foundation = rc.crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
-    atoms.set_constraint([*atoms.constraints, FixAtoms([len(atoms) - 1])])
+    atoms = slab(surface, LAYERS)
+    held = atoms.constraints
+    atoms.set_constraint([*held, FixAtoms([len(atoms) - 1])])
+    atoms.get_forces()
+    atoms.set_constraint(FixAtoms(range(12)))  # another one of the lowest layer
     atoms.get_forces()
     atoms.set_constraint(FixAtoms([len(atoms) - 1]))
     atoms.rattle(1e-3)
@@ -39,14 +41,13 @@ def test_a_slab_that_is_not_held_any_more_warns_once(surface):
         atoms.get_forces()
     atoms.rattle(1e-3)
     atoms.get_forces()
-    foundation.hold(atoms)
+    atoms.calc.hold(atoms)
     atoms.rattle(1e-3)
     atoms.get_forces()
 
 
 def test_a_slab_whose_hold_got_lost_in_a_file_warns(surface, tmp_path):
-    atoms, _ = rc.crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
-    write(tmp_path / "slab.extxyz", atoms)
+    write(tmp_path / "slab.extxyz", slab(surface, LAYERS))
     again = read(tmp_path / "slab.extxyz")
     again.calc = foundation(again, surface)
     with pytest.warns(UserWarning, match=r"foundation\.hold"):
@@ -71,16 +72,13 @@ def test_differences_of_forces_are_near_enough_to_the_hessian(atoms, surface):
     rc.ElasticFoundation(pair_potential(), replace(surface, displacement=1e-3), atoms)
 
 
-def test_the_lowest_layer_may_be_held_by_another_constraint(surface):
-    atoms, _ = rc.crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
-    atoms.set_constraint(FixAtoms(range(12)))
-    atoms.get_forces()
-
-
-def test_another_lattice_constant(surface):
+def test_another_lattice_constant_or_structure(surface):
     atoms = fcc100("Cu", (3, 4, LAYERS), a=3.61, vacuum=5.0)
     with pytest.raises(ValueError, match=r"with the lattice constant 3\.60226"):
         foundation(atoms, surface)
+    atoms = bcc100("Cu", (3, 4, LAYERS), a=surface.constants.spacing, vacuum=5.0)
+    with pytest.raises(ValueError, match="layer 2 from below is not that of fcc100"):
+        rc.ElasticFoundation(pair_potential(), surface, atoms, 2)
 
 
 def test_a_slab_of_ase_with_the_lattice_constant_is_accepted(surface):
@@ -102,13 +100,6 @@ def test_sites_are_those_of_the_mean_positions_of_the_lowest_layer(atoms, surfac
     np.testing.assert_allclose(atoms.get_forces(), forces, atol=1e-9)
 
 
-def test_another_structure(surface):
-    a = surface.constants.spacing
-    atoms = bcc100("Cu", (3, 4, LAYERS), a=a, vacuum=5.0)
-    with pytest.raises(ValueError, match="layer 2 from below is not that of fcc100"):
-        rc.ElasticFoundation(pair_potential(), surface, atoms, 2)
-
-
 def free(atoms):
     atoms.pbc = False
 
@@ -124,8 +115,7 @@ def vacancy(atoms):
 
 
 def shift_the_lowest_layer(atoms):
-    layer = np.flatnonzero(atoms.get_tags() == LAYERS - 1)
-    atoms.positions[layer, 0] += SPACING / 2
+    atoms.positions[atoms.get_tags() == LAYERS - 1, 0] += SPACING / 2
 
 
 @pytest.mark.parametrize(
@@ -135,6 +125,7 @@ def shift_the_lowest_layer(atoms):
         (another_element, "from below is not that of"),
         (vacancy, "from below is not that of"),
         (shift_the_lowest_layer, "layer 2 from below"),
+        (lambda atoms: atoms.pop(), "at least 48 atoms, got 47"),
     ],
 )
 def test_atoms_that_are_not_those_of_the_surface(atoms, surface, spoil, message):
@@ -176,28 +167,19 @@ def test_atoms_that_have_changed(atoms, spoil, message):
         atoms.get_forces()
 
 
-def test_too_few_atoms(atoms, surface):
-    with pytest.raises(ValueError, match="at least 60 atoms, got 48"):
-        rc.ElasticFoundation(pair_potential(), surface, atoms, LAYERS + 1)
-
-
 def test_a_calculator_that_describes_slabs_in_another_way_is_found_out():
     softer = Softer(dict(fcc_springs(3.6)[0].shells))
     with pytest.raises(ValueError, match=r"'long_waves' .* strained bulk"):
         rc.CrystalSurface.from_calculator(softer, "Cu", "fcc111", layers=9, size=7)
 
 
-def test_another_element(surface):
-    with pytest.raises(ValueError, match="that of Cu, got Ni"):
-        rc.crystal_slab("Ni", (3, 3), 2, pair_potential(), surface)
-
-
-def test_a_slab_of_a_crystal_given_as_atoms(surface):
+def test_a_slab_of_a_crystal_given_as_atoms_or_of_another_element(surface):
     size = 3, 3
     atoms, _ = rc.crystal_slab(bulk("Cu"), size, 2, pair_potential(), surface)
     assert len(atoms) == 18
-    with pytest.raises(ValueError, match="that of Cu, got Ni"):
-        rc.crystal_slab(bulk("Ni"), size, 2, pair_potential(), surface)
+    for other in ("Ni", bulk("Ni")):
+        with pytest.raises(ValueError, match="that of Cu, got Ni"):
+            rc.crystal_slab(other, size, 2, pair_potential(), surface)
 
 
 def test_preconditioner_of_another_calculator(atoms):

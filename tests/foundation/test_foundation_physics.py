@@ -2,12 +2,9 @@
 
 import numpy as np
 import pytest
-from ase import units
 from ase.calculators.calculator import Calculator, all_changes
 from ase.calculators.emt import EMT
 from ase.calculators.mixing import SumCalculator
-from ase.md.velocitydistribution import thermalize_momenta
-from ase.md.verlet import VelocityVerlet
 from ase.optimize import LBFGS
 from ase.optimize.precon import PreconLBFGS
 from pair_crystal import pair_potential
@@ -135,36 +132,6 @@ def test_displacement_under_a_point_force_is_that_of_a_thick_slab(
         precon = rc.FoundationPrecon(atoms, foundation)
         found = displacement(atoms, foundation, precon, force)
         assert found == pytest.approx(expected, rel=error)
-
-
-@pytest.mark.slow
-def test_energy_is_conserved_over_ten_thousand_steps(copper):
-    atoms, _ = rc.crystal_slab("Cu", (3, 3), 2, EMT(), copper)
-    thermalize_momenta(atoms, 300.0, rng=np.random.default_rng(1))
-    dynamics = VelocityVerlet(atoms, 2.0 * units.fs)
-    total, kinetic = [], []
-    for _ in range(1000):
-        dynamics.run(10)
-        total.append(atoms.get_total_energy())
-        kinetic.append(atoms.get_kinetic_energy())
-    drift = np.polyfit(np.linspace(-0.5, 0.5, len(total)), total, 1)[0]
-    assert np.mean(kinetic) > 0.15
-    assert np.std(total) < 2e-3 * np.mean(kinetic)
-    assert abs(drift) < 1e-3 * np.mean(kinetic)
-
-
-@pytest.mark.slow
-def test_steps_are_the_same_for_8_to_64_cells(surface):
-    steps = []
-    for n in (8, 16, 32, 64):
-        atoms, foundation = rc.crystal_slab("Cu", (n, n), 2, pair_potential(), surface)
-        rc.add_indenter(atoms, rc.RoughSphere(20.0))
-        atoms.positions[-1, 2] -= 0.5
-        precon = rc.FoundationPrecon(atoms, foundation)
-        relax = PreconLBFGS(atoms, precon=precon, use_armijo=False, logfile=None)
-        assert relax.run(fmax=1e-3, steps=100)
-        steps.append(relax.nsteps)
-    assert max(steps) <= steps[0] + 2
 
 
 @pytest.mark.slow
