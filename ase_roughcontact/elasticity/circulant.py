@@ -57,16 +57,14 @@ class CirculantModel:
 
     def __init__(self, halfspace: HalfSpace, box: Box) -> None:
         self.singular = halfspace.periodic
-        self.exact = _is_exact(halfspace)
+        self.exact = halfspace.periodic or math.prod(halfspace.shape) <= _EXACT_SIZE
         self.self_compliance = halfspace.self_compliance
         if self.exact:
             self.box, grid = Box((0, 0), halfspace.shape), halfspace.grid
         else:
             self.box, grid = box, padded_box(box.shape)
         double = self.exact and math.prod(grid) <= _DOUBLE_UP_TO
-        self.dtype: np.dtype[np.floating] = np.dtype(
-            np.float64 if double else np.float32
-        )
+        self.dtype = np.dtype("float64" if double else "float32")
         self._spectrum = halfspace.spectrum(grid) / self.self_compliance
         if self.exact and halfspace.dtype == self.dtype:
             self._transform = halfspace.window_transform.twin()
@@ -129,11 +127,6 @@ def padded_box(shape: tuple[int, int]) -> tuple[int, int]:
     """Return a grid with some padding, of fast lengths."""
     n, m = (fast_length(min(2 * n, n + _PADDING)) for n in shape)
     return n, m
-
-
-def _is_exact(halfspace: HalfSpace) -> bool:
-    """Return whether the model of a half space is to be exact."""
-    return halfspace.periodic or math.prod(halfspace.shape) <= _EXACT_SIZE
 
 
 def covering_model(halfspace: HalfSpace, box: Box) -> CirculantModel:

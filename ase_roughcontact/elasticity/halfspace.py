@@ -258,17 +258,12 @@ class HalfSpace(ABC):
 
     def grid_displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Return the displacement of the whole grid; see `padded_displacement`."""
-        if pressure.shape != self.shape:
-            raise ValueError(
-                f"pressure must have the shape {self.shape}, got {pressure.shape}"
-            )
-        (rows, columns), threads = self.grid, workers(math.prod(self.grid))
+        threads = workers(math.prod(self.grid))
         # rows first: those of the padding are zero
-        spectrum = rfft(pressure, columns, axis=1, workers=threads)
-        spectrum = fft(spectrum, rows, axis=0, workers=threads)
-        spectrum *= self.compliance
-        values = irfft2(spectrum, self.grid, workers=threads, overwrite_x=True)
-        return np.negative(values, out=values)
+        spectrum = rfft(pressure, self.grid[1], axis=1, workers=threads)
+        spectrum = fft(spectrum, self.grid[0], axis=0, workers=threads)
+        spectrum *= -self.compliance
+        return irfft2(spectrum, self.grid, workers=threads, overwrite_x=True)
 
     @cached_property
     def pair_compliance(self) -> np.ndarray:

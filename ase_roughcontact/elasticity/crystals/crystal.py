@@ -20,12 +20,8 @@ from ase.data import atomic_numbers
 
 from ase_roughcontact._util.identity import digest
 from ase_roughcontact._util.validation import finite, lookup, positive
+from ase_roughcontact.elasticity.crystals import calculated
 from ase_roughcontact.elasticity.crystals.angular import continuum_kernel
-from ase_roughcontact.elasticity.crystals.calculated import (
-    calculated_surface,
-    check_errors,
-    tables,
-)
 from ase_roughcontact.elasticity.crystals.files import Stored
 from ase_roughcontact.elasticity.crystals.kernel import (
     NODES,
@@ -173,12 +169,14 @@ class Crystal(Stored, ElasticSolid):
         >>> copper.write("copper.json")  # doctest: +SKIP
         """
         lookup(surface, _SURFACES, "square surface")
-        found = calculated_surface(
+        found = calculated.calculated_surface(
             calculator, bulk, surface, tolerance=tolerance, **slab
         )
-        table, lateral, errors = tables(found.greens)
+        table, lateral, errors = calculated.tables(found.greens)
         name = type(calculator).__name__
-        check_errors(errors, tolerance, f"{surface} {found.symbol} with {name}")
+        calculated.check_errors(
+            errors, tolerance, f"{surface} {found.symbol} with {name}"
+        )
         figures, spacing = found.constants.figures | errors, found.constants.spacing
         return cls(
             found.symbol, surface, name, spacing, table, found.stress, figures, lateral

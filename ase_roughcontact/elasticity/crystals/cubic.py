@@ -171,8 +171,10 @@ class Cubic(ElasticSolid):
         """Harmonics of zz, xx, yy and xy, and of zx and zy, times ``|q|/2``."""
         cosine, sine = np.cos(_ANGLES[self.x]), np.sin(_ANGLES[self.x])
         axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-        angles = np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
-        compliance = 0.5 * axes @ self._surface_compliance(angles) @ axes.T
+        angles = np.pi / _DIRECTIONS * np.arange(_DIRECTIONS // 2)
+        half = 0.5 * axes @ self._surface_compliance(angles) @ axes.T
+        turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+        compliance = np.concatenate([half, turn @ half @ turn.T])
         return (
             harmonics(compliance.real[:, (2, 0, 1, 0), (2, 0, 1, 1)].T),
             harmonics(-compliance.imag[:, :2, 2].T, odd=True),

@@ -21,6 +21,8 @@ Phys. Rev. B 86, 075459 (2012).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ase_roughcontact.elasticity.crystals.force_constants import ForceConstants
@@ -59,37 +61,28 @@ class LatticeGreensFunction:
         self.sublattices = constants.sublattices
         # layers that are not decimated: all that couple to one above the bulk
         self.layers = max(bulk + self._reach, layers)
-        couplings = zip(
-            constants.source.tolist(),
-            constants.target.tolist(),
-            constants.offset,
-            constants.matrix,
-            strict=True,
-        )
-        upper: list[tuple] = []
-        deep: list[tuple] = []
-        for source, target, offset, matrix in couplings:
-            # half of the average over both atoms as sources
-            halves = (
-                (source, target, offset, matrix / 2),
-                (target, source, -offset, matrix.T / 2),
-            )
-            if source >= bulk:
-                for s, t, o, m in halves:
-                    sublattice = s % self.sublattices
-                    deep.append((sublattice, sublattice + t - s, o, m))
-            elif target < bulk:
-                upper += halves
-            else:  # only the upper one of the atoms has been a source
-                upper += [(s, t, o, 2 * m) for s, t, o, m in halves]
-        for source in range(bulk, self.layers):
-            for sublattice, other, offset, matrix in deep:
-                target = source + other - sublattice
-                if sublattice == source % self.sublattices and bulk <= target:
-                    upper.append((source, target, offset, matrix))
-        upper = [entry for entry in upper if entry[1] < self.layers + self._reach]
-        self._upper = _with_sum_rule(upper, self.layers)
-        self._deep = _with_sum_rule(deep, self.sublattices)
+        # half of the average over both atoms as sources
+        ends = np.stack([constants.source, constants.target])
+        source, target = np.concatenate([ends, ends[::-1]], axis=1)
+        offset = np.concatenate([constants.offset, -constants.offset])
+        matrix = constants.matrix / 2
+        # of these, only the upper one of the atoms has been a source
+        matrix[(constants.source < bulk) & (constants.target >= bulk)] *= 2
+        matrix = np.concatenate([matrix, matrix.swapaxes(1, 2)])
+        is_deep = np.tile(constants.source >= bulk, 2)
+        top = ~is_deep
+        upper = [(source[top], target[top], offset[top], matrix[top])]
+        sublattice, shift = source % self.sublattices, target - source
+        for layer in range(bulk, self.layers):
+            here = is_deep & (sublattice == layer % self.sublattices)
+            here &= layer + shift >= bulk
+            above = np.full(here.sum(), layer)
+            upper.append((above, above + shift[here], offset[here], matrix[here]))
+        arrays = [np.concatenate(each) for each in zip(*upper, strict=True)]
+        known = arrays[1] < self.layers + self._reach
+        self._upper = _with_sum_rule([each[known] for each in arrays], self.layers)
+        deep = sublattice, sublattice + shift, offset, matrix
+        self._deep = _with_sum_rule([each[is_deep] for each in deep], self.sublattices)
 
     def __call__(self, q: np.ndarray) -> np.ndarray:
         """Return the Green's function of waves along the surface.
@@ -173,19 +166,19 @@ class LatticeGreensFunction:
         return (top + top.conj().swapaxes(-1, -2)) / 2
 
 
-def _with_sum_rule(couplings: list[tuple], layers: int) -> tuple[np.ndarray, ...]:
-    """Return couplings as arrays, without a force under a uniform displacement."""
-    source, target, offset, matrix = (np.array(c) for c in zip(*couplings, strict=True))
+def _with_sum_rule(couplings: list[np.ndarray], layers: int) -> list[np.ndarray]:
+    """Return couplings without a force under a uniform displacement."""
+    source, target, offset, matrix = couplings
     for layer in range(layers):
         total = matrix[source == layer].sum(axis=0)
         itself = (source == layer) & (target == layer)
         itself &= abs(offset).max(axis=1) == 0.0
         matrix[np.flatnonzero(itself)[0]] -= (total + total.T) / 2
-    return source, target, offset, matrix
+    return couplings
 
 
 def dynamical_matrices(
-    q: np.ndarray, couplings: tuple[np.ndarray, ...]
+    q: np.ndarray, couplings: Sequence[np.ndarray]
 ) -> dict[tuple[int, int], np.ndarray]:
     """Return the dynamical matrices at wave vectors, shape (n, 2), by pairs of layers.
 
