@@ -9,10 +9,10 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``path_kinds``, ``loop``          kinds of path: section, targets, run, table, pictures
 ``file``                          all sections of a file: read, changed, compared
 ``build``                         from the sections to a `Problem` in units of ASE
-``solid``, ``indenter``           the elastic solid; radius of the sphere, or cell
+``solid``                         the elastic solid
 ``bodies``                        what is built, and theory for it
 ``scene``                         `Scene`: problem, solver and steps
-``plan``, ``results``             plans of paths, and folders of results
+``plan``, ``results``             warnings and plans; folders of results
 ``curve_files``                   force curves from files, by ``curve_tables``
 ================================  ====================================================
 
@@ -21,14 +21,15 @@ scene.
 """
 
 from ase_roughcontact.scene.config import (
+    OPTIMIZERS,
     InteractionConfig,
     SolverConfig,
     SphereConfig,
     SubstrateConfig,
+    on_modes,
 )
 from ase_roughcontact.scene.file import default_text
 from ase_roughcontact.scene.loop import Loop
-from ase_roughcontact.scene.optimizers import OPTIMIZERS, on_modes
 from ase_roughcontact.scene.path_kinds import PathKind, Steps
 from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig

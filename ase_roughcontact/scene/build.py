@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import lookup
+from ase_roughcontact._util.validation import Shape, lookup, positive
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import (
     ElasticSolid,
@@ -18,11 +18,10 @@ from ase_roughcontact.elasticity import (
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.paths.validity import hardness_of
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.config import SubstrateConfig
+from ase_roughcontact.scene.config import DEFAULT_RADIUS, SubstrateConfig
 from ase_roughcontact.scene.file import SceneFile
-from ase_roughcontact.scene.indenter import flat_cell, radius_of
 from ase_roughcontact.scene.random_fields import local_adhesion, random_field
-from ase_roughcontact.scene.section import Problems
+from ase_roughcontact.scene.section import Problems, lengths
 from ase_roughcontact.scene.solid import (
     creep_of,
     in_gpa,
@@ -38,6 +37,8 @@ from ase_roughcontact.topography import (
     SelfAffine,
 )
 
+# Relative tolerance within which the sides of pixels are the same.
+_SQUARE = 1e-6
 # Least default period of a local work of adhesion, in units of the radius in which a
 # sphere that touches is in the range of the wall: room for three times that range.
 _ROOM = 4.0
@@ -103,7 +104,7 @@ def build(scene: SceneFile) -> Bodies:
 
     alone, cell = scene.sphere.radius == math.inf, None
     with problems.of("sphere"):
-        radius = radius_of(scene.sphere, scene.topography, spacing)
+        radius = _radius(scene, spacing)
         if radius == math.inf and rough is None:
             raise ValueError(
                 "radius = inf needs [topography], the scan of a whole tip or a rough "
@@ -112,7 +113,7 @@ def build(scene: SceneFile) -> Bodies:
         profile: Any = scene.sphere.profile
         pixel = spacing
         if radius == math.inf and rough is not None:
-            pixel, cell, rough = flat_cell(scene, rough, spacing)
+            pixel, cell, rough = _flat_cell(scene, rough, spacing)
             solid.check(pixel)
         surface = RoughSphere(math.inf if alone else radius, rough, profile)
     with problems.of("interaction"):
@@ -142,6 +143,77 @@ def build(scene: SceneFile) -> Bodies:
         friction=scene.friction,
         scanned=scene.topography.role if scene.topography else "",
     )
+
+
+def _radius(scene: SceneFile, spacing: float) -> float:
+    """Return the radius of the sphere, or of curvature of a whole tip (Å).
+
+    It is infinity for a rough flat.
+    """
+    sphere, topography = scene.sphere, scene.topography
+    given = sphere.radius
+    if given == math.inf:
+        if topography is None:
+            return math.inf
+        scan = topography.surface
+        if topography.role == "substrate" or scan.periodic:
+            return math.inf
+        if scan.tip.is_tip:
+            return scan.tip.radius
+        if scan.turned.tip.is_tip:
+            raise ValueError(
+                "the scan of a tip is not convex around its highest point: is the "
+                "height reversed? Else give the radius of the sphere in place of inf"
+            )
+        return math.inf
+    if given is None:
+        if topography is None or topography.role != "indenter":
+            return DEFAULT_RADIUS * spacing
+        tip = topography.surface.tip
+        shape = "the scan does not say whether it is that of a whole tip"
+        if tip.is_tip:
+            nm = f"{tip.radius / UNITS['nm']:.3g} nm"
+            shape = f"the scan itself has a radius of about {nm} at its highest point"
+        raise ValueError(
+            f"{shape}: give radius = inf if it is the whole tip, or the radius of the "
+            "sphere that it is the roughness of"
+        )
+    radius = sphere.plain(["radius"], lengths(spacing), "a0", sphere.unit).radius
+    if not (isinstance(given, str) and 0.0 < radius < math.inf):
+        positive(radius=given)
+    if radius < 1.0:
+        raise ValueError(
+            f"radius must be at least the spacing a0 = {spacing:.4g} Å, got {given!r}, "
+            f"{radius:.3g} a0"
+        )
+    return radius * spacing
+
+
+def _flat_cell(
+    scene: SceneFile, rough: SelfAffine | HeightMap, spacing: float
+) -> tuple[float, Shape, SelfAffine | HeightMap]:
+    """Return grid spacing (Å), shape and roughness of the periodic cell of a flat.
+
+    The grid of a scan is that of its pixels, and the cell the scan, which is made
+    periodic, with its middle on the axis. A random surface is sampled by atoms.
+    """
+    if isinstance(rough, HeightMap):
+        x, y = rough.spacing
+        if not math.isclose(x, y, rel_tol=_SQUARE):
+            raise ValueError(
+                f"the pixels of a flat must be squares, got {x / 10:g} x {y / 10:g} nm:"
+                " resample the scan, or correct spacing"
+            )
+        (n, m), spacing, rough = rough.shape, x, rough.made_periodic()
+    else:
+        n = m = round(rough.side / spacing)
+    shape = replace(scene.substrate, periodic=False).window_shape or (n, m)
+    if shape[0] > n or shape[1] > m:
+        raise ValueError(
+            f"shape must be at most {n} x {m}, the points of the flat, got "
+            f"{shape[0]} x {shape[1]}: leave it out"
+        )
+    return spacing, shape, rough
 
 
 def _hardness(substrate: SubstrateConfig, symbol: str, spacing: float) -> float:

@@ -34,13 +34,12 @@ from ase_roughcontact.paths.validity import (
     hardness_for,
     warn_of_lost_slope,
 )
-from ase_roughcontact.scene.advice import warnings_of
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.build import build
+from ase_roughcontact.scene.config import OPTIMIZERS
 from ase_roughcontact.scene.file import SECTIONS, SceneFile
 from ase_roughcontact.scene.loop import Loop
-from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.scene.plan import check_path, plan_of
+from ase_roughcontact.scene.plan import check_path, plan_of, warnings_of
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.topography import HeightMap
