@@ -275,9 +275,7 @@ class Stepper:
         if (target or support.fixed) and repeated is None:
             start = self._extrapolation.start(state.window, along)
         run = self._relax(self.contact, state, support, statistics, start)
-        while wider := self.windows.enlarged(
-            run.state, run.fields, self.contact, support
-        ):
+        while wider := self.windows.enlarged(run.state, run.fields, self.contact):
             wider = self._surface.on(wider)
             run = self._relax(self.contact, wider, support, statistics)
         softness, run = self._surface.softness, self._surface.ended(run)

@@ -17,7 +17,6 @@ window is enlarged if the wall reaches one of them.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -137,7 +136,7 @@ class AutoWindow:
         return state
 
     def enlarged(
-        self, state: State, fields: ContactState, contact: Contact, support: Support
+        self, state: State, fields: ContactState, contact: Contact
     ) -> State | None:
         """Return the state on a larger window if the wall could act outside of this.
 
@@ -149,7 +148,6 @@ class AutoWindow:
             Of the state.
         contact : Contact
             On its window.
-        support : Support
 
         Returns
         -------
@@ -170,8 +168,6 @@ class AutoWindow:
         ):
             # under a load, the indenter sinks in too deep if the window is too small
             self._level = lowest + deepest
-            if not self._wall.attractive:
-                state = self._flattened(state, support)
             return self._on(state, self._needed(self._level, window))
         self._level = level
         needed = self._reached(state, contact)
@@ -316,12 +312,6 @@ class AutoWindow:
         window = self.footprint.standard_size(needed)
         check_memory(window.shape, self._wall, self._solid)
         return state.on(window)
-
-    def _flattened(self, state: State, support: Support) -> State:
-        """Return the state without displacement, a free indenter at first contact."""
-        height = state.height if support.fixed else self.first_contact
-        flat = State.flat(state.window, height)
-        return replace(flat, history=state.history, creep=state.creep)
 
 
 def _with_history(state: State) -> Box | None:

@@ -39,9 +39,7 @@ class FixedWindow:
     def accept(self, state: State, fields: ContactState) -> None:
         """Keep the window."""
 
-    def enlarged(
-        self, state: State, fields: ContactState, contact: Contact, support: Support
-    ) -> None:
+    def enlarged(self, state: State, fields: ContactState, contact: Contact) -> None:
         """Raise `RuntimeError` if the wall acts at the edge."""
         if not self._checked or self._problem.periodic:
             return
