@@ -79,7 +79,11 @@ class Section:
         types, problems = cls.types(), Problems()
         for name, value in entries.items():
             with problems.of(cls.title):
-                _check(name, value, types)
+                if name not in types:
+                    raise ValueError(unknown(name, list(types), "key"))
+                if not any(_is_of_type(value, each) for each in types[name]):
+                    known = " or ".join(filter(None, map(_TYPES.get, types[name])))
+                    raise ValueError(f"{name} must be {known}, got {shown(value)}")
         problems.check()
         return {k: tuple(v) if isinstance(v, list) else v for k, v in entries.items()}
 
@@ -260,15 +264,6 @@ def members(hint: Any) -> tuple[type, ...]:
     """Return the types of a union; generic types without their parameters."""
     members = get_args(hint) if get_origin(hint) is UnionType else (hint,)
     return tuple(get_origin(member) or member for member in members)
-
-
-def _check(name: str, value: Any, types: Mapping[str, tuple[type, ...]]) -> None:
-    """Raise an error if a key is unknown, or its value not of one of its types."""
-    if name not in types:
-        raise ValueError(unknown(name, list(types), "key"))
-    if not any(_is_of_type(value, each) for each in types[name]):
-        expected = " or ".join(filter(None, map(_TYPES.get, types[name])))
-        raise ValueError(f"{name} must be {expected}, got {shown(value)}")
 
 
 def _is_of_type(value: Any, kind: type) -> bool:

@@ -58,7 +58,7 @@ _CONTRADICTIONS: list[tuple[tuple[str, ...], tuple[str, ...], str]] = [
         "an anisotropic solid has elastic_constants instead of {other}: omit it",
     ),
     (("rigid_base",), _MODULI, "a rigid base has no {other}: omit it or rigid_base"),
-    (_MODULI[:1], _MODULI[1:2], "give {key} or {other}, not both"),
+    (("contact_modulus",), ("elastic_constants",), "give {key} or {other}, not both"),
 ]
 
 
