@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
+import numpy as np
 from ase import Atoms
 from ase.data import atomic_numbers
 
@@ -57,16 +58,20 @@ class PathAtoms:
     def first_state(self) -> State:
         """Return the state of the atoms."""
         model = model_of(self.atoms)
-        grid, (n, m) = model.grid, model.grid.window
-        self._reached = State(
-            self.problem.window(grid.window, grid.origin),
-            float(self.atoms.positions[-1, 2]),
-            model.elastic_pressure(self.atoms),
-            displacement(self.atoms, grid)[:n, :m],
-            history_of(self.atoms, grid),
-            creep=creep_of(self.atoms),
-        )
+        pressure = model.elastic_pressure(self.atoms)
+        self._reached = self._state_of(self.atoms, model.grid, pressure)
         return self._reached
+
+    def _state_of(self, atoms: Atoms, grid: SurfaceGrid, pressure: np.ndarray) -> State:
+        n, m = grid.window
+        return State(
+            self.problem.window(grid.window, grid.origin),
+            float(atoms.positions[-1, 2]),
+            pressure,
+            displacement(atoms, grid)[:n, :m],
+            history_of(atoms, grid),
+            creep=creep_of(atoms),
+        )
 
     def place(self, contact: Contact, state: State) -> None:
         """Move the atoms to a state.
@@ -139,16 +144,9 @@ class PathAtoms:
     def state(self, frame: Atoms) -> State:
         """Return the state of a frame."""
         grid = SurfaceGrid.of(frame)
-        n, m = grid.window
-        forces = frame.get_forces(apply_constraint=False)[:-1, 2].reshape(n, m)
-        return State(
-            self.problem.window(grid.window, grid.origin),
-            float(frame.positions[-1, 2]),
-            pressure_of(frame) + forces / self.problem.spacing**2,
-            displacement(frame, grid),
-            history_of(frame, grid),
-            creep=creep_of(frame),
-        )
+        forces = frame.get_forces(apply_constraint=False)[:-1, 2].reshape(grid.window)
+        pressure = pressure_of(frame) + forces / self.problem.spacing**2
+        return self._state_of(frame, grid, pressure)
 
 
 class ProblemAtoms(PathAtoms):

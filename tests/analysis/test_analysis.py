@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from ase import Atoms
-from ase.io import read, write
 from ase.units import GPa
 from built import atoms_under
 
@@ -60,24 +59,6 @@ def test_map_knows_where_the_axis_is():
     made = ContactMap.from_atoms(relaxed_atoms(center=(A0, -2 * A0)))
     np.testing.assert_allclose(made.x, A0 * (np.arange(12) - 5), atol=1e-9)
     np.testing.assert_allclose(made.y, A0 * (np.arange(10) - 7), atol=1e-9)
-
-
-@pytest.mark.parametrize("file", ["frame.traj", "frame.extxyz"])
-def test_frame_read_back_gives_the_map_of_the_atoms(tmp_path, file, periodic):
-    atoms = relaxed_atoms(periodic=periodic)
-    write(tmp_path / file, rc.snapshot(atoms))
-    made, back = (
-        ContactMap.from_atoms(atoms),
-        ContactMap.from_frame(read(tmp_path / file), indenter=SPHERE),
-    )
-    np.testing.assert_array_equal(back.contact, made.contact)
-    np.testing.assert_array_equal(back.pressure, made.pressure)
-    # extxyz keeps eight decimals of positions
-    np.testing.assert_allclose(back.gap, made.gap, atol=1e-7)
-    np.testing.assert_allclose(back.x, made.x, atol=1e-7)
-    np.testing.assert_allclose(back.y, made.y, atol=1e-7)
-    assert back.spacing == pytest.approx(made.spacing, rel=1e-8)
-    assert back.periodic == periodic
 
 
 def test_gap_of_a_periodic_frame_counts_from_the_mean_plane():
