@@ -383,10 +383,15 @@ def _check(atoms: Atoms, control: str) -> None:
     check_released(atoms)
     fixed, needed = indenter_fixed(atoms), control not in FREE
     if fixed != needed:
-        kind = "a fixed indenter" if needed else "an indenter that is free to move"
+        kind, advice = "an indenter that is free to move, but it is fixed", "release it"
+        if needed:
+            kind, advice = (
+                "a fixed indenter, but it is free",
+                "constrain it by FixAtoms",
+            )
         raise ValueError(
-            f"{control} need {kind}: build the atoms with "
-            f"substrate(..., fixed={needed}), or change the constraints"
+            f"{control} need {kind}: {advice}, or build the atoms with "
+            f"substrate(..., fixed={needed})"
         )
 
 

@@ -44,6 +44,7 @@ def test_hertz_force_grows_with_the_penetration_to_the_power_three_halves():
     assert_allclose(HERTZ.force(a), LOADS, rtol=1e-13)
     depth = HERTZ.penetration(a)
     assert_allclose(4 / 3 * E * np.sqrt(R) * depth**1.5, LOADS, rtol=1e-13)
+    assert_allclose(HERTZ.contact_radius_from_penetration(depth), a, rtol=1e-13)
 
 
 # JKR and DMT
