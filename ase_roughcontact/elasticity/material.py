@@ -14,7 +14,6 @@ from importlib.resources import files
 
 import numpy as np
 from ase.data import atomic_numbers, chemical_symbols, reference_states
-from matscipy.elasticity import coalesce_elastic_constants
 
 from ase_roughcontact._util.files import tomllib
 from ase_roughcontact._util.validation import finite_array
@@ -31,6 +30,13 @@ CRYSTALS: dict[str, tuple[float, float, float]] = {
 #: Hardness of pure, soft elements (GPa): mean pressure under a plastic indentation.
 #: Cold work raises it. Sources are in the file ``materials.toml``.
 HARDNESS = TABLES["hardness"]
+
+
+def cubic_stiffness(c11: float, c12: float, c44: float) -> np.ndarray:
+    """Return the stiffness of a cubic crystal in Voigt's notation, shape (6, 6)."""
+    stiffness = np.diag([c11 - c12] * 3 + [c44] * 3)
+    stiffness[:3, :3] += c12
+    return stiffness
 
 
 def contact_modulus(elastic_constants: object) -> float:
@@ -82,8 +88,7 @@ def _isotropic_moduli(elastic_constants: object) -> tuple[float, float]:
     """Return bulk and shear modulus of the isotropic average of a crystal."""
     constants = finite_array("elastic_constants", elastic_constants)
     if constants.shape == (3,):
-        c11, c12, c44 = constants
-        constants = coalesce_elastic_constants(c11, c12, c44, convention="Cij")
+        constants = cubic_stiffness(*constants)
     if constants.shape != (6, 6):
         raise ValueError(
             "elastic_constants must be (C11, C12, C44) or a 6 x 6 matrix, got shape "

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from ase.calculators.emt import EMT
-from matscipy.calculators.eam import EAM
 
 from ase_roughcontact._util.units import LENGTHS, UNITS, pressure_unit, with_unit
 from ase_roughcontact._util.validation import lookup, positive
@@ -339,6 +338,9 @@ def _crystal_of(
         return Crystal.read(file)
     if not file:
         return Crystal.from_calculator(EMT(), symbol, surface)
+    # imports scipy.stats, which takes a fifth of the start of every command
+    from matscipy.calculators.eam import EAM
+
     kind = _FORMATS.get(Path(file).suffix, "eam/alloy")
     try:
         calculator = EAM(file, kind=kind)

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from matscipy.elasticity import Voigt_6x6_to_full_3x3x3x3, coalesce_elastic_constants
 
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.elasticity.crystals.angular import (
@@ -31,7 +30,10 @@ from ase_roughcontact.elasticity.crystals.angular import (
     harmonics,
 )
 from ase_roughcontact.elasticity.greens import ElasticSolid
+from ase_roughcontact.elasticity.material import cubic_stiffness
 
+# Index in Voigt's notation of each pair of coordinates.
+_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 # Angles of the rotation by which the integral of the surface impedance is summed; the
 # integrand is periodic, so that the sum converges exponentially.
 _ROTATIONS = 256
@@ -69,7 +71,7 @@ def surface_compliance(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """
     tensor = np.asarray(stiffness, dtype=float)
     if tensor.ndim == 2:
-        tensor = Voigt_6x6_to_full_3x3x3x3(tensor)
+        tensor = tensor[_VOIGT[:, :, None, None], _VOIGT]
     rotation = np.pi * np.arange(_ROTATIONS) / _ROTATIONS
     wave = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], -1)
     normal = np.array([0.0, 0.0, 1.0])
@@ -161,9 +163,7 @@ class Cubic(ElasticSolid):
 
     def _surface_compliance(self, angles: np.ndarray) -> np.ndarray:
         """Return the `surface_compliance` in axes of the crystal."""
-        stiffness = coalesce_elastic_constants(
-            self.c11, self.c12, self.c44, convention="Cij"
-        )
+        stiffness = cubic_stiffness(self.c11, self.c12, self.c44)
         return surface_compliance(stiffness, angles + _ANGLES[self.x])
 
     @cached_property
