@@ -191,18 +191,23 @@ def largest_force_of_attraction(contact, state, load, wanted):
 # Ranges of the parameters of a scene
 
 
-@bounded
-@given(radius=decades(*RADIUS), load=decades(*LOAD), wall=walls)
-def test_any_radius_carries_any_load(radius, load, wall):
-    sphere = rc.RoughSphere(radius, rough(long=12.0))
-    relaxed(contact_of(sphere, wall), load, max(1e-9 * load, 1e-12))
-
-
-@bounded
-@given(slope=decades(*SLOPE), load=decades(1e-12, 1e3), wall=walls, p=st.booleans())
-def test_any_slope_carries_any_load(slope, load, wall, p):
-    indenter = rough(slope, long=12.0)
-    contact = contact_of(indenter, wall, periodic=p)
+@settings(bounded, max_examples=60)
+@given(
+    radius=decades(*RADIUS),
+    slope=decades(*SLOPE),
+    hurst=st.floats(*HURST),
+    load=decades(*LOAD),
+    wall=walls,
+    seed=st.integers(0, 9),
+    flat=st.booleans(),
+)
+def test_any_radius_and_roughness_carry_any_load(
+    radius, slope, hurst, load, wall, seed, flat
+):
+    indenter = rough(slope, hurst, long=12.0, seed=seed)
+    if not flat:
+        indenter = rc.RoughSphere(radius, indenter)
+    contact = contact_of(indenter, wall, periodic=flat)
     relaxed(contact, load, max(1e-9 * load, 1e-12))
 
 
@@ -213,13 +218,6 @@ def test_walls_of_any_stiffness_and_work_of_adhesion_relax(work, stiffness, load
     contact = contact_of(rc.RoughSphere(100.0, rough(long=12.0)), wall)
     # the rounding of a gap times the wall's stiffness is a force
     relaxed(contact, load, max(1e-9 * load, 1e-12 + 8 * EPS * stiffness))
-
-
-@bounded
-@given(hurst=st.floats(*HURST), wall=walls, seed=st.integers(0, 9))
-def test_roughness_of_any_hurst_exponent_relaxes(hurst, wall, seed):
-    sphere = rc.RoughSphere(100.0, rough(hurst=hurst, long=12.0, seed=seed))
-    relaxed(contact_of(sphere, wall), 1.0)
 
 
 @pytest.mark.parametrize("wall", UNIQUE)

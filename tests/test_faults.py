@@ -181,17 +181,14 @@ def test_terminated_ensemble_says_that_it_can_be_continued(
     tmp_path, monkeypatch, capsys
 ):
     def terminated(*_, **__):
-        os.kill(os.getpid(), signal.SIGTERM)
-        yield
+        yield os.kill(os.getpid(), signal.SIGTERM)
 
     monkeypatch.setattr("ase_roughcontact.cli.ensembles.run_ensemble", terminated)
-    before = signal.getsignal(signal.SIGTERM)
-    database = str(tmp_path / "e.db")
+    before, database = signal.getsignal(signal.SIGTERM), str(tmp_path / "e.db")
     assert main(["ensemble", "--database", database]) == 143
     assert signal.getsignal(signal.SIGTERM) is before
-    assert f"terminated; finished steps are saved in {database}; to continue" in (
-        capsys.readouterr().err
-    )
+    message = f"terminated; finished steps are saved in {database}; to continue"
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("number", SIGNALS)
@@ -221,33 +218,6 @@ def test_error_that_hides_a_signal_is_printed_as_an_interruption(
 
 
 # Incomplete frames
-
-
-@pytest.mark.parametrize("part", ["fill", "write"])
-@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
-@pytest.mark.parametrize("call", [2, 5, 8])
-def test_frame_whose_writing_is_interrupted_is_not_in_the_file(
-    folder, monkeypatch, part, error, call
-):
-    path = SCENE.run(folder)
-    record, whole, calls = next(path), getattr(ulm.Writer, part), count(1)
-
-    def torn(self, *args, **kwargs):
-        if next(calls) == call:
-            self.nmissing = 0
-            raise error
-        return whole(self, *args, **kwargs)
-
-    monkeypatch.setattr(ulm.Writer, part, torn)
-    with pytest.raises(error):
-        list(path)
-    monkeypatch.undo()
-    steps = kept(folder)  # two, if a frame takes fewer calls
-    assert steps[0] == asdict(record)
-    assert [step["step"] for step in steps] == list(range(len(steps)))
-    again = SCENE.run(folder)
-    assert [asdict(next(again)) for _ in steps] == steps
-    assert next(again).step == len(steps) == len(kept(folder)) - 1
 
 
 @pytest.mark.parametrize("lost", [1, 100, 1000])
