@@ -383,7 +383,7 @@ def _check(atoms: Atoms, control: str) -> None:
     check_released(atoms)
     fixed, needed = indenter_fixed(atoms), control not in FREE
     if fixed != needed:
-        kind, advice = "an indenter that is free to move, but it is fixed", "release it"
+        kind, advice = "an indenter free to move, but it is fixed", "release it"
         if needed:
             kind, advice = (
                 "a fixed indenter, but it is free",
