@@ -125,13 +125,14 @@ class PathAtoms:
     def show(self, stepper: Stepper) -> None:
         """Move the atoms to the last state of a path, with its results."""
         run, state = stepper.run, stepper.state
+        if run is None:  # the first step has failed
+            return
         if state is not self._reached:
             self.place(stepper.contact, state)
             self._reached = state
-        if stepper.control == "loads" and run is not None:
+        if stepper.control == "loads":
             self.atoms.calc.set(load=run.support.load)
-        if run is not None:
-            self.atoms.get_potential_energy()
+        self.atoms.get_potential_energy()
 
     read = staticmethod(read_frames)
     writer = staticmethod(trajectory_writer)
