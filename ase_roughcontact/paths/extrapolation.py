@@ -24,16 +24,9 @@ class _Point(NamedTuple):
 
 
 class Extrapolation:
-    """Linear extrapolation of pressure and height from the last two steps.
+    """Linear extrapolation of pressure and height from the last two steps."""
 
-    Parameters
-    ----------
-    smallest : float
-        Smallest pressure: zero, or minus infinity for a wall with attraction.
-    """
-
-    def __init__(self, smallest: float = 0.0) -> None:
-        self._smallest = smallest
+    def __init__(self) -> None:
         self._points: list[_Point] = []
 
     def add(self, target: float, state: State, pressure: np.ndarray) -> None:
@@ -63,7 +56,7 @@ class Extrapolation:
         Returns
         -------
         pressure : ndarray, shape (n, m)
-            Not below the smallest one.
+            Also a tension, where a contact is lost.
         height : float
             None, in place of both, without two states of this window, or if the
             target is farther from the last one than twice the last step.
@@ -78,7 +71,6 @@ class Extrapolation:
             return None
         part = (target - last.target) / step
         pressure = last.pressure + part * (last.pressure - first.pressure)
-        np.maximum(pressure, self._smallest, out=pressure)
         if not pressure.any():
             return None
         return pressure, last.height + part * (last.height - first.height)

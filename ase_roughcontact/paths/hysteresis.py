@@ -99,11 +99,7 @@ class LoopSteps(PathSteps):
                 f"smallest_step must not be larger than step {self.step}, got "
                 f"{self.smallest_step}"
             )
-        problem, first_contact = (
-            self.stepper.problem,
-            self.stepper.windows.first_contact,
-        )
-        wall = problem.wall
+        problem, wall = self.stepper.problem, self.stepper.problem.wall
         if not np.isfinite(wall.cutoff):
             raise ValueError(
                 "a loop begins and ends beyond the range of the wall: the wall must "
@@ -115,10 +111,8 @@ class LoopSteps(PathSteps):
                 f"deepest must be a finite penetration above {-attraction:g}, where "
                 f"the wall begins to act, got {self.deepest}"
             )
-        self._top, self._bottom = (
-            first_contact + attraction,
-            first_contact - self.deepest,
-        )
+        touching = self.stepper.windows.first_contact
+        self._top, self._bottom = touching + attraction, touching - self.deepest
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._smallest_force = _SMALLEST_FORCE * unit
         self.position = _Position(self.step)

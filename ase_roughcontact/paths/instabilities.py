@@ -7,7 +7,7 @@ surface jumped to another minimum.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -50,7 +50,8 @@ class Jump:
         Its error is at most half the change of the force times that of the height, as
         the exact height of the jump is not known.
         """
-        return _lost_energy(self.before, self.after, trapezoidal_work)
+        stored = self.after.energy - self.before.energy
+        return trapezoidal_work(self.before, self.after) - stored
 
 
 @dataclass(frozen=True)
@@ -140,6 +141,11 @@ class AdhesionLoop:
         return -float(force.min())
 
     @property
+    def jumps(self) -> tuple[Jump, ...]:
+        """Instabilities of both branches, in order."""
+        return (*self.approach_jumps, *self.retraction_jumps)
+
+    @property
     def jump_in(self) -> float | None:
         """Height of the first jump during approach, None without one (Å)."""
         return self.approach_jumps[0].height if self.approach_jumps else None
@@ -152,23 +158,15 @@ class AdhesionLoop:
     @property
     def dissipated_energy(self) -> float:
         r"""Area of the loop of force against height, :math:`-\oint N\,dZ` (eV)."""
-        branches = (
-            (self.approach, self.approach_jumps),
-            (self.retraction, self.retraction_jumps),
-        )
-        total = 0.0
-        for states, jumps in branches:
-            unstable = {jump.after.step for jump in jumps}
-            for before, after in pairwise(states):
-                jump = after.step in unstable
-                total += (trapezoidal_work if jump else work)(before, after)
-        return total
+        parts = stable_parts(self.approach, self.approach_jumps)
+        parts += stable_parts(self.retraction, self.retraction_jumps)
+        total = sum(work(*states) for part in parts for states in pairwise(part))
+        return total + sum(trapezoidal_work(j.before, j.after) for j in self.jumps)
 
     @property
     def energy_lost_in_jumps(self) -> float:
         """Energy lost in the jumps; all that is dissipated, if none was missed (eV)."""
-        jumps = (*self.approach_jumps, *self.retraction_jumps)
-        return sum(jump.dissipated_energy for jump in jumps)
+        return sum(jump.dissipated_energy for jump in self.jumps)
 
 
 def balanced(
@@ -197,7 +195,7 @@ def balanced(
     """
     force = max(abs(before.normal_force), abs(after.normal_force), smallest_force)
     error, distance = _force_error(before, after), after.height - before.height
-    lost = abs(_lost_energy(before, after) / distance)
+    lost = abs((work(before, after) - (after.energy - before.energy)) / distance)
     rise = after.normal_force - before.normal_force
     mean_stiffness = 0.5 * (before.contact_stiffness + after.contact_stiffness)
     skew = np.nan_to_num(abs(rise + mean_stiffness * distance) * _ANTISYMMETRIC)
@@ -222,7 +220,7 @@ def jumped(before: LoadStep, after: LoadStep) -> bool:
     """
     change = abs(after.normal_force - before.normal_force)
     explained = 0.5 * change + _force_error(before, after)
-    lost = _lost_energy(before, after, trapezoidal_work)
+    lost = Jump(before, after).dissipated_energy
     return lost > explained * abs(after.height - before.height)
 
 
@@ -242,9 +240,8 @@ def work(before: LoadStep, after: LoadStep) -> float:
     """
     change = before.contact_stiffness - after.contact_stiffness
     correction = change * (before.height - after.height) ** 2 / 12.0
-    return trapezoidal_work(before, after) + (
-        correction if np.isfinite(correction) else 0.0
-    )
+    known = correction if np.isfinite(correction) else 0.0
+    return trapezoidal_work(before, after) + known
 
 
 def stable_parts(
@@ -365,15 +362,6 @@ def _polynomial(height: FloatArray, force: FloatArray, slope: FloatArray) -> Flo
     number = np.arange(len(height))
     between = np.interp(np.arange(POINTS * number[-1] + 1) / POINTS, number, height)
     return np.array([between, curve(between), curve(between, 1)])
-
-
-def _lost_energy(
-    before: LoadStep,
-    after: LoadStep,
-    work: Callable[[LoadStep, LoadStep], float] = work,
-) -> float:
-    """Return the work that was not stored; without a jump, an error of integration."""
-    return work(before, after) - (after.energy - before.energy)
 
 
 def _force_error(*states: LoadStep) -> float:

@@ -87,7 +87,7 @@ class Stepper:
         self.options = options = options or StepOptions()
         self._relax = StepRelaxer(problem, options)
         self._springs = springs
-        self._extrapolation = self._new_extrapolation()
+        self._extrapolation = Extrapolation()
         self._surface = SurfaceHistory(problem)
         # quasi-static states under attraction depend on where they start
         creep = problem.solid.creep is not None
@@ -215,7 +215,7 @@ class Stepper:
         target : float, optional
             Of this step.
         """
-        self._extrapolation = self._new_extrapolation()
+        self._extrapolation = Extrapolation()
         self.state = state = self._surface.at_rest(state)
         fields = fields_of(self.contact, state, relaxed=True)
         support = Support(self.control not in FREE, 0.0, self._springs)
@@ -251,9 +251,6 @@ class Stepper:
         described = self.problem.todict() | more
         described["lattice"] = self.windows.describe_lattice()
         return json.loads(json.dumps(described, default=_encode))
-
-    def _new_extrapolation(self) -> Extrapolation:
-        return Extrapolation(-math.inf if self.problem.wall.attractive else 0.0)
 
     def _relaxed(
         self,

@@ -333,7 +333,7 @@ def test_invalid_arguments_are_errors_before_anything_moves(arguments, message):
 
 
 def test_free_or_loaded_indenter_is_an_error():
-    with pytest.raises(ValueError, match="it is free"):
+    with pytest.raises(ValueError, match="need a fixed indenter"):
         rc.adhesion_loop(sphere_above(50.0, 0.05, 8, fixed=False), 0.5, 0.1)
     atoms = sphere_above(50.0, 0.05, 8)
     atoms.calc.set(load=1.0)
