@@ -24,7 +24,7 @@ from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
 from ase_roughcontact.plot.surfaces import map_panels
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.fit import Fit
+from ase_roughcontact.scene.least_squares import Fit
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.smooth_fit import SmoothFit
 from ase_roughcontact.scene.tradeoff_result import Tradeoff

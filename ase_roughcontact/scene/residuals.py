@@ -38,6 +38,7 @@ from ase_roughcontact.scene.fit_parameters import (
 )
 from ase_roughcontact.scene.followed import FollowedBranch, FollowedJump
 from ase_roughcontact.scene.force_curve import BASELINE, ForceCurve, MeasuredBranch
+from ase_roughcontact.scene.least_squares import RANGE_UNCERTAINTY
 from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.path_kinds import Steps
 from ase_roughcontact.scene.scene import Scene
@@ -73,20 +74,23 @@ class Residuals:
         Of the parameters: those of the scene, of the baseline, and z0.
     start, scale : ndarray, shape (p,)
         First unknowns, and the units of the parameters for one of the unknowns.
-    bounds : (ndarray, ndarray)
-        Limits of the unknowns.
-    tolerance : float
-        Relative error of the calculated forces.
+    bounds, noise, error, reasons
+        See `solve`.
     """
 
+    reasons = (
+        "the scene does not describe it, or a column is another quantity (depth = "
+        "-(distance + deflection))"
+    )
+
     def __init__(self, scene: Scene, curve: ForceCurve, free: Sequence[str]) -> None:
-        self._scene, self._curve = scene, curve
+        self._scene, self._curve, self.noise = scene, curve, curve.noise
         path: Any = scene.path if isinstance(scene.path, Loop) else Loop
-        self.tolerance: float = path.tolerance
+        self._tolerance: float = path.tolerance
+        self.error = self._tolerance * float(abs(curve.force).max())
         self._free = tuple(name for name in free if name in FREE)
         self._with_range = scene.wall.attractive and "attraction_range" not in free
-        lines = tuple(name for name in free if name in BASELINE)
-        self._baseline = curve.baseline(lines)
+        self._lines = lines = tuple(name for name in free if name in BASELINE)
         self.names = *self._free, *lines, "height_offset"
         units = {name: unit for name, (_, unit) in FREE.items()} | BASELINE
         self.units = *(units[name] for name in self.names[:-1]), "nm"
@@ -108,21 +112,30 @@ class Residuals:
         """Return the parameters in their units."""
         return x * self.scale + self._shift
 
-    def forces(self, x: FloatArray) -> FloatArray:
-        """Return the forces at the measured points, with the baseline."""
+    def scales(self, x: FloatArray) -> FloatArray:
+        """Return the derivatives of the parameters to the unknowns."""
+        return np.diag(self.scale)
+
+    def forces(self, x: FloatArray, curve: ForceCurve) -> FloatArray:
+        """Return the forces at the points of a curve, with the baseline."""
         values = self.values(x)
-        forces = self._baseline_of(values)
-        base = self._curve.base + values[-1] * _NM
-        for measured, followed in self._pairs(x):
+        forces = self._baseline_of(values, curve)
+        base = curve.base + values[-1] * _NM
+        for measured, followed in self._pairs(x, curve):
             forces[measured.points] += followed.at(base[measured.points])[:, 0]
         return forces
 
-    def line(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return heights of the base and forces on many points, see `Fit`."""
-        drawn, names = copy(self), [name for name in self.names if name in BASELINE]
-        drawn._curve = self._curve.drawn
-        drawn._baseline = drawn._curve.baseline(names)
-        return drawn._curve.base, drawn.forces(x)
+    def curves(self, x: FloatArray) -> dict[str, Any]:
+        """Return measured and fitted curve, as attributes of `Fit`."""
+        curve, drawn = self._curve, self._curve.drawn
+        return {
+            "distance": curve.base,
+            "force": curve.force,
+            "fitted": self.forces(x, curve),
+            "compared": self.of(x)[2][:-2],
+            "far_force": curve.far_force,
+            "line": (drawn.base, self.forces(x, drawn)),
+        }
 
     def of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
         """Return residuals of the forces and of the jumps, and their derivatives.
@@ -141,8 +154,8 @@ class Residuals:
         residuals, jacobian, compared = self._of(x)
         return residuals, jacobian[:, : len(x)] * self.scale, compared
 
-    def change_by_range(self, x: FloatArray) -> FloatArray:
-        """Return the derivative of the residuals to the logarithm of the wall's range.
+    def changes(self, x: FloatArray) -> dict[str, FloatArray]:
+        """Return changes of the residuals by the range of the wall, and by the grid.
 
         Parameters
         ----------
@@ -150,44 +163,41 @@ class Residuals:
 
         Returns
         -------
-        ndarray, shape (k + 2,)
-            Zero if the wall has no attraction.
+        dict of ndarray
+            "range": that of its logarithm, in columns for the branches and the jumps,
+            whose signs depend on the form of the attraction. "grid": to the limit of a
+            fine grid, extrapolated from one of half the spacing, as the error is
+            quadratic; zero at points and jumps that are not compared on both, and for
+            solids of atoms, which have only one lattice.
         """
-        return self._of(x)[1][:, len(x) :].sum(axis=1)
-
-    def change_by_grid(self, x: FloatArray) -> FloatArray:
-        """Return the change of the residuals in the limit of a fine grid.
-
-        It is extrapolated from a grid of half the spacing, as the error is quadratic.
-
-        Parameters
-        ----------
-        x : ndarray, shape (p,)
-
-        Returns
-        -------
-        ndarray, shape (k + 2,)
-            Zero at points and jumps that are not compared on both grids, and for solids
-            of atoms, which have only one lattice.
-        """
-        residuals, _, compared = self.of(x)
-        if self._scene.substrate.of_atoms:
-            return np.zeros_like(residuals)
-        fine = copy(self)
-        scene, part = on_finer_grid(self._scene)
-        fine._scene, fine._kept = scene, (b"", [])
-        others, _, too = fine.of(x)
-        return part * np.where(compared & too, others - residuals, 0.0)
+        residuals, rows, compared = self._of(x)
+        count = len(residuals) - 2
+        parts = [branch.points for branch in self._curve.branches]
+        parts += [slice(count, count + 1), slice(count + 1, count + 2)]
+        by_range = np.zeros((count + 2, len(parts)))
+        for column, part in enumerate(parts):
+            by_range[part, column] = rows[part, len(x) :].sum(axis=1)
+        by_grid = np.zeros((count + 2, 1))
+        if not self._scene.substrate.of_atoms:
+            fine = copy(self)
+            scene, share = on_finer_grid(self._scene)
+            fine._scene, fine._kept = scene, (b"", [])
+            others, _, too = fine.of(x)
+            by_grid[:, 0] = share * np.where(compared & too, others - residuals, 0.0)
+        return {"range": RANGE_UNCERTAINTY * by_range, "grid": by_grid}
 
     def _of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
         """Return residuals, derivatives per unit, also to the range, and comparison."""
         values, first = self.values(x), len(self._free)
         curve, count, z0 = self._curve, len(self._curve.force), values[-1] * _NM
-        forces = curve.force - self._baseline_of(values)
+        forces = curve.force - self._baseline_of(values, curve)
+        baseline = curve.baseline(self._lines)
         residuals = np.zeros(count + 2)
         jacobian = np.zeros((count + 2, len(x) + self._with_range))
         compared = np.zeros(count + 2, bool)
-        for number, (measured, followed) in enumerate(self._pairs(x), start=count):
+        for number, (measured, followed) in enumerate(
+            self._pairs(x, curve), start=count
+        ):
             points, jump = measured.points, followed.jump
             base, force = curve.base[points] + z0, forces[points]
             columns = followed.at(base)
@@ -202,7 +212,7 @@ class Residuals:
             residuals[points] = np.where(between, _BETWEEN, np.where(kept, misfit, 0.0))
             parts = (
                 columns[:, 2 : 2 + first],
-                self._baseline[points],
+                baseline[points],
                 _NM * columns[:, [1]],
                 columns[:, 2 + first :],
             )
@@ -211,27 +221,29 @@ class Residuals:
             compared[points] = kept
         return residuals, jacobian, compared
 
-    def _baseline_of(self, values: FloatArray) -> FloatArray:
+    def _baseline_of(self, values: FloatArray, curve: ForceCurve) -> FloatArray:
         """Return the forces of the baseline for parameters in their units."""
-        return self._baseline @ values[len(self._free) : -1]
+        return curve.baseline(self._lines) @ values[len(self._free) : -1]
 
     def _corrected(self, values: FloatArray) -> ForceCurve:
         """Return the curve without the baseline for parameters in their units."""
-        return self._curve.less(self._baseline_of(values))
+        return self._curve.less(self._baseline_of(values, self._curve))
 
-    def _pairs(self, x: FloatArray) -> list[tuple[MeasuredBranch, FollowedBranch]]:
-        """Return the branches of the curve beside those of the scene."""
+    def _pairs(
+        self, x: FloatArray, curve: ForceCurve
+    ) -> list[tuple[MeasuredBranch, FollowedBranch]]:
+        """Return the branches of a curve beside those of the scene."""
         if self._kept[0] != x.tobytes():
             self._kept = x.tobytes(), self._followed(x)
         by_direction = {each.direction: each for each in self._kept[1]}
-        return [(each, by_direction[each.direction]) for each in self._curve.branches]
+        return [(each, by_direction[each.direction]) for each in curve.branches]
 
     def _followed(self, x: FloatArray) -> list[FollowedBranch]:
         """Press the scene in and pull it off again."""
         values = self.values(x)
         scene = changed(self._scene, dict(zip(self._free, values, strict=False)))
         lowest = values[-1] * _NM - self._corrected(values).deepest
-        path = _loop(scene.wall, scene.first_contact - lowest, self.tolerance)
+        path = _loop(scene.wall, scene.first_contact - lowest, self._tolerance)
         trial = replace(scene, path=path)
         stepper = trial.stepper(trial.frames())
         derivatives = ForceDerivatives(scene, self._free, self._with_range)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,16 +23,14 @@ from ase_roughcontact._util.validation import FloatArray, finite_array, lookup
 from ase_roughcontact.paths.output import follow
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.time_path import TimeSteps
-from ase_roughcontact.scene.fit import (
-    FAR_ABOVE,
-    RANGE_UNCERTAINTY,
-    Fit,
-    correlated,
-    degrees,
-    solved,
-)
 from ase_roughcontact.scene.fit_parameters import FREE, changed, value_of
 from ase_roughcontact.scene.force_curve import noise_of
+from ase_roughcontact.scene.least_squares import (
+    RANGE_UNCERTAINTY,
+    Callback,
+    Fit,
+    solve,
+)
 from ase_roughcontact.scene.residuals import on_finer_grid
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.scene.time import Timed
@@ -52,7 +51,7 @@ def fit_in_time(
     time: FloatArray,
     measured: FloatArray,
     free: Sequence[str] = ("relaxation_moduli", "relaxation_times"),
-    callback: Callable[[dict[str, float], float], None] | None = None,
+    callback: Callback | None = None,
 ) -> Fit:
     """Fit parameters of a viscoelastic scene to a curve measured over time.
 
@@ -88,71 +87,19 @@ def fit_in_time(
         those of the path.
     """
     time, measured = finite_array("time", time), finite_array("measured", measured)
-    model = _Model(scene, time, measured, free)
-    x, converged, doubts = solved(model, callback)
-    residuals, slopes, compared = model.of(x)
-    noise, left = model.noise, model.noise * residuals
-    deviation = math.sqrt(left @ left / degrees(compared, x))
-    inverse = model.derivatives(x) @ np.linalg.pinv(noise * slopes)
-    covariance = deviation**2 * inverse @ inverse.T
-    errors = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(errors, errors)
-    contributions = {"noise": errors}
-    for name, change in model.changes(x, measured + left).items():
-        contributions[name] = abs(inverse @ change)
-    warnings = [
-        *doubts,
-        *model.doubts,
-        *correlated(model.names, correlation, "times or rates"),
-    ]
-    unit = model.ordinate[1]
-    if deviation > FAR_ABOVE * max(noise, model.tolerance * np.ptp(measured)):
-        warnings.append(
-            f"the residuals of {deviation / UNITS[unit]:.3g} {unit} are far above the "
-            f"noise of the curve, {noise / UNITS[unit]:.3g} {unit}: the path is not "
-            "that of the measurement, or the solid needs more terms; the errors of the "
-            "parameters are not valid"
-        )
-    return Fit(
-        model.names,
-        model.units,
-        model.values(x),
-        np.sqrt(sum(part**2 for part in contributions.values())),
-        contributions,
-        correlation,
-        time,
-        measured,
-        measured + left,
-        compared,
-        deviation,
-        converged,
-        math.nan,
-        tuple(warnings),
-        ("time", "s"),
-        model.ordinate,
-    )
+    model = Model(scene, time, measured, free)
+    fit, _, _ = solve(model, callback)
+    return replace(fit, warnings=(*fit.warnings, *model.doubts))
 
 
-class _Model:
+class Model:
     """Curve of a scene at given times; the unknowns are logarithms and offsets.
 
-    Attributes
-    ----------
-    names, units : tuple of str
-        Of the parameters.
-    start : ndarray, shape (p,)
-        First unknowns, which are one.
-    bounds : (float, float)
-        Of the unknowns.
-    noise : float
-        Standard deviation of the noise of the measured values.
-    ordinate : (str, str)
-        Name and unit of the values of the curve.
-    tolerance : float
-        Relative error of a time step.
-    doubts : list of str
-        Steps of trials that did not converge.
+    See `solve`; all points are compared. `doubts` are steps that did not converge.
     """
+
+    bounds = -np.inf, np.inf
+    reasons = "the path is not that of the measurement, or the solid needs more terms"
 
     def __init__(
         self,
@@ -174,7 +121,7 @@ class _Model:
                 "measurement, or shift the times"
             )
         self._scene, self._time, self.doubts = scene, time, list[str]()
-        self.tolerance: float = path.tolerance
+        self._tolerance: float = path.tolerance
         self._by_load = path.unit in FORCES
         if self._by_load:
             self.ordinate, offsets = ("penetration", "nm"), {"height_offset": 1.0}
@@ -208,8 +155,9 @@ class _Model:
                 f"points, each with a time, got {time.size} times and {measured.size} "
                 "values"
             )
-        self.start, self.bounds = np.ones(len(names)), (-np.inf, np.inf)
+        self.start = np.ones(len(names))
         self._measured, self.noise = measured, noise_of(measured)
+        self.error = self._tolerance * float(np.ptp(measured))
         self._known: tuple[bytes, tuple] = b"", ()
 
     def values(self, x: FloatArray) -> FloatArray:
@@ -221,35 +169,35 @@ class _Model:
         return values
 
     def of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
-        """Return residuals relative to the noise, their derivatives, and what counts.
-
-        Parameters
-        ----------
-        x : ndarray, shape (p,)
-
-        Returns
-        -------
-        residuals : ndarray, shape (k,)
-        derivatives : ndarray, shape (k, p)
-            To the unknowns.
-        compared : ndarray of bool, shape (k,)
-        """
+        """Return residuals, their derivatives, and that all are compared."""
         if self._known[0] != x.tobytes():
-            curve = self.curve(x)
-            others = [self.curve(x + change) for change in _CHANGE * np.eye(len(x))]
+            curve = self._curve(x)
+            others = [self._curve(x + change) for change in _CHANGE * np.eye(len(x))]
             slopes = np.transpose([other - curve for other in others]) / _CHANGE
             residuals = (curve - self._measured) / self.noise
             compared = np.ones(len(curve), bool)
             self._known = x.tobytes(), (residuals, slopes / self.noise, compared)
         return self._known[1]
 
-    def derivatives(self, x: FloatArray) -> FloatArray:
+    def curves(self, x: FloatArray) -> dict[str, Any]:
+        """Return measured and fitted curve, as attributes of `Fit`."""
+        residuals, _, compared = self.of(x)
+        return {
+            "distance": self._time,
+            "force": self._measured,
+            "fitted": self._measured + self.noise * residuals,
+            "compared": compared,
+            "abscissa": ("time", "s"),
+            "ordinate": self.ordinate,
+        }
+
+    def scales(self, x: FloatArray) -> FloatArray:
         """Return the derivatives of the parameters to the unknowns."""
         steps = 1e-6 * np.eye(len(x))
         rows = [(self.values(x + h) - self.values(x - h)) / 2e-6 for h in steps]
         return np.transpose(rows)
 
-    def curve(
+    def _curve(
         self, x: FloatArray, change: Callable[[Scene], Scene] | None = None
     ) -> FloatArray:
         """Return the values of the curve, with a change of the scene."""
@@ -266,8 +214,9 @@ class _Model:
         curve = self._followed(change(scene) if change else scene, shift)
         return curve - shift if self._by_load else curve + offset
 
-    def changes(self, x: FloatArray, curve: FloatArray) -> dict[str, FloatArray]:
-        """Return changes of a curve by the range of the attraction, grid and steps."""
+    def changes(self, x: FloatArray) -> dict[str, FloatArray]:
+        """Return changes of the residuals by range of the wall, grid and time steps."""
+        curve = self._measured + self.noise * self.of(x)[0]
         found = {}
         if self._scene.wall.attractive and "attraction_range" not in self._parts:
 
@@ -275,15 +224,17 @@ class _Model:
                 name = "attraction_range"
                 return changed(scene, {name: (1.0 + _CHANGE) * value_of(scene, name)})
 
-            change = (self.curve(x, wider) - curve) / math.log1p(_CHANGE)
+            change = (self._curve(x, wider) - curve) / math.log1p(_CHANGE)
             found["range"] = RANGE_UNCERTAINTY * change
         if not self._scene.substrate.of_atoms:
             part = on_finer_grid(self._scene)[1]
-            finer = self.curve(x, lambda scene: on_finer_grid(scene)[0])
+            finer = self._curve(x, lambda scene: on_finer_grid(scene)[0])
             found["grid"] = part * (finer - curve)
-        shorter = {"path.tolerance": self.tolerance / _SHORTER}
-        steps = self.curve(x, lambda scene: scene.with_values(shorter))
-        return found | {"time steps": steps - curve}
+        shorter = {"path.tolerance": self._tolerance / _SHORTER}
+        found["time steps"] = (
+            self._curve(x, lambda scene: scene.with_values(shorter)) - curve
+        )
+        return {name: each[:, None] / self.noise for name, each in found.items()}
 
     def _followed(self, scene: Scene, shift: float) -> FloatArray:
         """Return the curve of a scene whose heights are shifted."""

@@ -240,7 +240,7 @@ def test_the_change_by_the_grid_is_that_of_much_finer_grids(measured):
     residuals, _, compared = problem.of(x)
     at_same_height = x + problem.values(x) - exact.values(x)
     others, _, too = exact.of(at_same_height)
-    change = problem.change_by_grid(x)
+    change = problem.changes(x)["grid"][:, 0]
     both = compared & too & (change != 0.0)
     assert np.count_nonzero(both) > 30
     expected = (others - residuals)[both] * 16 / 15  # the error is quadratic
@@ -272,10 +272,11 @@ def test_the_range_of_the_wall_is_in_the_errors_of_a_fit():
     # a factor of two, whose effects on branches and jumps are added without signs
     problem = Residuals(assumed, curve, ["work_of_adhesion"])
     x = problem.start + (found.values - problem.values(problem.start)) / problem.scale
-    by_point = np.linalg.pinv(problem.of(x)[1]) * problem.change_by_range(x)
+    changes = problem.changes(x)["range"].sum(axis=1)
+    by_point = np.linalg.pinv(problem.of(x)[1]) * changes
     down, up = (by_point[:, branch.points].sum(axis=1) for branch in curve.branches)
     parts = abs(np.array([down, up, *by_point[:, -2:].T])).sum(axis=0)
-    expected = np.log(2.0) * parts * problem.scale
+    expected = parts * problem.scale
     np.testing.assert_allclose(found.contributions["range"], expected, rtol=1e-6)
 
 
@@ -470,7 +471,7 @@ def test_a_fit_tells_of_a_force_that_is_not_in_the_scene(measured):
 @pytest.mark.parametrize(("largest", "told"), [(0.5, True), (0.9999, False)])
 def test_a_fit_tells_of_correlated_parameters(largest, told, monkeypatch):
     # 0.87 to 0.998, which depends on single atoms
-    monkeypatch.setattr("ase_roughcontact.scene.fit._CORRELATED", largest)
+    monkeypatch.setattr("ase_roughcontact.scene.least_squares._CORRELATED", largest)
     repelled = scene().with_values({"interaction": InteractionConfig("repulsive")})
     curve = curve_of(repelled, noise=0.1 * NOISE, points=15)
     found = fit_curve(repelled, curve, ["contact_modulus", "radius"])

@@ -1,0 +1,247 @@
+"""Least-squares solution of a fit: parameters, their errors, and reasons to doubt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ase_roughcontact._util.printing import Printed, number, table
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import FloatArray
+
+#: Part of the expected error from which a difference is far above it.
+FAR_ABOVE = 3.0
+# Relative change of parameters, and of the sum of squares, at which a fit ends.
+_CONVERGED = 1e-5
+# A fit ends if the best parameters are this part of their standard errors off, by
+# linear extrapolation, or after so many trials without a smaller sum of squares.
+_CLOSE = 0.1
+_MOST_IN_VAIN = 5
+# Relative decrease of the sum of squares that is progress.
+_PROGRESS = 1e-3
+# Correlation from which two parameters can't be distinguished.
+_CORRELATED = 0.99
+#: Standard uncertainty of the logarithm of the range of the attraction, which a scene
+#: assumes: a factor of two.
+RANGE_UNCERTAINTY = math.log(2.0)
+
+#: Called after each trial with the parameters by name, in the units of the fit, and the
+#: root mean square of the residuals relative to the noise.
+Callback = Callable[[dict[str, float], float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit(Printed):
+    """Result of `fit_curve` or `fit_in_time`.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Free parameters: those of the scene, of the baseline, and ``height_offset``, the
+        height at which the depth of the curve is zero.
+    units : tuple of str
+    values, errors : ndarray, shape (p,)
+        Values and their standard errors, to which all `contributions` add.
+    contributions : dict of ndarray, shape (p,)
+        Parts of the errors: of the ``"noise"``, of an uncertainty of a factor
+        of two of the ``"range"`` of the attraction, and of the ``"grid"``.
+    correlation : ndarray, shape (p, p)
+        Correlations of the errors by noise.
+    distance : ndarray, shape (k,)
+        Measured heights of the base, or of the tip without a cantilever (Å).
+    force, fitted : ndarray, shape (k,)
+        Measured and fitted forces, with the baseline (eV/Å).
+    compared : ndarray of bool, shape (k,)
+        Points that are compared: not those at a jump.
+    noise : float
+        Standard deviation of the residuals of the compared points (eV/Å).
+    converged : bool
+        Whether the least-squares solution has converged, to a tenth of the errors by
+        noise.
+    far_force : float
+        Median of the measured forces furthest from the surface (eV/Å).
+    warnings : tuple of str
+        Reasons to doubt the fit: residuals far above the noise of neighbouring points,
+        or of one sign over a part of the curve, a snap-in or a pull-off elsewhere, a
+        free tip with a force that is not fitted, parameters that are nearly one, or a
+        curve that seems reversed.
+    abscissa, ordinate : (str, str)
+        Names and units of what `distance` and `force` are: of a path in time the time,
+        and under given loads the penetration.
+    line : (ndarray, ndarray) or None
+        Heights of the base (Å) and fitted forces (eV/Å) on many points for a figure;
+        None on a path in time.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: FloatArray
+    errors: FloatArray
+    contributions: dict[str, FloatArray]
+    correlation: FloatArray
+    distance: FloatArray
+    force: FloatArray
+    fitted: FloatArray
+    compared: np.ndarray
+    noise: float
+    converged: bool
+    far_force: float = math.nan
+    warnings: tuple[str, ...] = ()
+    abscissa: tuple[str, str] = ("distance of the base", "nm")
+    ordinate: tuple[str, str] = ("normal force $N$", "nN")
+    line: tuple[FloatArray, FloatArray] | None = None
+
+    @property
+    def parts(self) -> list[Any]:
+        """Parameters with standard errors, correlations, noise and warnings."""
+        heads = ["parameter", "value", "± error", "unit", *self.contributions]
+        unit = self.ordinate[1]
+        noise = ["noise", number(self.noise / UNITS[unit], 3), "", unit]
+        rows = [
+            [
+                name,
+                number(self.values[i], 5),
+                number(self.errors[i], 2),
+                self.units[i],
+                *(number(errors[i], 2) for errors in self.contributions.values()),
+            ]
+            for i, name in enumerate(self.names)
+        ]
+        return [
+            table(heads, [*rows, [*noise, *("" for _ in self.contributions)]], left=1),
+            *(
+                f"correlation of {a} and {b}: {self.correlation[i, j]:.3f}"
+                for i, a in enumerate(self.names)
+                for j, b in enumerate(self.names[:i])
+            ),
+            *(f"warning: {warning}" for warning in self.warnings),
+            *(() if self.converged else ("NOT CONVERGED",)),
+        ]
+
+
+class _Trials:
+    """Residuals of the trials of a fit, the best of which is its result."""
+
+    def __init__(self, problem: Any, callback: Callback | None) -> None:
+        self._problem, self._callback = problem, callback
+        self._least, self._in_vain = math.inf, 0
+        self.best, self.distance = problem.start, math.inf
+        self.doubts: list[str] = []
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """Return the residuals of a trial; StopIteration if it is the last one."""
+        problem = self._problem
+        try:
+            residuals, jacobian, compared = problem.of(x)
+        except (ValueError, RuntimeError, MemoryError) as error:
+            if self._least == math.inf:
+                raise
+            self.doubts = [
+                f"the fit ended at a trial that can't be calculated: {error}"
+            ]
+            raise StopIteration from error
+        if self._callback is not None:
+            values = dict(zip(problem.names, problem.values(x).tolist(), strict=True))
+            self._callback(values, math.sqrt(np.mean(residuals**2)))
+        squares = float(residuals @ residuals)
+        progress = squares < (1.0 - _PROGRESS) * self._least
+        self._in_vain = 0 if progress else self._in_vain + 1
+        if squares < self._least:
+            change = jacobian @ (np.linalg.pinv(jacobian) @ residuals)
+            variance = squares / _degrees(compared, x)
+            self._least, self.best = squares, x.copy()
+            self.distance = math.sqrt(change @ change / variance) if variance else 0.0
+        if self.distance < _CLOSE or self._in_vain >= _MOST_IN_VAIN:
+            raise StopIteration
+        return residuals
+
+
+def solve(
+    problem: Any, callback: Callback | None
+) -> tuple[Fit, FloatArray, Mapping[str, FloatArray]]:
+    """Return the fit with the least sum of squares.
+
+    Parameters
+    ----------
+    problem : Residuals or Model
+        With `names` and `units` of p parameters, their `values(x)` and derivatives
+        `scales(x)` to the unknowns x, which `start` at and have `bounds`; with n
+        residuals relative to the `noise`, their derivatives and which of them are
+        compared, `of(x)`, and their `changes(x)` by what is not known exactly, in m
+        columns that are added without their signs; with attributes of the `Fit`,
+        `curves(x)`, and the `reasons` for residuals far above noise and the `error` of
+        the values.
+    callback : callable or None
+
+    Returns
+    -------
+    fit : Fit
+    x : ndarray, shape (p,)
+        Its unknowns.
+    changes : dict of ndarray, shape (n, m)
+        By which the residuals change, see `problem`.
+    """
+    trials = _Trials(problem, callback)
+    try:
+        solution = least_squares(
+            trials.residuals,
+            problem.start,
+            jac=lambda x: problem.of(x)[1],
+            bounds=problem.bounds,
+            x_scale="jac",
+            xtol=_CONVERGED,
+            ftol=_CONVERGED,
+        )
+        converged = bool(solution.success)
+    except StopIteration:
+        converged = trials.distance < 1.0
+    x = trials.best
+    residuals, jacobian, compared = problem.of(x)
+    inverse = problem.scales(x) @ np.linalg.pinv(jacobian)
+    ratio = math.sqrt(np.sum(residuals[compared] ** 2) / _degrees(compared, x))
+    covariance = ratio**2 * inverse @ inverse.T
+    deviation = np.sqrt(np.diag(covariance))
+    changes = problem.changes(x)
+    contributions = {"noise": deviation} | {
+        name: abs(inverse @ change).sum(axis=1) for name, change in changes.items()
+    }
+    fit = Fit(
+        names=problem.names,
+        units=problem.units,
+        values=problem.values(x),
+        errors=np.sqrt(sum(part**2 for part in contributions.values())),
+        contributions=contributions,
+        correlation=covariance / np.outer(deviation, deviation),
+        noise=ratio * problem.noise,
+        converged=converged,
+        **problem.curves(x),
+    )
+    return replace(fit, warnings=(*trials.doubts, *_warnings(problem, fit))), x, changes
+
+
+def _degrees(compared: np.ndarray, x: FloatArray) -> int:
+    """Return the number of degrees of freedom."""
+    return max(int(compared.sum()) - len(x), 1)
+
+
+def _warnings(problem: Any, fit: Fit) -> Iterator[str]:
+    """Yield warnings of residuals that are no noise, and of correlated parameters."""
+    unit = fit.ordinate[1]
+    if fit.noise > FAR_ABOVE * max(problem.noise, problem.error):
+        yield (
+            f"the residuals of {fit.noise / UNITS[unit]:.3g} {unit} are far above the "
+            f"noise of the curve, {problem.noise / UNITS[unit]:.3g} {unit}: "
+            f"{problem.reasons}; the errors of the parameters are not valid"
+        )
+    for i, j in zip(*np.tril_indices(len(fit.names), -1), strict=True):
+        if abs(fit.correlation[i, j]) > _CORRELATED:
+            yield (
+                f"{fit.names[i]} and {fit.names[j]} can't both be determined, the "
+                f"correlation of their errors is {fit.correlation[i, j]:.4f}: fix one "
+                "of them, or measure a larger range"
+            )
