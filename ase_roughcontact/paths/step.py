@@ -222,7 +222,6 @@ class Stepper:
         if target is not None:
             support = self._at(target)[1]
         self.run = Run.of(state, fields, support)
-        self.windows.accept(state, fields)
 
     def describe_system(self, **more: Any) -> dict[str, Any]:
         """Describe all that a state depends on except height, load and displacement.
@@ -272,7 +271,7 @@ class Stepper:
         if (target or support.fixed) and repeated is None:
             start = self._extrapolation.start(state.window, along)
         run = self._relax(self.contact, state, support, statistics, start)
-        while wider := self.windows.enlarged(run.state, run.fields, self.contact):
+        while wider := self.windows.enlarged(run, self.contact):
             wider = self._surface.on(wider)
             run = self._relax(self.contact, wider, support, statistics)
         softness, run = self._surface.softness, self._surface.ended(run)

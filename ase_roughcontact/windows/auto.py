@@ -22,10 +22,11 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.kernels import max_abs
-from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.contact import Contact, Problem, State
+from ase_roughcontact.contact.state import without_rounding
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.lattice import Box, carried
-from ase_roughcontact.solvers.relaxation import Support
+from ase_roughcontact.solvers.relaxation import Run, Support
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
 from ase_roughcontact.windows.expected import (
@@ -94,7 +95,6 @@ class AutoWindow:
         if isinstance(indenter, RoughSphere):
             self._expected = ExpectedContact(indenter, self._wall, solid, spacing)
         self._level = -np.inf  # for which the window was made
-        self._in_range: Box | None = None  # of the wall in the state relaxed last
 
     def choose(self, state: State, support: Support) -> State:
         """Return the state from which a step starts, on the window of the step.
@@ -135,17 +135,13 @@ class AutoWindow:
             return self._on(state, needed)
         return state
 
-    def enlarged(
-        self, state: State, fields: ContactState, contact: Contact
-    ) -> State | None:
+    def enlarged(self, run: Run, contact: Contact) -> State | None:
         """Return the state on a larger window if the wall could act outside of this.
 
         Parameters
         ----------
-        state : State
-            Relaxed.
-        fields : ContactState
-            Of the state.
+        run : Run
+            Which has relaxed a state.
         contact : Contact
             On its window.
 
@@ -159,6 +155,7 @@ class AutoWindow:
         ValueError
             If an atom could touch where the surface is not defined.
         """
+        state = run.state
         level = self._wall.cutoff - state.height
         window, lowest = state.window, self.footprint.lowest
         depth = max(self._level - lowest, _LEAST_DEPTH * self.footprint.spacing)
@@ -171,16 +168,7 @@ class AutoWindow:
             return self._on(state, self._needed(self._level, window))
         self._level = level
         needed = self._reached(state, contact)
-        if needed != window:
-            return self._on(state, needed)
-        self.accept(state, fields)
-        return None
-
-    def accept(self, state: State, fields: ContactState) -> None:
-        """Keep what the choice of the next window needs to know of a relaxed state."""
-        if self._rises:
-            near = fields.gap < self._wall.cutoff
-            self._in_range = Box.bounding(near, state.window.start)
+        return None if needed == window else self._on(state, needed)
 
     def forecast(self, control: str, target: float) -> Box:
         """Return the window that a step probably will have.
@@ -234,7 +222,8 @@ class AutoWindow:
         """Return the atoms that may stay in the range of the wall above the plane."""
         if not self._rises:
             return None
-        return self._in_range or (state.window if state.displaced else None)
+        acts = without_rounding(state.pressure) != 0.0
+        return Box.bounding(acts, state.window.start)
 
     def _adhesive_contact(self, state: State, load: float | None) -> Box | None:
         """Return the atoms that adhesion draws into contact with a flat surface.

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.relaxation import Support
+from ase_roughcontact.solvers.relaxation import Run, Support
 from ase_roughcontact.topography import RoughSphere
 
 
@@ -36,14 +36,11 @@ class FixedWindow:
         """Return the state, whose window stays."""
         return state
 
-    def accept(self, state: State, fields: ContactState) -> None:
-        """Keep the window."""
-
-    def enlarged(self, state: State, fields: ContactState, contact: Contact) -> None:
+    def enlarged(self, run: Run, contact: Contact) -> None:
         """Raise `RuntimeError` if the wall acts at the edge."""
         if not self._checked or self._problem.periodic:
             return
-        acts = fields.pressure != 0.0
+        acts = run.fields.pressure != 0.0
         if at_edge(acts):
             advice = (
                 "give a larger shape, or let each step choose its own (load_path: "
