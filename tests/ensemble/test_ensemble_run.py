@@ -99,7 +99,6 @@ def test_a_failed_case_stops_no_other_and_is_tried_again(tmp_path):
     [
         ([], "e.db", {}, "at least one scene"),
         ([SCENE], "e.json", {}, "with transactions.*e.json"),
-        ([SCENE], "mysql://host/e", {}, "with transactions"),
         ([SCENE], "e.db", {"workers": 0}, "workers must be an integer >= 1"),
         ([SCENE], "e.db", {"interval": 0.0}, "interval must be"),
         (product(SCENE, {"path.values": [()]}), "e.db", {}, "give either values"),

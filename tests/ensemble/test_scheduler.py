@@ -7,6 +7,7 @@ import subprocess
 import sys
 import types
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from importlib.metadata import PackageNotFoundError, version
 
 import pytest
@@ -32,7 +33,7 @@ VALUES = {"roughness.seed": range(3)}
 COMMAND = ("ensemble", "my.toml", "--set", "roughness.seed=0,1,2", "--database", "e.db")
 
 
-class FakeClient:
+class FakeClient(ExitStack):
     """Client of a scheduler with one worker in this process."""
 
     dashboard_link = "http://host:8787/status"
@@ -42,14 +43,9 @@ class FakeClient:
     def __init__(self, address, timeout):
         if address.startswith("tls://"):
             raise TypeError("TLS expects a context")
+        super().__init__()
         self.addresses.append(address)
-        self.pool = ThreadPoolExecutor(1)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.pool.shutdown()
+        self.pool = self.enter_context(ThreadPoolExecutor(1))
 
     def nthreads(self):
         return {"tcp://worker:1": 1}
