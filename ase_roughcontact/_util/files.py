@@ -125,9 +125,7 @@ def table_rows(lines: Iterable[str]) -> Iterator[dict[str, str]]:
 
 @contextmanager
 def table_writer(
-    file: PathName,
-    columns: Mapping[str, str],
-    rows: Iterable[Mapping[str, Any]],
+    file: PathName, columns: Mapping[str, str], rows: Iterable[Mapping[str, Any]]
 ) -> Iterator[Callable[[Mapping[str, Any]], None]]:
     """Replace a CSV file by a new one, and yield a function that writes a further row.
 

@@ -15,12 +15,7 @@ from ase_roughcontact._util.printing import number, show, table
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.cli import report
-from ase_roughcontact.cli.common import (
-    json_line,
-    prints_text,
-    progress_bar,
-    scene_text,
-)
+from ase_roughcontact.cli.common import json_line, prints_text, progress_bar, scene_text
 from ase_roughcontact.cli.messages import print_error
 from ase_roughcontact.ensemble import (
     MeanArea,

@@ -15,11 +15,7 @@ from ase_roughcontact._util.validation import positive
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.ensemble.executors import worker_pool
-from ase_roughcontact.ensemble.progress import (
-    Progress,
-    ProgressMeter,
-    expected_costs,
-)
+from ase_roughcontact.ensemble.progress import Progress, ProgressMeter, expected_costs
 from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 

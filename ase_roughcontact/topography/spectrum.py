@@ -126,9 +126,7 @@ def statistics(
     square_slope = along_x[:, :-1] ** 2 + along_y[:-1] ** 2
     laplacian = np.diff(along_x, axis=0)[:, 1:-1] / x + np.diff(along_y)[1:-1] / y
     return Statistics(
-        float(h.std()),
-        math.sqrt(square_slope.mean()),
-        math.sqrt((laplacian**2).mean()),
+        float(h.std()), math.sqrt(square_slope.mean()), math.sqrt((laplacian**2).mean())
     )
 
 
