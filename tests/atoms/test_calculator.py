@@ -5,7 +5,6 @@ import gc
 import json
 import pickle
 import weakref
-from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 
@@ -13,9 +12,7 @@ import numpy as np
 import pytest
 from ase.calculators.calculator import Calculator
 from ase.optimize import FIRE, FIRE2
-from ase.units import GPa
 from built import atoms_under, force_along, up
-from scipy.constants import e
 
 import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import contact_of
@@ -51,40 +48,6 @@ def test_energies_sum_to_the_energy_with_the_load_on_the_indenter(wall, periodic
     energies = atoms.get_potential_energies()
     assert energies.sum() == pytest.approx(atoms.get_potential_energy(), rel=1e-13)
     assert energies[-1] == pytest.approx(0.3 * 0.6)
-
-
-@pytest.mark.filterwarnings("ignore:the load of")
-@pytest.mark.filterwarnings("ignore:contact_modulus")  # in other units
-@pytest.mark.parametrize(
-    "length, modulus",
-    [
-        (1.0, 1.0),
-        (2.55, 150 * GPa),
-        (2.55e-10, 150e9),
-        (2.55e-10, 150 * GPa * e * 1e30),
-    ],
-    ids=["reduced", "eV and Å", "SI", "SI from eV and Å"],
-)
-def test_results_scale_with_the_units(wall, periodic, rng, length, modulus):
-    u = rng.normal(0.0, 0.1, len(make_atoms(periodic=periodic)) - 1)
-
-    def evaluate(a0, stress):
-        rough = rc.SelfAffine(0.3, 0.8, 2 * a0, 8 * a0, domain=8 * a0, seed=3)
-        sphere = rc.RoughSphere(10 * a0, rough)
-        atoms = rc.substrate(
-            "Cu", (8, 6), sphere, spacing=a0, periodic=periodic, height=0.6 * a0
-        )
-        atoms.positions[:-1, 2] = a0 * u
-        lengths = "distance", "onset", "cutoff", "core", "attraction_range"
-        units = dict.fromkeys(lengths, a0)
-        units |= {"stiffness": stress / a0, "work_of_adhesion": stress * a0}
-        scaled = replace(wall, **{k: v * units[k] for k, v in vars(wall).items()})
-        atoms.calc = rc.RoughContact(sphere, stress, scaled, load=0.2 * stress * a0**2)
-        energy = atoms.get_potential_energies() / (stress * a0**3)
-        return energy, atoms.get_forces(apply_constraint=False) / (stress * a0**2)
-
-    for scaled, reduced in zip(evaluate(length, modulus), evaluate(1, 1), strict=True):
-        np.testing.assert_allclose(scaled, reduced, atol=1e-10 * np.abs(reduced).max())
 
 
 def test_contact_quantities_are_results_like_any_other():
