@@ -381,17 +381,16 @@ def _grid_change(
 def _check(atoms: Atoms, control: str) -> None:
     calculator_of(atoms)
     check_released(atoms)
-    fixed, needed = indenter_fixed(atoms), control not in FREE
-    if fixed != needed:
-        kind, advice = "an indenter free to move, but it is fixed", "release it"
-        if needed:
-            kind, advice = (
-                "a fixed indenter, but it is free",
-                "constrain it by FixAtoms",
-            )
+    fixed, free = indenter_fixed(atoms), control in FREE
+    if fixed and free:
         raise ValueError(
-            f"{control} need {kind}: {advice}, or build the atoms with "
-            f"substrate(..., fixed={needed})"
+            f"{control} need an indenter that is free to move, but it is fixed: build "
+            "the atoms with substrate(..., fixed=False)"
+        )
+    if not (fixed or free):
+        raise ValueError(
+            f"{control} need a fixed indenter, but it is free: constrain it by "
+            "FixAtoms, or build the atoms with substrate(..., fixed=True)"
         )
 
 
