@@ -96,18 +96,15 @@ def with_indenter(
     horizontal = _NEIGHBOURS * covalent_radii[shown.numbers[0]] / step
     steepness = max(1.0, 2.0 * _RANGE * radius / upper[inside, 2].max())
     scale = np.array([horizontal, horizontal, horizontal * steepness])
-    contact = contact_of_frame(frame)[chosen]
-    attracted = (pressure_of(frame)[chosen] < 0.0) & ~contact
-    cut = _plane(contact)
+    contact, pressure = contact_of_frame(frame), pressure_of(frame)
+    slips = contact & (lateral_of(frame).get(SLIPPING, np.zeros(1)) > 0.0)
+    cut = _plane(contact[chosen])
     body = _body(upper * scale, inside, radius * horizontal, step * horizontal, cut)
 
     shown.positions = (lower * scale).reshape(-1, 3)
-    shown.numbers[contact.ravel()] = atomic_numbers[CONTACT]
-    shown.numbers[attracted.ravel()] = atomic_numbers[ATTRACTED]
-    slips = lateral_of(frame).get(SLIPPING)
-    if slips is not None:
-        slips = contact & (slips[chosen] > 0.0)
-        shown.numbers[slips.ravel()] = atomic_numbers[SLIPS]
+    kinds = (ATTRACTED, pressure < 0.0), (CONTACT, contact), (SLIPS, slips)
+    for symbol, mask in kinds:  # the last one holds
+        shown.numbers[mask[chosen].ravel()] = atomic_numbers[symbol]
     shown += Atoms("X", [[0.0, 0.0, (frame.positions[-1, 2] - axis[2]) * scale[2]]])
     shown += Atoms([INDENTER] * len(body), body, tags=[TAG_INDENTER] * len(body))
     shown.info = {key: frame.info[key] for key in ("normal_force", "contact_area")} | {
