@@ -68,15 +68,6 @@ def test_a_changed_frame_is_named_and_nothing_is_written(folder, change):
     assert {file: file.read_bytes() for file in folder.iterdir()} == before
 
 
-def test_the_command_names_a_changed_frame_with_exit_status_2(folder, capsys):
-    rewrite(folder / "sweep.traj", 1, change_force)
-    scene = str(folder / "scene.toml")
-    for command in (["run", scene, "--out", str(folder)], ["figure", str(folder)]):
-        assert main(command) == 2
-        (line,) = capsys.readouterr().err.splitlines()
-        assert f"frame 1 of {folder / 'sweep.traj'} is damaged" in line
-
-
 def test_frames_before_a_damaged_one_are_kept_as_the_message_says(folder, whole):
     movie, new = folder / "sweep.traj", folder / "new.traj"
     rewrite(movie, 2, change_force)
@@ -99,11 +90,14 @@ def test_a_damaged_version_field_changes_nothing(folder, whole):
 
 
 @pytest.mark.filterwarnings("default")
-def test_figures_without_the_frames_that_are_cut_off_say_so(folder, capsys):
+def test_figures_without_the_frames_that_are_cut_off_or_damaged_say_so(folder, capsys):
     movie = folder / "sweep.traj"
     os.truncate(movie, movie.stat().st_size - 400)
     assert main(["figure", str(folder)]) == 0
     assert "warning: the last 1 of the 4 frames" in capsys.readouterr().err
+    rewrite(movie, 1, change_force)
+    assert main(["figure", str(folder)]) == 2
+    assert f"frame 1 of {movie} is damaged" in capsys.readouterr().err
 
 
 def test_a_changed_table_is_written_again_from_the_trajectory(folder, whole):
@@ -114,22 +108,20 @@ def test_a_changed_table_is_written_again_from_the_trajectory(folder, whole):
     assert table.read_text() == before
 
 
-@pytest.mark.parametrize("constraint", ["fixed", "spring"])
-def test_frames_with_constraints_are_intact(tmp_path, constraint):
+@pytest.mark.parametrize("control", ["penetrations", "loads"])
+def test_frames_with_constraints_are_intact(tmp_path, control):
     sphere, movie = rc.RoughSphere(10.0), tmp_path / "sweep.traj"
     atoms = rc.substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
     last, point = len(atoms) - 1, (*atoms.positions[-1, :2], -1.0)
-    kinds = {"fixed": FixAtoms([last]), "spring": Hookean(last, point, 1.0, rt=0.5)}
-    atoms.set_constraint(kinds[constraint])
+    spring = Hookean(last, point, 1.0, rt=0.5)
+    constraint = spring if control == "loads" else FixAtoms([last])
+    atoms.set_constraint(constraint)
     atoms.calc = rc.RoughContact(sphere, 1.0)
-    control = {"fixed": "penetrations", "spring": "loads"}[constraint]
-    (step,) = rc.load_path(
-        atoms, **{control: [0.1]}, output=rc.Output(trajectory=movie)
-    )
-    assert list(read_steps(movie)) == [step]
-    assert [type(c) for f in read_frames(movie) for c in f.constraints] == [
-        type(kinds[constraint])
-    ]
+    path = rc.load_path(atoms, **{control: [0.1]}, output=rc.Output(trajectory=movie))
+    steps = list(path)
+    assert list(read_steps(movie)) == steps
+    (found,) = [c for frame in read_frames(movie) for c in frame.constraints]
+    assert type(found) is type(constraint)
 
 
 # Lines of a table of which the trajectory keeps only the last frame

@@ -71,11 +71,10 @@ def test_an_older_database_is_read_and_continued(tmp_path, monkeypatch):
         change_columns(columns)
         return columns
 
+    worker = "ase_roughcontact.ensemble.worker.step_columns"
     with ThreadPoolExecutor(1) as pool:
         with monkeypatch.context() as patch:
-            patch.setattr(
-                "ase_roughcontact.ensemble.worker.step_columns", older_columns
-            )
+            patch.setattr(worker, older_columns)
             *_, last = run_ensemble([scene], database, pool, steps=[[0]])
         assert last.steps == 1
         *_, last = run_ensemble([scene], database, pool)

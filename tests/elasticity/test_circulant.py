@@ -17,16 +17,6 @@ def test_compliance_differs_from_the_half_space_in_long_waves_only(rng):
     assert np.std(model.compliance(noise) - exact) < 0.1 * np.std(exact)
 
 
-def test_pairs_of_model_and_half_space_are_counted_apart():
-    halfspace = FreeHalfSpace((12, 15), 2.0, 5.0)
-    model = covering_model(halfspace, Box((3, 3), (2, 2)))
-    halfspace.displacement(np.ones((12, 15)))
-    for function in (model.compliance, model.stiffness):
-        function(np.ones((12, 15)))
-    assert halfspace.pairs == 1
-    assert model.work == 2 * np.prod(halfspace.grid)
-
-
 @pytest.mark.parametrize(
     "kind, shape", [(FreeHalfSpace, (40, 36)), (PeriodicHalfSpace, (140, 130))]
 )

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from ase.build import fcc100
-from ase.optimize import LBFGS
 from matscipy.calculators.eam import EAM
 from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
 from matscipy.elasticity import coalesce_elastic_constants, rotate_elastic_constants
@@ -52,8 +51,8 @@ def test_long_waves_are_those_of_the_continuum(surface, axes, cell_area, angle):
     assert 2 * at_800 - at_400 == pytest.approx(expected, rel=2e-5)
 
 
-def pair_potential(kind=PairPotential):
-    return kind({(29, 29): LennardJonesCut(0.4, A / 2**0.5 / 1.1, CUTOFF)})
+def pair_potential():
+    return PairPotential({(29, 29): LennardJonesCut(0.4, A / 2**0.5 / 1.1, CUTOFF)})
 
 
 def embedded_atoms():
@@ -76,28 +75,6 @@ def test_hessian_and_differences_agree(potential):
     np.testing.assert_allclose(differences, analytic, atol=1e-5 * abs(analytic).max())
 
 
-class Drifting(PairPotential):
-    """Forces along x on all atoms of large slabs, which their Hessian does not show."""
-
-    def calculate(self, *args, **kwargs):
-        super().calculate(*args, **kwargs)
-        if len(self.atoms) > 50:
-            self.results["forces"][:, 0] += 0.01
-
-
-@pytest.mark.parametrize("displacement", [0.0, 1e-3])
-def test_forces_of_the_slab_at_rest_are_an_error(displacement):
-    figures = []
-    for potential in map(pair_potential, (PairPotential, Drifting)):
-        slab = relaxed_slab(potential, "Cu", "fcc100", A, 7)
-        constants = force_constants(potential, slab, 5, displacement)
-        figures.append(constants.figures["rest"])
-    largest = abs(constants.matrix).max()
-    assert figures[0] < 1e-5
-    expected = 10.0 * 0.01 / (largest * constants.spacing)
-    assert figures[1] == pytest.approx(expected, rel=1e-3)
-
-
 def test_reciprocity_and_symmetry_of_the_surface():
     greens = greens_function(fcc_springs(A)[0])
     q = np.array([[0.3, 0.1], [0.3, -0.1], [0.1, 0.3], [-0.3, -0.1]])
@@ -105,45 +82,6 @@ def test_reciprocity_and_symmetry_of_the_surface():
     np.testing.assert_allclose(g, g.conj().swapaxes(1, 2), atol=1e-12)
     np.testing.assert_allclose(g[:, 2, 2], g[0, 2, 2], rtol=1e-7)
     np.testing.assert_allclose(g[0], g[3].conj(), atol=1e-12)
-
-
-@pytest.mark.slow
-def test_point_force_on_a_slab_of_atoms():
-    n, springs = 6, fcc_springs(A)[0]
-    slab = relaxed_slab(springs, "Cu", "fcc100", A, 31).repeat((n, n, 1))
-    top = np.arange(0, len(slab), 31)
-    pushed = np.zeros((len(slab), 3))
-    pushed[top, 2], pushed[top[0], 2] = 1.0, 1.0 - n * n  # balanced
-    displacements = []
-    for force in (1e-4, -1e-4):
-        atoms = slab.copy()
-        atoms.calc = Pushed(springs, force * pushed)
-        assert LBFGS(atoms, memory=30, logfile=None).run(fmax=1e-10, steps=3000)
-        displacements.append((atoms.positions - slab.positions)[top, 2] / force)
-    measured = np.add(*displacements).reshape(n, n) / 2
-
-    spacing = A / np.sqrt(2)
-    waves = 2 * np.pi * np.fft.fftfreq(n, spacing)
-    q = np.stack(np.meshgrid(waves, waves, indexing="ij"), -1).reshape(-1, 2)
-    compliance = np.zeros(n * n)
-    compliance[1:] = greens_function(springs)(q[1:])[:, 2, 2].real
-    load = np.fft.fft2(pushed[top, 2].reshape(n, n))
-    expected = np.fft.ifft2(compliance.reshape(n, n) * load).real
-    measured -= measured.mean()
-    np.testing.assert_allclose(measured, expected, atol=1e-5 * abs(expected).max())
-
-
-class Pushed(Springs):
-    """Springs and constant forces on the atoms."""
-
-    def __init__(self, springs, forces):
-        super().__init__(dict(springs.shells))
-        self.forces = forces
-
-    def calculate(self, *args, **kwargs):
-        super().calculate(*args, **kwargs)
-        self.results["forces"] += self.forces
-        self.results["energy"] -= float(np.sum(self.forces * self.atoms.positions))
 
 
 def test_a_surface_with_a_negative_mode_is_refused():

@@ -82,27 +82,21 @@ def test_an_unknown_surface_energy_is_an_error(names):
         work_of_adhesion(*names)
 
 
-def test_a_scene_takes_modulus_spacing_and_symbol_of_a_material():
-    mica = scene('material = "mica"')
-    assert mica.contact_modulus == pytest.approx(
-        MATERIALS["mica"].contact_modulus * UNITS["GPa"]
-    )
-    assert mica.spacing == MATERIALS["mica"].spacing
-    assert mica.atoms().symbols[0] == "O"
+def test_a_scene_takes_modulus_spacing_and_symbol_of_a_material_unless_given():
+    mica, known = scene('material = "mica"'), MATERIALS["mica"]
+    assert mica.contact_modulus == pytest.approx(known.contact_modulus * UNITS["GPa"])
+    assert mica.spacing == known.spacing and mica.atoms().symbols[0] == "O"
     gold = scene('material = "Au"')
     assert (gold.bodies.symbol, gold.spacing) == ("Au", scene('symbol = "Au"').spacing)
+    given = scene('material = "mica"\nspacing = 3.0\ncontact_modulus = 50.0')
+    assert given.spacing == 3.0
+    assert given.contact_modulus == pytest.approx(50.0 * UNITS["GPa"])
 
 
 @pytest.mark.parametrize("name", ["SiO2", "Si3N4", "DLC", "diamond", "mica", "PDMS"])
 def test_the_hardness_of_an_element_is_not_that_of_a_compound(name):
     substrate = f'material = "{name}"\nspacing = 3.84'  # the spacing of silicon
     assert np.isnan(scene(substrate).hardness)
-
-
-def test_given_values_take_precedence_over_the_material():
-    given = scene('material = "mica"\nspacing = 3.0\ncontact_modulus = 50.0')
-    assert given.spacing == 3.0
-    assert given.contact_modulus == pytest.approx(50.0 * UNITS["GPa"])
 
 
 def test_an_elastic_tip_reduces_the_modulus():
@@ -121,9 +115,8 @@ def test_an_adhesive_wall_takes_the_work_of_both_materials():
     expected = work_of_adhesion("mica", "Si3N4") * UNITS["J/m^2"]
     assert both.wall.work_of_adhesion == pytest.approx(expected)
     given = adhesive + "work_of_adhesion = 0.01\n"
-    assert scene(
-        'material = "mica"', 'material = "Si3N4"', given
-    ).wall.work_of_adhesion == pytest.approx(0.01 * UNITS["J/m^2"])
+    both = scene('material = "mica"', 'material = "Si3N4"', given)
+    assert both.wall.work_of_adhesion == pytest.approx(0.01 * UNITS["J/m^2"])
 
 
 SOLIDS_WITHOUT_MODULUS = (
