@@ -182,9 +182,11 @@ def test_a_slab_of_a_crystal_given_as_atoms_or_of_another_element(surface):
             rc.crystal_slab(other, size, 2, pair_potential(), surface)
 
 
-def test_preconditioner_of_another_calculator(atoms):
+def test_preconditioner_of_another_calculator_or_of_other_atoms(atoms):
     with pytest.raises(ValueError, match="must be an ElasticFoundation"):
         rc.FoundationPrecon(atoms, pair_potential())
+    with pytest.raises(ValueError, match="made for 48 atoms"):
+        rc.FoundationPrecon(atoms[:40], atoms.calc)
 
 
 def test_atoms_above_the_coupled_layers_may_go_anywhere(atoms):
@@ -194,21 +196,13 @@ def test_atoms_above_the_coupled_layers_may_go_anywhere(atoms):
     assert abs(atoms.get_forces()[:12] - forces[:12]).max() < 1e-6
 
 
-def test_a_slab_bends_by_more_than_a_spacing(surface):
-    atoms, _ = rc.crystal_slab("Cu", (16, 2), 2, pair_potential(), surface)
+def test_a_slab_bends_by_more_than_a_spacing_and_has_no_stress(surface):
+    atoms = slab(surface, 2, (16, 2))
     x = 2 * np.pi * atoms.positions[:, 0] / atoms.cell[0, 0]
     atoms.positions[:, 2] += surface.constants.spacing * np.cos(x) * 0.7
     assert np.isfinite(atoms.get_potential_energy())
-
-
-def test_stress(atoms):
     with pytest.raises(PropertyNotImplementedError, match="stress"):
         atoms.get_stress()
-
-
-def test_preconditioner_of_other_atoms(atoms):
-    with pytest.raises(ValueError, match="made for 48 atoms"):
-        rc.FoundationPrecon(atoms[:40], atoms.calc)
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "another"}'])

@@ -114,7 +114,6 @@ def test_a_body_centred_crystal(layers):
 @pytest.mark.parametrize(
     "n, force, errors",
     [
-        (7, -0.02, {2: 1.6e-4, 4: 8e-5, 8: 3e-6}),
         (7, 0.02, {2: 1.6e-4, 4: 8e-5, 8: 3e-6}),
         (7, -0.3, {2: 1.3e-3, 4: 8e-5, 8: 1e-5}),
         (7, 0.3, {2: 2.5e-3, 4: 8e-5, 8: 1e-5}),
