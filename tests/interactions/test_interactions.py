@@ -3,11 +3,13 @@
 import json
 import math
 import pickle
+from functools import partial
 from itertools import pairwise
 
 import mpmath as mp
 import numpy as np
 import pytest
+from hard_walls import HARD_WALLS
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import quad
 
@@ -29,7 +31,10 @@ EXAMPLES = {
     ),
 }
 every_wall = pytest.mark.parametrize("wall", EXAMPLES.values(), ids=EXAMPLES.keys())
-with_tail = pytest.mark.parametrize("wall", [ADHESIVE, FULL], ids=["adhesive", "full"])
+ATTRACTIVE = {"adhesive": ADHESIVE, "full": FULL} | HARD_WALLS
+with_tail = pytest.mark.parametrize("wall", ATTRACTIVE.values(), ids=ATTRACTIVE.keys())
+ANY = EXAMPLES | HARD_WALLS
+any_wall = pytest.mark.parametrize("wall", ANY.values(), ids=ANY.keys())
 
 
 def energy(wall, gap):
@@ -44,11 +49,18 @@ def stiffness(wall, gap):
     return wall.evaluate(np.asarray(gap))[2]
 
 
+def stiffness_scale(wall):
+    return W / wall.attraction_range**2 if wall.hard else wall.stiffness
+
+
 def pieces(wall):
     """Pairs of neighbouring joints: core, minimum, begin and end of the tail."""
-    onset = getattr(wall, "onset", wall.distance)
-    joints = {-A0, wall.core, wall.distance, onset, wall.cutoff, wall.cutoff + A0}
-    return list(pairwise(sorted(joints)))
+    if wall.hard:
+        taper = getattr(wall, "relative_taper", 0.0)
+        joints = {0.0, *(wall.attraction_range * (1.0 + k * taper) for k in (-1, 1))}
+    else:
+        joints = {wall.core, wall.distance, getattr(wall, "onset", wall.distance)}
+    return list(pairwise(sorted({-A0, *joints, wall.cutoff, wall.cutoff + A0})))
 
 
 def derivative(function, gap, step, side):
@@ -79,35 +91,39 @@ def test_walls_without_an_inverse_say_so():
         ADHESIVE.inverse(np.zeros(1))
 
 
-def gaps_and_derivatives(function, low, high):
-    """Gaps of a piece, its ends among them, and differences taken within it."""
+def gaps_and_derivatives(wall, function, low, high):
+    """Gaps of a piece and differences taken within it; also at its ends if soft."""
     gaps = np.linspace(low, high, 31)
     step = min(1e-3 * A0, (high - low) / 200)
     left, right = gaps[gaps < low + 3 * step], gaps[gaps > high - 3 * step]
     middle = gaps[left.size : gaps.size - right.size]
     parts = [(left, 1), (middle, 0), (right, -1)]
-    return gaps, np.concatenate([derivative(function, g, step, s) for g, s in parts])
+    curve = partial(function, wall)
+    slopes = np.concatenate([derivative(curve, g, step, s) for g, s in parts])
+    inside = slice(1, -1) if wall.hard else slice(None)
+    return gaps[inside], slopes[inside]
 
 
 # Derivatives
 
 
-@every_wall
+@any_wall
 def test_pressure_is_minus_the_derivative_of_the_energy_on_both_sides_of_joints(wall):
     for low, high in pieces(wall):
-        gaps, slope = gaps_and_derivatives(lambda g: energy(wall, g), low, high)
-        noise = 1e-12 * wall.stiffness * A0
+        gaps, slope = gaps_and_derivatives(wall, energy, low, high)
+        noise = 1e-12 * stiffness_scale(wall) * A0
         assert_allclose(pressure(wall, gaps), -slope, rtol=1e-7, atol=noise)
 
 
-@every_wall
+@any_wall
 def test_stiffness_is_minus_the_derivative_of_the_pressure_on_both_sides(wall):
     for low, high in pieces(wall):
-        gaps, slope = gaps_and_derivatives(lambda g: pressure(wall, g), low, high)
+        gaps, slope = gaps_and_derivatives(wall, pressure, low, high)
         expected = stiffness(wall, gaps)
         if not wall.attractive and high == wall.distance:
             gaps, slope, expected = gaps[:-1], slope[:-1], expected[:-1]
-        assert_allclose(expected, -slope, rtol=1e-7, atol=1e-11 * wall.stiffness)
+        noise = 1e-11 * stiffness_scale(wall)
+        assert_allclose(expected, -slope, rtol=1e-7, atol=noise)
 
 
 def test_stiffness_of_the_repulsive_wall_drops_from_that_of_the_bulk_to_zero():
@@ -172,15 +188,13 @@ def test_largest_tension_of_the_smooth_tail_is_4kd_over_27_at_a_third_of_the_ran
 
 @with_tail
 def test_work_of_adhesion_is_the_depth_and_the_integral_of_the_tension(wall):
+    begin, end = wall.contact_distance, wall.cutoff
+    joints = [low for low, _ in pieces(wall) if begin < low < end]
     work, _ = quad(
-        lambda g: -pressure(wall, [g])[0],
-        A0,
-        wall.cutoff,
-        points=[getattr(wall, "onset", wall.distance)],
-        epsabs=1e-13,
+        lambda g: -pressure(wall, [g])[0], begin, end, points=joints, epsabs=1e-13
     )
     assert_allclose(work, W, rtol=1e-10)
-    assert_allclose(-energy(wall, [A0]), W, rtol=1e-14)
+    assert_allclose(-energy(wall, [begin]), W, rtol=1e-14)
 
 
 def test_core_is_the_second_order_taylor_polynomial_of_the_branch():
@@ -191,7 +205,7 @@ def test_core_is_the_second_order_taylor_polynomial_of_the_branch():
         assert_allclose(energy(FULL, [gap]), float(value), rtol=1e-12)
 
 
-@every_wall
+@any_wall
 def test_energy_force_and_stiffness_vanish_beyond_the_cutoff(wall):
     gaps = wall.cutoff * np.array([1.0, 1 + 1e-15, 1.5, 1e6])
     assert_array_equal(wall.evaluate(gaps), np.zeros((3, 4)))
