@@ -366,29 +366,15 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
     curve = read_curve(file, "retraction")
     np.testing.assert_allclose(curve.depth, [-38.0, -60.0])
     np.testing.assert_allclose(curve.force, [-0.5 * NN, 0.0])
-    assert curve.stiffness == pytest.approx(0.25 * NN)
     np.testing.assert_allclose(curve.base, [40.0, 60.0])
-    file.write_text("distance (nm),deflection (nm),force (nN)\n5,1,3\n4,2,5\n6,0,1\n")
-    assert read_curve(file).stiffness == pytest.approx(0.2 * NN)  # another zero of one
-    file.write_text("# tip 3\n\nDistance [nm];Deflection [nm]\n5,5;1,5\n4;2\n")
-    np.testing.assert_allclose(read_curve(file, None, 0.3).depth, [-70.0, -60.0])
-    file.write_text("distance (nm)\tdeflection (nm)\n5\n")
-    message = r"line 2: deflection \(nm\) must be a finite number, got None"
-    with pytest.raises(ValueError, match=message):
-        read_curve(file)
     file.write_text("distance (nm),deflection (nm)\n5,1\n4,2\n6,0\n")
     np.testing.assert_allclose(read_curve(file, None, 0.3).force, [3.0, 6.0, 0.0])
-    for column in ("deflection (nm)", "force (nN)"):  # without a stiffness
-        file.write_text(f"distance (nm),{column}\n5,1\n4,2\n6,0\n")
-        with pytest.raises(
-            ValueError, match=r"Without .* deflection = force/stiffness"
-        ):
-            read_curve(file)
-    forces = read_curve(file, None, 0.3 * NN)
-    np.testing.assert_allclose(forces.base, [50.0, 40.0, 60.0])
-    np.testing.assert_allclose(forces.depth, -forces.base - forces.force / (0.3 * NN))
-    # noise of the forces does not change the stiffness: 1 N/m and 0.5 nN
-    rows = "0,-1,-1.5\n0,-1,-0.5\n0,1,0.5\n0,1,1.5\n"
+    file.write_text("distance (nm),force (nN)\n5,1\n4,2\n6,0\n")
+    np.testing.assert_allclose(read_curve(file, None, 0.3).base, [50.0, 40.0, 60.0])
+    with pytest.raises(ValueError, match=r"Without .* deflection = force/stiffness"):
+        read_curve(file)
+    # noise, and another zero of the forces, do not change the stiffness: 1 N/m
+    rows = "0,-1,-1.0\n0,-1,0\n0,1,1.0\n0,1,2.0\n"
     file.write_text(f"distance (nm),deflection (nm),force (nN)\n{rows}")
     assert read_curve(file).stiffness == pytest.approx(UNITS["N/m"])
     near = 1.018 * UNITS["N/m"]
@@ -403,13 +389,11 @@ def test_a_table_has_depths_and_forces(tmp_path):
     file.write_text("penetration (Å),normal_force (eV/Å)\n1.5,0.2\n2.0,0.3\n")
     curve = read_curve(file)  # as in a table of results
     np.testing.assert_allclose([curve.depth, curve.force], [[1.5, 2.0], [0.2, 0.3]])
-    file.write_text("depth (nm)\n1.0\n")
-    with pytest.raises(ValueError, match=r"needs the columns .*, got depth \(nm\): "):
-        read_curve(file)
-    file.write_text("# tip 3\n\ndepth (nm),force (nN)\n1,2\n\n2,NaN\n")
-    message = r"line 6: force \(nN\) must be a finite number, got 'NaN'"
-    with pytest.raises(ValueError, match=message):
-        read_curve(file)
+    for rows, line, cell in (("1,2\n\n2,NaN\n", 6, "'NaN'"), ("5\n", 4, "None")):
+        file.write_text(f"# tip 3\n\ndepth (nm),force (nN)\n{rows}")
+        message = rf"line {line}: force \(nN\) must be a finite number, got {cell}"
+        with pytest.raises(ValueError, match=message):
+            read_curve(file)
 
 
 def reversed_force(curve):
@@ -556,7 +540,6 @@ def test_a_fit_is_drawn_as_curve_residuals_and_tension(tmp_path, monkeypatch, fi
     draw_fit(fitted, smooth, tmp_path / "fit.png")
     (figure,) = figures
     upper, lower, detail = figure.axes
-    assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a)", "(b)", "(c)"]
     for axes in (upper, detail):
         assert axes.get_ylabel() == "normal force $N$ (nN)"
         lines = {line.get_label(): line for line in axes.lines}
@@ -568,18 +551,11 @@ def test_a_fit_is_drawn_as_curve_residuals_and_tension(tmp_path, monkeypatch, fi
         np.testing.assert_allclose(drawn[points], fitted.fitted[points] / NN, atol=1e-3)
         without = lines["smooth sphere"].get_ydata()
         np.testing.assert_allclose(without, smooth.fitted / NN)
-    hollow = {line.get_label(): line for line in upper.lines}[
-        "measured at a jump, not compared"
-    ]
-    np.testing.assert_allclose(hollow.get_ydata(), fitted.force[~fitted.compared] / NN)
-    assert hollow.get_markerfacecolor() == "white"
+        hollow = lines["measured at a jump, not compared"].get_ydata()
+        np.testing.assert_allclose(hollow, fitted.force[~fitted.compared] / NN)
     residuals = ((fitted.fitted - fitted.force) / NN)[fitted.compared]
     np.testing.assert_allclose(lower.lines[0].get_ydata(), residuals)
-    assert lower.get_shared_x_axes().joined(lower, upper)
-    (legend,) = figure.legends  # one for all panels, above them
-    assert len(legend.get_texts()) == 4
     # the detail shows the largest tension, and not all of the curve
     low, high = detail.get_ylim()
     assert low < fitted.force.min() / NN < fitted.far_force / NN < high
-    left, right = detail.get_xlim()
-    assert right - left < 0.9 * np.ptp(fitted.distance) / UNITS["nm"]
+    assert np.ptp(detail.get_xlim()) < 0.9 * np.ptp(fitted.distance) / UNITS["nm"]

@@ -96,7 +96,7 @@ def test_a_row_is_printed_when_nothing_was_for_ten_seconds(monkeypatch):
 
 
 def test_a_scene_has_a_viscoelastic_solid():
-    solid = Scene.parse(TEXT).solid
+    solid = Scene.parse(TEXT.replace("[0.1, 2.0]", '["100 ms", 2.0]')).solid
     assert solid.contact_modulus == pytest.approx(2.0 * UNITS["GPa"])
     assert solid.relaxed.contact_modulus == pytest.approx(0.4 * UNITS["GPa"])
     assert solid.creep == Creep.of_relaxation([0.5, 0.3], [0.1, 2.0])
@@ -111,38 +111,28 @@ def test_an_elastic_tip_creeps_less():
     assert both.contact_modulus * creep.relaxed == pytest.approx(1.0 / relaxed)
 
 
-def test_a_rate_and_a_dwell_are_a_schedule():
-    schedule = schedule_of(Scene.parse(TEXT))
-    assert schedule.duration == pytest.approx(0.5 + 1.0 + 0.5)
-    assert schedule.at(0.25) == pytest.approx(1.0 * NM)
-    assert schedule.at(1.2) == pytest.approx(2.0 * NM)
+TIMES = {"rate": None, "dwell": 0.0, "times": [0, 1, 1]}
+OSCILLATION = {"amplitude": "1 A", "frequency": 2.0, "cycles": 1}
+LOADS = {"control": "load", "values": [0, 10, 5], "rate": 5.0, "dwell": 0.0}
 
 
-def test_units_of_times_and_rates_are_converted():
-    schedule = schedule_of(with_path(rate="0.24 um/min", dwell="500 ms"))
-    assert schedule.duration == pytest.approx(0.5 + 0.5 + 0.5)
-    solid = Scene.parse(TEXT.replace("[0.1, 2.0]", '["100 ms", 2.0]')).solid
-    assert solid.creep.times == Scene.parse(TEXT).solid.creep.times
-
-
-def test_each_change_of_the_target_may_have_a_rate():
-    schedule = schedule_of(with_path(rate=[4.0, "1 nm/s"]))
-    assert schedule.duration == pytest.approx(0.5 + 1.0 + 2.0)
-    assert schedule.at(2.5) == pytest.approx(1.0 * NM)
-
-
-def test_times_and_an_oscillation_are_a_schedule():
-    times = {"rate": None, "dwell": 0.0, "times": [0, 1, 1]}
-    schedule = schedule_of(with_path(**times, amplitude="1 A", frequency=2.0, cycles=1))
-    assert schedule.duration == 1.5
-    assert schedule.at(1.0 + 0.125) == pytest.approx(1.0)
-
-
-def test_rates_of_loads_are_in_nanonewtons():
-    loads = with_path(control="load", values=[0, 10, 5], rate=5.0, dwell=0.0)
-    schedule = schedule_of(loads)
-    assert schedule.duration == pytest.approx(3.0)
-    assert schedule.at(2.0) == pytest.approx(10.0 * UNITS["nN"])
+@pytest.mark.parametrize(
+    ("keys", "duration", "time", "target"),
+    [
+        ({}, 2.0, 0.25, 1.0 * NM),
+        ({}, 2.0, 1.2, 2.0 * NM),
+        ({"rate": "0.24 um/min", "dwell": "500 ms"}, 1.5, 0.25, 1.0 * NM),
+        ({"rate": [4.0, "1 nm/s"]}, 3.5, 2.5, 1.0 * NM),
+        (TIMES | OSCILLATION, 1.5, 1.125, 1.0),
+        (LOADS, 3.0, 2.0, 10.0 * UNITS["nN"]),
+    ],
+)
+def test_targets_over_time_follow_from_rates_times_and_oscillations(
+    keys, duration, time, target
+):
+    schedule = schedule_of(with_path(**keys))
+    assert schedule.duration == pytest.approx(duration)
+    assert schedule.at(time) == pytest.approx(target)
 
 
 @pytest.mark.parametrize(
@@ -257,17 +247,13 @@ def test_a_preview_relaxes_on_a_coarse_grid():
 
 
 def test_a_plan_of_time_steps_is_an_estimate(tmp_path, capsys):
-    (file := tmp_path / "rubber.toml").write_text(TEXT)
-    assert main(["plan", str(file)]) == 0
-    repulsive = " ".join(capsys.readouterr().out.split())
-    assert "In all about" in repulsive
-    assert "and about" in repulsive
-    assert "at most" not in repulsive
-    assert "snaps" not in repulsive
-    file.write_text(SOLID + LOOP)
-    assert main(["plan", str(file)]) == 0
-    text = " ".join(capsys.readouterr().out.split())
-    assert "where the contact snaps in or off: thousands at slow rates" in text
+    file, jumps = tmp_path / "rubber.toml", "snaps in or off: thousands at slow rates"
+    for path, attracts in ((PATH, False), (LOOP, True)):
+        file.write_text(SOLID + path)
+        assert main(["plan", str(file)]) == 0
+        text = " ".join(capsys.readouterr().out.split())
+        assert "In all about" in text and "at most" not in text
+        assert (jumps in text) == attracts
 
 
 def test_a_plan_counts_time_steps_within_a_factor_of_two():
@@ -379,11 +365,8 @@ def test_the_force_of_a_cantilever_is_its_stiffness_times_its_deflection(tmp_pat
 def test_results_in_time_are_drawn_again(run):
     folder = run[1]
     (folder / "time.png").unlink()
-    assert main(["figure", str(folder)]) == 0
+    assert main(["figure", str(folder)]) == main(["report", str(folder)]) == 0
     assert (folder / "time.png").exists()
-    assert main(["report", str(folder)]) == 0
     page = (folder / "report.html").read_text()
-    assert "over time" in page
     heads = re.findall(r'<th title="[^"]+">([a-z ]+)', page)
-    assert heads[:2] == ["step", "time"]
-    assert "dissipation" in heads
+    assert heads[:2] == ["step", "time"] and "dissipation" in heads

@@ -157,22 +157,14 @@ def test_a_picture_that_can_not_be_written_is_refused_before_anything_is_read(
 
 
 def test_table_and_picture_name_the_answer(tmp_path):
-    of_area, of_height = (
-        made(("grid", "fast", 0.1, 1.0), of=of) for of in ("area", "height")
-    )
-    for found, name in ((of_area, "area"), (of_height, "height")):
-        assert re.search(rf"source +choice +{name} error", str(found))
-    pictures = []
-    for name, found, first in (
-        ("t", of_area, b"\x89PNG"),
-        ("t.png", of_height, b"\x89PNG"),
-        ("t.svg", of_area, b"<?xml"),
-        ("t.PDF", of_area, b"%PDF"),
-    ):
+    found = made(("grid", "fast", 0.1, 1.0), of="height")
+    assert re.search(r"source +choice +height error", str(found))
+    for name, first in (("t", b"\x89PNG"), ("t.svg", b"<?xml"), ("t.PDF", b"%PDF")):
         draw_tradeoff(found, tmp_path / name)
-        pictures.append((tmp_path / name).read_bytes())
-        assert pictures[-1].startswith(first)
-    assert pictures[0] != pictures[1]
+        assert (tmp_path / name).read_bytes().startswith(first)
+    axes = Figure().subplots()
+    plot_tradeoff(axes, [("grid", "fast", 0.1, 1.0)], of="height")
+    assert axes.get_ylabel() == "error of the height"
 
 
 def test_all_sources_are_compared():
