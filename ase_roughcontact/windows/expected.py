@@ -26,7 +26,6 @@ from functools import cached_property
 import numpy as np
 
 from ase_roughcontact.elasticity.greens import ElasticSolid
-from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.theory.self_affine import rms_height
@@ -229,7 +228,8 @@ def predicted_depth(
     depth = _FIRST_DEPTH * spacing
     while depth < largest:
         box = footprint.box_below(level + depth)
-        if carried(depth, half_side(box)) > load or footprint.clip(box) != box:
+        half_side = 0.25 * sum(box.shape)
+        if carried(depth, half_side) > load or footprint.clip(box) != box:
             return depth
         depth *= _DEPTH_RATIO
     return largest
@@ -319,8 +319,3 @@ def contact_level(
     beside = (math.pi * roughness / (_GAP_BESIDE * smooth_depth)) ** (2.0 / 3.0)
     side = scale * (1.0 + beside) * math.sqrt(smooth_depth / (2.0 * depth))
     return lowest + depth * min(side, 1.0) ** 2
-
-
-def half_side(box: Box) -> float:
-    """Return half of the mean side of a box, in spacings."""
-    return 0.25 * sum(box.shape)
