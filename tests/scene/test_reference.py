@@ -31,7 +31,9 @@ def test_maugis_parameter_selects_the_theory_of_an_adhesive_sphere(
 
 def test_without_adhesion_the_theory_is_hertz():
     scene = Scene.parse(SMOOTH)
-    hertz = reference_for(scene).smooth
+    reference = reference_for(scene)
+    hertz = reference.smooth
+    assert reference.rough_above is None
     assert (hertz.name, hertz.pull_off_force) == ("Hertz", 0.0)
     area = hertz.contact_area([-1.0, 0.0, 2.0])
     np.testing.assert_array_equal(area[1:], scene.hertz_area([0.0, 2.0]))

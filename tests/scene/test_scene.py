@@ -124,6 +124,7 @@ HUGE = "9" * 400  # beyond all floats
         ("path", 'control = "lod"\nvalues = [1.0]', "unknown control 'lod'; .*'load'"),
         ("path", "first = 1.0", "give either values, or .*, got first"),
         ("path", "values = [1.0]\nfirst = 1.0", "give either .*, got values, first"),
+        ("path", "first = inf\nlast = 1\nsteps = 2", "first must be a finite number"),
         ("path", "first = 1\nlast = 2\nsteps = 0", "steps must be an integer >= 1"),
         ("path", "first = 1\nlast = 2\nsteps = 10000000", "steps must be at most 1000"),
         ("path", "first = -1\nlast = 2\nsteps = 2", "geometric path needs first and"),
