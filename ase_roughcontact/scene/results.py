@@ -86,7 +86,9 @@ def write_results(
     ------
     LoadStep
     """
-    folder = results_folder(folder)
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder} is a file, give a folder for the results")
+    folder.mkdir(parents=True, exist_ok=True)
     check_folder(scene, folder, ["places.csv"])
     files = {"trajectory": folder / "sweep.traj", "csv": folder / "curve.csv"}
     try:
@@ -104,12 +106,3 @@ def write_results(
                 f"{other}; a path can be extended only by steps after its last one"
             ) from error
         raise
-
-
-def results_folder(folder: str | Path) -> Path:
-    """Return a folder for results, created if necessary."""
-    path = Path(folder)
-    if path.exists() and not path.is_dir():
-        raise ValueError(f"{folder} is a file, give a folder for the results")
-    path.mkdir(parents=True, exist_ok=True)
-    return path
