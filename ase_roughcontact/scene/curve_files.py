@@ -32,6 +32,7 @@ _NAMES = {
     ),
     "deflection": ("deflection", "defl", "vertical deflection", "vdeflection"),
     "force": ("force", "normal_force", "f"),
+    "time": ("time",),
 }
 
 
@@ -75,20 +76,7 @@ def read_curve(
         over deflections are not the stiffness.
     """
     table = read_table(file, branch, heads)
-    stiffness, length = _calibration(file, table, stiffness, sensitivity)
-    parts: list[dict[str, FloatArray]] = []
-    for way, columns in table.segments:
-        part = _quantities(file, columns, length)
-        if way is not None and "distance" in part:
-            falls = part["distance"][0] > part["distance"][-1]
-            if falls != (way == "approach"):  # as NanoScope may write it
-                part = {name: values[::-1] for name, values in part.items()}
-        parts.append(part)
-    found = {
-        name: np.concatenate([part[name] for part in parts])
-        for name in parts[0]
-        if all(name in part for part in parts)
-    }
+    found, stiffness = _found(file, table, stiffness, sensitivity)
     force, depth, bend = (found.get(k) for k in ("force", "depth", "deflection"))
     if bend is not None and force is not None and np.ptp(bend) > 0.0:
         # a slope, as either may have another zero
@@ -102,8 +90,15 @@ def read_curve(
     if depth is None and bend is not None and "distance" in found:
         depth = -(found["distance"] + bend)
     if force is None or depth is None:
-        given = [column.head for column in table.segments[0][1]]
-        raise ValueError(_missing(file, given, stiffness))
+        columns = "distance (nm) or height (nm), and force (nN) or deflection (nm), or "
+        message = _missing(file, table, columns + "depth (nm) and force (nN)")
+        if stiffness is None:
+            message += (
+                ". Without deflection or force the scene needs the stiffness of the "
+                'cantilever, as deflection = force/stiffness: [path] kind = "loop" and '
+                'cantilever = "5 N/m"'
+            )
+        raise ValueError(message)
     return ForceCurve(depth, force, math.inf if stiffness is None else stiffness)
 
 
@@ -136,25 +131,31 @@ def read_in_time(
     ValueError
         If a column or its unit is missing, or a value is not a finite number.
     """
-    table, parts = read_table(file, branch, heads), []
+    table = read_table(file, branch, heads)
+    found, stiffness = _found(file, table, stiffness, sensitivity)
+    if stiffness is not None and "deflection" in found:
+        found.setdefault("force", stiffness * found["deflection"])
+    if not {"time", kind} <= set(found):
+        unit = "nN" if kind == "force" else "nm"
+        raise ValueError(_missing(file, table, f"time (s) and {kind} ({unit})"))
+    return found["time"], found[kind]
+
+
+def _found(
+    file: Path, table: CurveTable, stiffness: float | None, sensitivity: str
+) -> tuple[dict[str, FloatArray], float | None]:
+    """Return the quantities of all parts of a curve, and the stiffness."""
     stiffness, length = _calibration(file, table, stiffness, sensitivity)
-    for _, columns in table.segments:
-        found = _quantities(file, columns, length)
-        if stiffness is not None and "deflection" in found:
-            found.setdefault("force", stiffness * found["deflection"])
-        for column in columns:
-            if column.name == "time" and (column.unit or "s") in TIMES:
-                found["time"] = TIMES[column.unit or "s"] * column.numbers(file)
-        if not {"time", kind} <= set(found):
-            raise ValueError(
-                f"{file} needs the columns time (s) and "
-                f"{'force (nN)' if kind == 'force' else 'depth (nm)'}, got "
-                f"{', '.join(column.head for column in columns)}: rename them, or give "
-                "names and units of all columns: --columns"
-            )
-        parts.append((found["time"], found[kind]))
-    time, values = np.concatenate(parts, axis=1)
-    return time, values
+    parts = []
+    for way, columns in table.segments:
+        part = _quantities(file, columns, length)
+        if way is not None and "distance" in part:
+            falls = part["distance"][0] > part["distance"][-1]
+            if falls != (way == "approach"):  # as NanoScope may write it
+                part = {name: values[::-1] for name, values in part.items()}
+        parts.append(part)
+    common = set(parts[0]).intersection(*parts)
+    return {k: np.concatenate([part[k] for part in parts]) for k in common}, stiffness
 
 
 def _calibration(
@@ -186,7 +187,7 @@ def _quantities(
             unit = column.unit or ""
             if kind == "deflection" and unit in FORCES:
                 kind = "force"
-            units = FORCES if kind == "force" else LENGTHS
+            units = {"force": FORCES, "time": {"": 1.0, **TIMES}}.get(kind, LENGTHS)
             if kind == "deflection" and sensitivity:
                 units = units | {"V": sensitivity, "mV": 1e-3 * sensitivity}
             if unit in units and kind not in found:
@@ -197,14 +198,13 @@ def _quantities(
         found.setdefault("depth", -found.pop("separation"))
     if "height" in found:
         found.setdefault("distance", _away(found.pop("height"), found))
-    if doubts and not _enough(found):
+    has_force, has_depth = (
+        not set(names).isdisjoint(found)
+        for names in (("force", "deflection"), ("depth", "distance"))
+    )
+    if doubts and not (has_force and has_depth):
         raise ValueError(_without_units(file, doubts))
     return found
-
-
-def _enough(found: Mapping[str, FloatArray]) -> bool:
-    force = "force" in found or "deflection" in found
-    return force and ("depth" in found or "distance" in found)
 
 
 def _away(height: FloatArray, found: Mapping[str, FloatArray]) -> FloatArray:
@@ -257,17 +257,10 @@ def _checked(file: Path, found: float, stiffness: float | None, source: str) -> 
     return stiffness
 
 
-def _missing(file: Path, heads: Sequence[str], stiffness: float | None) -> str:
+def _missing(file: Path, table: CurveTable, columns: str) -> str:
     """Return the message for a table without the necessary columns."""
-    message = (
-        f"{file} needs the columns distance (nm) or height (nm), and force (nN) or "
-        f"deflection (nm), or depth (nm) and force (nN), got {', '.join(heads)}: "
-        "rename them, or give names and units of all columns: --columns"
+    heads = ", ".join(column.head for column in table.segments[0][1])
+    return (
+        f"{file} needs the columns {columns}, got {heads}: rename them, or give names "
+        "and units of all columns: --columns"
     )
-    if stiffness is None:
-        message += (
-            ". Without deflection or force the scene needs the stiffness of the "
-            'cantilever, as deflection = force/stiffness: [path] kind = "loop" and '
-            'cantilever = "5 N/m"'
-        )
-    return message

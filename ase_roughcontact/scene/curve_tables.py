@@ -134,12 +134,9 @@ def read_table(
         table = CurveTable(found, *_calibration(text))
     segments = [each for each in table.segments if branch in (None, each[0])]
     if not any(column.cells for _, columns in segments for column in columns):
-        raise ValueError(f"{file} contains no rows" + _of(branch))
+        of_branch = f" of the branch {branch!r}" if branch else ""
+        raise ValueError(f"{file} contains no rows{of_branch}")
     return replace(table, segments=segments)
-
-
-def _of(branch: str | None) -> str:
-    return "" if branch is None else f" of the branch {branch!r}"
 
 
 def _rows(lines: dict[int, str]) -> tuple[list[str], dict[int, list[str]]]:
@@ -254,11 +251,10 @@ def _cells(rows: dict[int, list[str]], number: int) -> list[tuple[int, str | Non
 
 def _calibration(text: str) -> tuple[float | None, float | None]:
     """Return stiffness (eV/Å^2) and sensitivity (Å/V) that a header contains."""
-    values = []
-    for unit, pattern in _CALIBRATION:
-        found = pattern.search(text)
-        values.append(float(found[1]) * UNITS[unit] if found else None)
-    stiffness, nanometres, metres = values
+    found = ((unit, pattern.search(text)) for unit, pattern in _CALIBRATION)
+    stiffness, nanometres, metres = (
+        float(value[1]) * UNITS[unit] if value else None for unit, value in found
+    )
     return stiffness, nanometres or metres
 
 
