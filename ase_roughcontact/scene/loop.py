@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.files import write_table
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS, with_unit
 from ase_roughcontact._util.validation import positive
@@ -25,10 +24,16 @@ from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at
+from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at, write_curve
 from ase_roughcontact.scene.section import lengths
 
 _NN, _NM, _N_PER_M = UNITS["nN"], UNITS["nm"], UNITS["N/m"]
+# Heads of the columns of a force curve, their names and units.
+_CURVE = (
+    ("distance (nm)", "distance", _NM),
+    ("deflection (nm)", "deflection", _NM),
+    ("force (nN)", "force", _NN),
+)
 
 
 @dataclass(frozen=True)
@@ -151,7 +156,14 @@ class Loop(PathKind):
         yield "loop.png"
         curve = self._curve(loop)
         if curve is not None:
-            write_curve(curve, folder / "cantilever.csv")
+            branches = curve.approach, curve.retraction
+            names = zip(branches, ("approach", "retraction"), strict=True)
+            columns = {
+                head: np.concatenate([getattr(b, name) for b in branches]) / unit
+                for head, name, unit in _CURVE
+            }
+            ways = [way for b, way in names for _ in b.force]
+            write_curve(folder / "cantilever.csv", ways, columns)
             plot.draw_file(folder / "cantilever.png", plot.plot_cantilever, curve)
             yield "cantilever.png"
 
@@ -159,26 +171,6 @@ class Loop(PathKind):
         """Return the force curve with the cantilever; None without one."""
         stiffness = self.stiffness
         return None if stiffness is None else cantilever_curve(loop, stiffness)
-
-
-def write_curve(curve: CantileverCurve, file: Path) -> None:
-    """Write a force curve as CSV: branch, distance, deflection (nm), force (nN).
-
-    Parameters
-    ----------
-    curve : CantileverCurve
-    file : path
-    """
-    rows = list[list[str]]()
-    for way in ("approach", "retraction"):
-        branch = getattr(curve, way)
-        columns = branch.distance / _NM, branch.deflection / _NM, branch.force / _NN
-        rows += (
-            [way, *(f"{value:.8g}" for value in values)]
-            for values in np.transpose(columns)
-        )
-    heads = "branch", "distance (nm)", "deflection (nm)", "force (nN)"
-    write_table(file, heads, rows)
 
 
 def _jump(jump: CantileverJump | None) -> str:

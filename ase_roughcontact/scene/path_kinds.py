@@ -11,6 +11,7 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from ase_roughcontact._util.files import write_table
 from ase_roughcontact._util.units import FORCES, PRESSURES, QUANTITY, UNITS
 from ase_roughcontact._util.validation import (
     FloatArray,
@@ -331,6 +332,26 @@ class Steps(PathKind):
                 f"{first} and {last}"
             )
         return scale(*np.array(ends, dtype=float), steps)
+
+
+def write_curve(
+    file: Path, ways: Sequence[str], columns: Mapping[str, FloatArray]
+) -> None:
+    """Write a force curve as CSV, with the branch of each point.
+
+    Parameters
+    ----------
+    file : path
+    ways : sequence of str, length n
+        Names of the branches.
+    columns : mapping of str to ndarray, shape (n,)
+        Values by their heads.
+    """
+    rows = (
+        [way, *(f"{value:.8g}" for value in values)]
+        for way, *values in zip(ways, *columns.values(), strict=True)
+    )
+    write_table(file, ("branch", *columns), rows)
 
 
 def range_at(bodies: Bodies, given: Any, deepest: float) -> float:

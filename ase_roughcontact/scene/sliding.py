@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby, zip_longest
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -248,7 +248,7 @@ class Sliding(PathKind):
     def partly_slipping(self, states: Sequence[Any]) -> list[Any]:
         """Return a few states with tractions in order, those with most partial slip.
 
-        At first one of each way between two turns; of equal tractions only one.
+        As many of each way between two turns; of equal tractions only one.
         """
         distinct = {
             (
@@ -265,13 +265,10 @@ class Sliding(PathKind):
         def whole(state: Any) -> float:
             return -state.stick_area * state.slip_area
 
-        ordered = sorted(distinct.values(), key=lambda s: (way(s), whole(s), s.step))
+        ordered = sorted(distinct.values(), key=lambda s: s.step)
         ways = [list(group) for _, group in groupby(ordered, way)]
-        best = [
-            s
-            for row in zip_longest(*ways)
-            for s in sorted(filter(None, row), key=whole)
-        ]
+        share = max(_MAPS // max(len(ways), 1), 1)
+        best = [s for group in ways for s in sorted(group, key=whole)[:share]]
         return sorted(best[:_MAPS], key=lambda s: s.step)
 
     def _place(self, state: Any) -> str:

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.files import write_table
 from ase_roughcontact._util.units import FORCES, UNITS, per_time, with_unit
 from ase_roughcontact._util.validation import (
     finite_array,
@@ -27,7 +26,7 @@ from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_path import TimeSteps
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at
+from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at, write_curve
 from ase_roughcontact.theory import JKR, Hertz
 
 # Numbers of time steps for a change of the target, a hold and a cycle, as measured for
@@ -42,13 +41,13 @@ _OF_CANTILEVER = (
 )
 # Rounding of times, relative.
 _ROUNDING = 1e-12
-# Columns of the force curve of a cantilever, with their units.
-_CURVE = {
-    "time": 1.0,
-    "base": UNITS["nm"],
-    "deflection": UNITS["nm"],
-    "normal_force": UNITS["nN"],
-}
+# Heads of the columns of the force curve of a cantilever, their names and units.
+_CURVE = (
+    ("time (s)", "time", 1.0),
+    ("distance (nm)", "base", UNITS["nm"]),
+    ("deflection (nm)", "deflection", UNITS["nm"]),
+    ("force (nN)", "normal_force", UNITS["nN"]),
+)
 
 
 @dataclass(frozen=True)
@@ -299,7 +298,11 @@ class Timed(PathKind):
         plot.draw_time_path(folder / "time.png", states, ways, theory)
         yield "time.png"
         if self.stiffness is not None:
-            write_force_curve(ways, states, folder / "cantilever.csv")
+            columns = {
+                head: np.array([getattr(state, name) for state in states]) / unit
+                for head, name, unit in _CURVE
+            }
+            write_curve(folder / "cantilever.csv", ways, columns)
             plot.draw_cantilever_path(folder / "cantilever.png", states, ways)
             yield "cantilever.png"
 
@@ -313,28 +316,6 @@ class Timed(PathKind):
         ends = np.cumsum([part.duration for part in schedule.parts])
         times = np.array([state.time for state in states]) * (1.0 - _ROUNDING)
         return [parts[min(i, len(parts) - 1)] for i in np.searchsorted(ends, times)]
-
-
-def write_force_curve(ways: Sequence[str], states: Sequence[Any], file: Path) -> None:
-    """Write branch, time (s), distance, deflection (nm) and force (nN) as CSV.
-
-    Parameters
-    ----------
-    ways : sequence of str
-        Names of the branches, for each state.
-    states : sequence of TimeStep
-        Of a path of the base of a cantilever.
-    file : path
-    """
-    heads = "branch", "time (s)", "distance (nm)", "deflection (nm)", "force (nN)"
-    write_table(
-        file,
-        heads,
-        (
-            [way, *(f"{getattr(s, name) / unit:.8g}" for name, unit in _CURVE.items())]
-            for way, s in zip(ways, states, strict=True)
-        ),
-    )
 
 
 def _way(change: float, upwards: bool, amplitude: float) -> str:

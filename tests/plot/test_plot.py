@@ -51,28 +51,23 @@ def line(axes, label):
     return found.get_data()
 
 
-def everything(figure, sphere_contact, loop):
-    """All kinds of axes, drawn."""
-    axes = iter(figure.add_subplot(2, 3, i) for i in range(1, 7))
-    load = np.geomspace(1, 10, 4)
-    plot.plot_curve(next(axes), load, load, 2 * load)
-    plot.plot_contact(next(axes), rc.snapshot(sphere_contact), 20.0)
-    plot.plot_pressure(next(axes), ContactMap.from_atoms(sphere_contact), 20.0)
-    plot.plot_loop(next(axes), loop, {"JKR": -1.0})
-    plot.plot_force(next(axes), [1.0, 2.0], [-1.0, 1.0], pull_off_force=2.0)
-    plot.plot_convergence(next(axes), {"one": ([1, 2], [1.0, 0.1])})
-
-
-def test_all_axes_tell_quantity_and_unit(sphere_contact, loop):
-    figure = Figure()
-    everything(figure, sphere_contact, loop)
-    assert len(figure.axes) == 6
+def test_all_axes_tell_quantity_and_unit(sphere_contact, loop, tmp_path):
+    with plot.style():
+        figure = Figure(figsize=(6.8, 5.2))
+        one, two, three, four, five, six = figure.subplots(2, 3).flat
+        load = np.geomspace(1, 10, 4)
+        plot.plot_curve(one, load, load, 2 * load)
+        plot.plot_contact(two, rc.snapshot(sphere_contact), 20.0)
+        plot.plot_pressure(three, ContactMap.from_atoms(sphere_contact), 20.0)
+        plot.plot_loop(four, loop, {"JKR": -1.0})
+        plot.plot_force(five, [1.0, 2.0], [-1.0, 1.0], pull_off_force=2.0)
+        plot.plot_convergence(six, {"one": ([1, 2], [1.0, 0.1])})
+        figure.savefig(tmp_path / "figure.pdf")
+    assert (tmp_path / "figure.pdf").stat().st_size > 10_000
+    without = r"contact area $A/A_\mathrm{Hertz}$", "steps of the optimizer"
     for axes in figure.axes:
         for text in (axes.get_xlabel(), axes.get_ylabel()):
-            assert text.endswith(")") or text in (
-                r"contact area $A/A_\mathrm{Hertz}$",
-                "steps of the optimizer",
-            )
+            assert text.endswith(")") or text in without
 
 
 def test_force_shows_tension_on_a_linear_axis_beside_the_laws(axes):
@@ -104,12 +99,15 @@ def test_steps_that_did_not_converge_are_crossed_and_no_line_leads_to_them(axes)
     np.testing.assert_allclose(line(axes, "simulation")[1], [5.0, np.nan, -1.0, -2.0])
 
 
-def test_an_area_that_did_not_converge_is_crossed(axes):
+def test_areas_have_bars_of_twice_their_errors_and_crosses_if_not_converged(axes):
     load = np.array([1.0, 2.0, 3.0])
-    plot.plot_curve(axes, load, load, load, converged=[True, False, True])
+    errors = {"converged": [True, False, True], "area_error": [0.1, 0.2, 0.0]}
+    plot.plot_curve(axes, load, 2.0 * load, load, **errors)
     assert list(line(axes, "simulation")[0]) == [1.0, 3.0]
-    assert list(line(axes, "not converged")[0]) == [2.0]
-    assert line(axes, "not converged")[1] == [1.0]
+    assert [list(x) for x in line(axes, "not converged")] == [[2.0], [2.0]]
+    (bars,) = axes.collections
+    ends = np.array([path.vertices[:, 1] for path in bars.get_paths()])
+    np.testing.assert_allclose(ends, [[1.8, 2.2], [1.8, 2.2], [2.0, 2.0]])
 
 
 def test_atoms_that_are_attracted_are_shown_beside_those_in_contact(axes):
@@ -207,24 +205,16 @@ def test_convergence_leaves_errors_of_zero_out(axes):
     assert [each.tolist() for each in line(axes, "a")] == [[1, 2], [1.0, 0.1]]
     assert axes.get_yscale() == "log"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("atoms", "error (%)")
-
-
-def test_convergence_refuses_lists_of_different_lengths(axes):
     with pytest.raises(ValueError, match=r"b: .*same length"):
         plot.plot_convergence(axes, {"b": ([1, 2], [1.0])})
 
 
-def test_style_holds_within_its_context_only(sphere_contact, loop, tmp_path):
+def test_style_holds_within_its_context_only():
     before = mpl.rcParams["font.size"]
     with plot.style():
-        figure = Figure()
-        assert figure.get_size_inches()[0] == pytest.approx(86 / 25.4, abs=0.02)
+        assert Figure().get_size_inches()[0] == pytest.approx(86 / 25.4, abs=0.02)
         assert mpl.rcParams["font.size"] == 8
-        figure = Figure(figsize=(6.8, 5.2))
-        everything(figure, sphere_contact, loop)
-        figure.savefig(tmp_path / "figure.pdf")
     assert mpl.rcParams["font.size"] == before
-    assert (tmp_path / "figure.pdf").stat().st_size > 10_000
 
 
 # Maps of linear sRGB, after Viénot, Brettel and Mollon (1999).
@@ -264,12 +254,3 @@ def test_measured_moduli_lie_on_the_series_that_they_were_made_of(axes):
         assert found == pytest.approx(measured.get_ydata(), rel=0.01)
     assert axes.lines[0].get_ydata()[0] < axes.lines[0].get_ydata()[-1]  # storage grows
     assert axes.get_ylabel() == "modulus (MPa)"
-
-
-def test_errors_of_areas_are_bars_of_twice_their_size():
-    axes = Figure().subplots()
-    load, area = np.array([1.0, 2.0]), np.array([3.0, 5.0])
-    plot.plot_curve(axes, load, area, np.array([2.0, 4.0]), area_error=[0.1, 0.2])
-    (bars,) = axes.collections
-    ends = np.array([path.vertices[:, 1] for path in bars.get_paths()])
-    np.testing.assert_allclose(ends, [[1.4, 1.6], [1.15, 1.35]])
