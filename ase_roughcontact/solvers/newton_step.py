@@ -207,18 +207,6 @@ class Increment:
         pressure = on_window(state, change)
         return cls(pressure, energy.opening(pressure), float(change[-1]))
 
-    @classmethod
-    def combination(
-        cls, weights: list[float], increments: list[Increment]
-    ) -> Increment:
-        """Return the sum of increments times weights."""
-        pairs = list(zip(weights, increments, strict=True))
-        return cls(
-            linear_combination([(w, increment.pressure) for w, increment in pairs]),
-            linear_combination([(w, increment.opening) for w, increment in pairs]),
-            sum(w * increment.height for w, increment in pairs),
-        )
-
 
 def _moved(
     energy: ContactEnergy, state: EnergyState, increment: Increment, length: float
@@ -274,7 +262,12 @@ def combine(
     values, modes = np.linalg.eigh(scale[:, None] * hessian * scale)
     along = modes.T @ (scale * slopes) / np.maximum(abs(values), _LEAST_CURVATURE)
     weights = -scale * (modes @ along)
-    return Increment.combination(weights.tolist(), increments)
+    pairs = list(zip(weights.tolist(), increments, strict=True))
+    return Increment(
+        linear_combination([(w, increment.pressure) for w, increment in pairs]),
+        linear_combination([(w, increment.opening) for w, increment in pairs]),
+        sum(w * increment.height for w, increment in pairs),
+    )
 
 
 def line_search(
