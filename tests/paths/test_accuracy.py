@@ -10,7 +10,7 @@ import pytest
 from built import atoms_under
 
 import ase_roughcontact as rc
-from ase_roughcontact.paths.accuracy import accuracy_of
+from ase_roughcontact.paths.accuracy import accuracy_of, grid_for
 from ase_roughcontact.scene import Scene
 
 # In units of the contact modulus and of the spacing.
@@ -43,46 +43,23 @@ def states(wall, path, seed, accuracy):
     return found
 
 
-def compared(wall, path, seed, accuracy):
-    """Result, reference and repulsive force of every step."""
-    reference = states(wall, path, seed, REFERENCE)
+@pytest.mark.parametrize("level", ["fast", "normal"])
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("wall", WALLS)
+def test_errors_of_force_and_area_are_at_most_the_allowed_ones(wall, path, seed, level):
+    """That of the force relative to the repulsion, that of the area beyond one atom."""
+    allowed, reference = accuracy_of(level).error, states(wall, path, seed, REFERENCE)
     for (record, _), (truth, push) in zip(
-        states(wall, path, seed, accuracy), reference, strict=True
+        states(wall, path, seed, level), reference, strict=True
     ):
         assert record.converged and truth.converged
-        yield record, truth, push
-
-
-each = pytest.mark.parametrize("seed", SEEDS)
-along = pytest.mark.parametrize("path", PATHS)
-against = pytest.mark.parametrize("wall", WALLS)
-of_level = pytest.mark.parametrize("level", ["fast", "normal"])
-
-
-@of_level
-@each
-@along
-@against
-def test_error_of_the_force_is_at_most_the_allowed_one(wall, path, seed, level):
-    allowed = accuracy_of(level).error
-    for record, truth, push in compared(wall, path, seed, level):
         assert abs(record.normal_force - truth.normal_force) <= allowed * push
-
-
-@of_level
-@each
-@along
-@against
-def test_error_of_the_area_is_at_most_the_allowed_one_and_one_atom(
-    wall, path, seed, level
-):
-    allowed = accuracy_of(level).error
-    for record, truth, _ in compared(wall, path, seed, level):
         amiss = abs(record.repulsive_atoms - truth.repulsive_atoms)
         assert amiss <= 1 + allowed * truth.repulsive_atoms
 
 
-@against
+@pytest.mark.parametrize("wall", WALLS)
 def test_names_mean_the_same_for_the_model_of_atoms(wall):
     (fast, high) = (
         [record.tolerance for record, _ in states(wall, "loads", 101, name)]
@@ -104,11 +81,8 @@ def test_accuracy_does_not_change_the_wall(accuracy):
 @pytest.mark.parametrize("depth", [0.3, 4.0])
 def test_error_due_to_the_cutoff_of_a_full_wall_is_as_documented(depth):
     def force(cutoff):
-        sphere = rc.RoughSphere(100.0)
-        wall = rc.LennardJones93.full(
-            distance=1.0, work_of_adhesion=1 / 27, cutoff=cutoff
-        )
-        atoms = atoms_under(sphere, wall)
+        wall = {"distance": 1.0, "work_of_adhesion": 1 / 27, "cutoff": cutoff}
+        atoms = atoms_under(rc.RoughSphere(100.0), rc.LennardJones93.full(**wall))
         (record,) = rc.load_path(atoms, [depth], accuracy=1e-8, window="auto")
         state = atoms.calc.state(atoms)
         return record.normal_force, state.pressure[state.contact].sum()
@@ -136,3 +110,44 @@ def test_tolerance_and_errors_under_tension_are_those_of_the_magnitudes():
     assert pressed.mean_pressure > 0.0 > pulled.mean_pressure
     assert pulled.tolerance > 0.1 * pressed.tolerance
     assert pulled.area_error > 0.0
+
+
+# Grids of the continuum
+
+SOFT = WALLS["repulsive"]
+
+
+def spacing(error, wave=4.0, wall=SOFT, domain=64.0, shape=None):
+    """Return the spacing of the grid in units of that of the atoms."""
+    rough = rc.SelfAffine(0.1, 0.8, wave, max(wave, 32.0), domain=domain)
+    return grid_for(error, rc.RoughSphere(100.0, rough), wall, 1.0, shape).spacing(1.0)
+
+
+@pytest.mark.parametrize(
+    "error, points",
+    [(0.05, 4), (0.049, 8), (0.01, 8), (0.002, 16), (0.001, 32), (0.0005, 64)],
+)
+def test_smaller_errors_need_more_points_on_the_shortest_wave(error, points):
+    assert spacing(error) == 4.0 / points
+
+
+def test_errors_below_the_smallest_are_not_attempted():
+    with pytest.raises(ValueError, match="at least"):
+        spacing(0.0004)
+
+
+@pytest.mark.parametrize(
+    "wall, largest", [(rc.HardWall(), 8), (SOFT, 2), (rc.DugdaleWall(0.01, 0.5), 1)]
+)
+def test_grids_are_coarser_only_as_far_as_the_wall_is_resolved(wall, largest):
+    assert spacing(0.05, wave=64.0, wall=wall) == largest
+
+
+@pytest.mark.parametrize("domain, coarsest", [(128.0, 8), (132.0, 4), (130.0, 2)])
+def test_coarser_grids_divide_the_period_of_the_roughness(domain, coarsest):
+    assert spacing(0.05, wave=32.0, wall=rc.HardWall(), domain=domain) == coarsest
+
+
+@pytest.mark.parametrize("shape, coarsest", [((64, 96), 8), ((64, 100), 4), (None, 8)])
+def test_coarser_grids_divide_a_fixed_window(shape, coarsest):
+    assert spacing(0.05, wave=32.0, wall=rc.HardWall(), shape=shape) == coarsest

@@ -8,25 +8,16 @@ import ase_roughcontact as rc
 from ase_roughcontact.analysis import extrapolate
 from ase_roughcontact.theory.counted_area import continuum_area, grid_error, open_sides
 
-WALLS = {
-    "hard": rc.HardWall(),
-    "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),
-}
+WALLS = {"hard": rc.HardWall(), "repulsive": rc.LennardJones93.repulsive(1.0, 1.0)}
 ROUGH = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3, domain=32.0)
 # contact of about 10, 50 and 90 %
 LOADS = 32**2 * 0.1 * np.array([0.05, 0.3, 0.9])
 
 
 def steps_on_flat(wall, spacing, loads=LOADS, **options):
-    flat, points = rc.RoughSphere(np.inf, ROUGH), round(32 / spacing)
-    atoms = atoms_under(
-        flat,
-        WALLS.get(wall, wall),
-        (points, points),
-        spacing=spacing,
-        periodic=True,
-        fixed=False,
-    )
+    flat, shape = rc.RoughSphere(np.inf, ROUGH), 2 * (round(32 / spacing),)
+    cell = {"spacing": spacing, "periodic": True, "fixed": False}
+    atoms = atoms_under(flat, WALLS.get(wall, wall), shape, **cell)
     return list(rc.load_path(atoms, loads=loads, validity="ignore", **options))
 
 
@@ -101,23 +92,16 @@ def test_area_by_the_edge_where_the_continuum_is_asked_for():
 
 @pytest.mark.parametrize(
     "wall",
-    [
-        rc.PlasticWall(0.05),
-        rc.DugdaleWall(0.005, 0.3),
-        rc.ExponentialWall(0.005, 0.3),
-        rc.PowerLawWall(0.005, 0.3),
-    ],
+    [rc.PlasticWall(0.05)]
+    + [w(0.005, 0.3) for w in (rc.DugdaleWall, rc.ExponentialWall, rc.PowerLawWall)],
 )
 def test_area_by_the_edge_under_walls_with_attraction_or_hardness(wall):
-    areas, errors, heights, height_errors = np.transpose(
-        [
-            (step.continuum_area, step.area_error, step.height, step.height_error)
-            for spacing in (1.0, 0.5, 0.125)
-            for step in steps_on_flat(
-                wall, spacing, LOADS[1:2], grid="a0", accuracy=1e-4
-            )
-        ]
-    )
+    options, found = {"grid": "a0", "accuracy": 1e-4}, []
+    for spacing in (1.0, 0.5, 0.125):
+        (step,) = steps_on_flat(wall, spacing, LOADS[1:2], **options)
+        area = step.continuum_area, step.area_error
+        found.append((*area, step.height, step.height_error))
+    areas, errors, heights, height_errors = np.transpose(found)
     assert (abs(areas - areas[2])[:2] < 2.0 * errors[:2]).all()
     assert (abs(heights - heights[2])[:2] < 2.0 * height_errors[:2]).all()
     assert (errors[:2] < [0.06 * areas[2], 0.02 * areas[2]]).all()
