@@ -32,7 +32,6 @@ from ase_roughcontact.plot.friction import (
     plot_slip_areas,
     plot_tractions,
 )
-from ase_roughcontact.plot.moduli import plot_moduli
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import (
     plot_contact,
@@ -43,6 +42,7 @@ from ase_roughcontact.plot.surfaces import (
 from ase_roughcontact.plot.time import (
     draw_cantilever_path,
     draw_time_path,
+    plot_moduli,
     plot_over_depth,
     plot_over_time,
 )

@@ -13,9 +13,11 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.paths.cantilever import CantileverCurve
 from ase_roughcontact.paths.instabilities import AdhesionLoop, interpolated
-from ase_roughcontact.plot.style import BLUE, DASHES, GREY, LINES, ORANGE
+from ase_roughcontact.plot.style import BLUE, DASHES, GREY, LINES, ORANGE, limit_to
 
 NN, NM = UNITS["nN"], UNITS["nm"]
+# Margin of axes beside the steps, relative to their range.
+_MARGIN = 0.08
 
 
 def plot_curve(
@@ -152,7 +154,7 @@ def plot_force(
     """
     x, y = finite_array("depth", depth), finite_array("force", force) / NN
     axes.axhline(0.0, color=GREY, lw=0.6)
-    _cut(axes, x, np.append(y, -(pull_off_force or 0.0) / NN))
+    limit_to(axes, x, np.append(y, -(pull_off_force or 0.0) / NN), _MARGIN)
     for i, (name, (along, forces)) in enumerate((theory or {}).items()):
         points = np.array([along, np.asarray(forces) / NN])
         if _is_inside(axes, points):
@@ -162,8 +164,9 @@ def plot_force(
         axes.axhline(level, color=GREY, ls="--", lw=1, label=pull_off_label)
     ok = _mask(converged, x.size)
     _cross(axes, x[~ok], y[~ok])
-    bars = {"xerr": _twice(depth_error, x), "yerr": _twice(force_error, x) / NN}
-    axes.errorbar(x, y, **bars, fmt="none", ecolor=GREY, lw=1)
+    errors = np.asarray(depth_error), np.asarray(force_error) / NN
+    bars_x, bars_y = (np.broadcast_to(2.0 * error, x.shape) for error in errors)
+    axes.errorbar(x, y, bars_y, bars_x, fmt="none", ecolor=GREY, lw=1)
     y = np.where(ok, y, np.nan)
     peak = int(np.argmax(abs(x - x[0])))  # where the path reverses
     label = "simulation"
@@ -182,22 +185,10 @@ def _mask(converged: ArrayLike | None, count: int) -> np.ndarray:
     return np.full(count, True) if converged is None else np.asarray(converged, bool)
 
 
-def _twice(error: ArrayLike, values: np.ndarray) -> np.ndarray:
-    """Return error bars of some values."""
-    return np.broadcast_to(2.0 * np.asarray(error), values.shape)
-
-
 def _cross(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
     """Draw steps that are not converged."""
     if x.size:
         axes.plot(x, y, "x", color=GREY, ms=6, label="not converged")
-
-
-def _cut(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
-    """Limit axes to some points, with a margin."""
-    for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
-        margin = 0.08 * (float(np.ptp(values)) or 1.0)
-        limit(values.min() - margin, values.max() + margin)
 
 
 def _is_inside(axes: Any, points: np.ndarray) -> bool:

@@ -91,6 +91,13 @@ def add_arrow(axes: Any, x: FloatArray, y: FloatArray, colour: str) -> None:
     axes.annotate("", tip, tail, arrowprops={**arrow, "mutation_scale": _HEAD})
 
 
+def limit_to(axes: Any, x: FloatArray, y: FloatArray, margin: float) -> None:
+    """Limit axes to some points, with a margin relative to their range."""
+    for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
+        beside = margin * (float(np.ptp(values)) or 1.0)
+        limit(values.min() - beside, values.max() + beside)
+
+
 def legend_below(figure: Any, panels: Sequence[Any]) -> None:
     """Replace the legends of all panels by one below them."""
     handles = {

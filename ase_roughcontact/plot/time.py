@@ -1,4 +1,4 @@
-"""Figures of paths in time."""
+"""Figures of viscoelastic solids: paths in time, and moduli over frequency."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.elasticity.creep import RelaxationFit
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import (
     BLUE,
@@ -21,6 +22,7 @@ from ase_roughcontact.plot.style import (
     add_arrow,
     legend_below,
     letter,
+    limit_to,
 )
 
 _NN, _NM = UNITS["nN"], UNITS["nm"]
@@ -39,6 +41,8 @@ _COLOURS = {
     "retraction": ORANGE,
     "oscillation": COLOURS[3],
 }
+# Number of points of fitted moduli.
+_POINTS = 400
 # Margin of axes beside the states in which a force acts, relative to their range.
 _MARGIN = 0.12
 
@@ -95,9 +99,7 @@ def plot_over_depth(
     matplotlib Axes
     """
     x, y = _plot_ways(axes, steps, (along, column), ways, arrows=True)
-    for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
-        margin = _MARGIN * (float(np.ptp(values)) or 1.0)
-        limit(values.min() - margin, values.max() + margin)
+    limit_to(axes, x, y, _MARGIN)
     for i, (label, (depth, force)) in enumerate((theory or {}).items()):
         line = np.asarray(depth) / _NM, np.asarray(force) / _NN
         axes.plot(*line, f"k{LINES[i % 4]}", lw=0.8, label=label, zorder=0)
@@ -144,6 +146,45 @@ def draw_cantilever_path(file: Path, steps: Sequence[Any], ways: Sequence[str]) 
         axes = figure.subplots()
         plot_over_depth(axes, steps, ways=ways, along="base")
         legend_below(figure, [axes])
+
+
+def plot_moduli(
+    axes: Any,
+    fit: RelaxationFit,
+    frequencies: ArrayLike,
+    storage: ArrayLike,
+    loss: ArrayLike,
+    unit: str = "Pa",
+) -> Any:
+    """Plot measured storage and loss moduli, and the relaxation series fitted to them.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    fit : RelaxationFit
+        From `elasticity.fit_relaxation`.
+    frequencies : array_like, shape (n,)
+        Angular frequencies (rad/s).
+    storage, loss : array_like, shape (n,)
+        Measured moduli.
+    unit : str
+        That of the moduli, for the label.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    omega = np.asarray(frequencies, dtype=float)
+    line = np.geomspace(omega.min(), omega.max(), _POINTS)
+    fitted = fit.modulus * fit.creep.modulus(line)
+    axes.loglog(omega, storage, "o", color=BLUE, label="storage")
+    axes.loglog(line, fitted.real, color=BLUE, label="fit")
+    axes.loglog(omega, loss, "s", color=ORANGE, label="loss")
+    axes.loglog(line, fitted.imag, "--", color=ORANGE, label="fit")
+    axes.set(xlabel="angular frequency (rad/s)", ylabel=f"modulus ({unit})")
+    axes.set_title(f"rms error {100.0 * fit.error:.2g} %", loc="right")
+    axes.legend(ncols=2)
+    return axes
 
 
 def _plot_ways(

@@ -102,9 +102,9 @@ class ForceDerivatives:
     def __init__(
         self, scene: Scene, free: Sequence[str], with_range: bool = False
     ) -> None:
-        self._changes: list[Any] = [_Change(scene, name) for name in free]
+        self._changes = [_Change(scene, name).of for name in free]
         if with_range:
-            self._changes.append(_RangeChange())
+            self._changes.append(_by_range)
 
     def of(self, stepper: Stepper) -> tuple[FloatArray, float]:
         """Return the derivatives at the last state of a path.
@@ -124,7 +124,7 @@ class ForceDerivatives:
         contact, state = stepper.contact, _fields(stepper)
         response = height_response(contact, state, _RESIDUAL)
         row = [
-            force_derivative(contact, state, response, **change.of(stepper))
+            force_derivative(contact, state, response, **change(stepper))
             for change in self._changes
         ]
         return np.array(row), response.force
@@ -162,20 +162,17 @@ class _Change:
         return changes
 
 
-class _RangeChange:
-    r"""Derivative of the wall to the logarithm of its range, at the same work.
+def _by_range(stepper: Stepper) -> dict[str, Any]:
+    r"""Return the derivative of the wall to the logarithm of its range, at one work.
 
     The attraction of the range :math:`s D` has the pressure :math:`P(g/s)/s` at the gap
     g, counted from the contact distance.
     """
-
-    def of(self, stepper: Stepper) -> dict[str, Any]:
-        """Return the arguments of `force_derivative`."""
-        wall = stepper.problem.wall
-        _, pressure, stiffness = _profile(stepper, wall)
-        gap = _fields(stepper).gap - wall.contact_distance
-        change = np.where(gap >= 0.0, gap * stiffness - pressure, 0.0)
-        return {"wall_pressure": change}
+    wall = stepper.problem.wall
+    _, pressure, stiffness = _profile(stepper, wall)
+    gap = _fields(stepper).gap - wall.contact_distance
+    change = np.where(gap >= 0.0, gap * stiffness - pressure, 0.0)
+    return {"wall_pressure": change}
 
 
 def _profile(stepper: Stepper, wall: Interaction) -> Profile:

@@ -17,10 +17,6 @@ def measured():
     return (down, np.where(down < 0.0, -2.0 * down, 0.0)), (up, pull)
 
 
-def bends():
-    return [force / STIFFNESS for _, force in measured()]
-
-
 def rows(separator, *columns):
     return "\n".join(
         separator.join(f"{x:.10g}" for x in row) for row in zip(*columns, strict=True)
@@ -32,41 +28,40 @@ def joined(*columns):
     return [np.concatenate(pair) for pair in columns]
 
 
+def whole():
+    """Distances of the base (nm) and forces (nN), approach before retraction."""
+    return joined(*zip(*measured(), strict=True))
+
+
 def piezo_csv(file):
     """Columns of a table in SI units, the piezo positive towards the surface."""
-    bases, forces = zip(*measured(), strict=True)
-    piezo, force = joined(bases, forces)
-    table = rows(",", -1e-9 * piezo, 1e-9 * force)
-    file.write_text(f"Piezo (m),Force (N)\n{table}\n")
+    base, force = whole()
+    file.write_text(f"Piezo (m),Force (N)\n{rows(',', -1e-9 * base, 1e-9 * force)}\n")
 
 
 def volts(file):
-    bases, bend = [base for base, _ in measured()], bends()
-    height, volts = joined(bases, bend)
-    table = rows("\t", height / 1e3, volts / SENSITIVITY)
+    base, force = whole()
+    table = rows("\t", base / 1e3, force / STIFFNESS / SENSITIVITY)
     file.write_text(f"Height [µm]\tDeflection [V]\n{table}\n", encoding="latin-1")
 
 
 def din(file):
     """Table of a spreadsheet: units behind strokes, decimal commas, UTF-16."""
-    bases, bend = [base for base, _ in measured()], bends()
-    height, volts = joined(bases, bend)
-    table = rows("\t", height / 1e3, 1e3 * volts / SENSITIVITY).replace(".", ",")
-    file.write_text(f"z / µm\tDeflection / mV\n{table}\n", encoding="utf-16")
+    base, force = whole()
+    table = rows("\t", base / 1e3, 1e3 * force / STIFFNESS / SENSITIVITY)
+    text = f"z / µm\tDeflection / mV\n{table}\n".replace(".", ",")
+    file.write_text(text, encoding="utf-16")
 
 
 def savetxt(file):
     """Names in a comment, columns between blanks, as numpy writes them."""
-    bases, forces = zip(*measured(), strict=True)
-    table = np.transpose(joined(bases, forces))
-    np.savetxt(file, table, header="distance (nm) force (nN)")
+    np.savetxt(file, np.transpose(whole()), header="distance (nm) force (nN)")
 
 
 def separation(file):
     """Distance of tip and surface, written by Excel."""
-    bases, bend = [base for base, _ in measured()], bends()
-    base, bend = joined(bases, bend)
-    table = rows(";", base + bend, bend * STIFFNESS)
+    base, force = whole()
+    table = rows(";", base + force / STIFFNESS, force)
     file.write_text(f"sep=;\nSeparation (nm);Force (nN);\n{table}\n")
 
 
@@ -159,8 +154,7 @@ def test_a_curve_is_the_same_in_each_format(tmp_path, write, options):
     file = tmp_path / "curve.h5"
     write(file)
     curve = read_curve(file, **options)
-    bases, forces = zip(*measured(), strict=True)
-    base, force = joined(bases, forces)
+    base, force = whole()
     assert curve.stiffness == pytest.approx(STIFFNESS * UNITS["N/m"], rel=1e-6)
     np.testing.assert_allclose(curve.force, force * NN, atol=1e-8)
     np.testing.assert_allclose(curve.base, base * NM, atol=1e-6)

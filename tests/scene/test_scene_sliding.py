@@ -52,9 +52,15 @@ def scene_with(**values):
     )
 
 
+def relaxed(**values):
+    """Scene and its steps; keys of the path without their section."""
+    keys = {k if "__" in k else f"path__{k}": v for k, v in values.items()}
+    scene = scene_with(**keys)
+    return scene, list(scene.relax(validity="ignore"))
+
+
 def test_lateral_targets_are_reached_in_equal_steps():
-    scene = scene_with()
-    steps = list(scene.relax(validity="ignore"))
+    _, steps = relaxed()
     x = [*np.linspace(0, 1, 5), *np.linspace(1, -1, 5)[1:], *np.linspace(-1, 1, 5)[1:]]
     assert [step.lateral_x for step in steps] == pytest.approx(x)
     assert {step.lateral_y for step in steps} == {0.0}
@@ -68,7 +74,7 @@ def test_lateral_targets_are_reached_in_equal_steps():
 
 
 def test_no_loop_and_no_static_friction_without_them():
-    there = list(scene_with(path__displacements=[0, 0.01]).relax(validity="ignore"))
+    _, there = relaxed(displacements=[0, 0.01])
     assert np.isnan(static_friction(there))
     assert loop_energies(there).size == 0
     with pytest.raises(ValueError, match="steps of a sliding path, got none"):
@@ -77,8 +83,7 @@ def test_no_loop_and_no_static_friction_without_them():
 
 def test_static_friction_is_the_largest_force_of_the_first_slide():
     values = {"friction__coupling": "solved", "path__displacements": [0, 2, -2]}
-    scene = scene_with(**values, path__steps=8)
-    steps = list(scene.relax(validity="ignore"))
+    _, steps = relaxed(**values, steps=8)
     first = next(s for s in steps if s.stick_area == 0.0)
     assert first.lateral_force_x < 0.9995 * steps[8].lateral_force_x
     assert static_friction(steps) == steps[8].lateral_force_x
@@ -110,8 +115,7 @@ def test_forces_of_rounding_are_printed_as_zero():
 
 
 def test_no_ratio_of_stiffnesses_at_an_instability():
-    scene = scene_with(path__displacements=[0, 0.01], path__steps=1)
-    steps = list(scene.relax(validity="ignore"))
+    scene, steps = relaxed(displacements=[0, 0.01], steps=1)
     found = scene.path.summary(scene, steps)["stiffness without slip"]
     assert re.fullmatch(r"[\d.]+ N/m, 0\.8\d* times the normal one", found)
     steps[-1] = replace(steps[-1], contact_stiffness=np.nan)
@@ -149,8 +153,7 @@ def test_the_bound_that_is_drawn_is_that_of_the_repelled_atoms():
 
 
 def test_maps_show_stick_beside_slip_on_the_first_way_and_after_a_turn():
-    scene = scene_with(path__displacements=[0, 1, -1, 1, -1], path__steps=8)
-    steps = list(scene.relax(validity="ignore"))
+    scene, steps = relaxed(displacements=[0, 1, -1, 1, -1], steps=8)
     shown = scene.path.partly_slipping(steps)
     assert [s.step for s in shown] == sorted({s.step for s in shown})
     assert len(shown) == 4
@@ -163,10 +166,7 @@ def test_maps_show_stick_beside_slip_on_the_first_way_and_after_a_turn():
 
 def test_direction_forces_and_changing_loads():
     keys = {"displacements": None, "forces": ["1 nN", 3], "values": [20, "40 nN"]}
-    scene = scene_with(
-        **{f"path__{k}": v for k, v in keys.items()}, path__direction="30 deg"
-    )
-    steps = list(scene.relax(validity="ignore"))
+    scene, steps = relaxed(**keys, direction="30 deg")
     forces = np.array([[s.lateral_force_x, s.lateral_force_y] for s in steps]) / NN
     turned = np.linspace(1, 3, 5)[:, None] * [np.sqrt(0.75), 0.5]
     assert forces == pytest.approx(turned, rel=1e-4)
@@ -180,12 +180,11 @@ def test_direction_forces_and_changing_loads():
 
 def test_bases_move_a_spring():
     keys = {"displacements": None, "bases": [0, "5 nm"], "spring": "10 N/m"}
-    scene = scene_with(**{f"path__{k}": v for k, v in keys.items()}, path__steps=2)
-    stiffness = 10.0 * UNITS["N/m"]
-    for step, base in zip(scene.relax(validity="ignore"), [0, 25, 50], strict=True):
+    _, steps = relaxed(**keys, steps=2)
+    for step, base in zip(steps, [0, 25, 50], strict=True):
         assert (step.base_x, step.base_y) == (base, 0.0)
-        extension = base - step.lateral_x
-        assert step.lateral_force_x == pytest.approx(stiffness * extension, abs=1e-4)
+        force = 10.0 * UNITS["N/m"] * (base - step.lateral_x)
+        assert step.lateral_force_x == pytest.approx(force, abs=1e-4)
 
 
 @pytest.mark.parametrize("direction", [0.0, 30.0])
