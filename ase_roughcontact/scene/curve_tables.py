@@ -7,6 +7,7 @@ import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
 from typing import TypeAlias
 
@@ -219,24 +220,18 @@ def _parsed(head: str) -> tuple[str, str | None, str | None]:
 
 def _jpk(lines: dict[int, str]) -> Segments:
     """Return approach and retraction of a text export of JPK, without pauses."""
-    segments: list[tuple[dict[str, str], list[tuple[int, list[str]]]]] = [({}, [])]
-    for number, line in lines.items():
-        header, rows = segments[-1]
-        if line[0] != "#":
-            rows.append((number, line.split()))
-            continue
-        if rows:  # a new segment
-            header, rows = {}, []
-            segments.append((header, rows))
-        key, _, value = line[1:].strip().partition(": ")
-        header[key] = value
+    groups = [
+        list(g) for _, g in groupby(lines.items(), lambda each: each[1][0] == "#")
+    ]
     found: Segments = []
-    for header, rows in segments:
+    for head, rows in zip(groups[::2], groups[1::2], strict=False):
+        header = dict(line[1:].strip().partition(": ")[::2] for _, line in head)
         way = _SEGMENTS.get(header.get("segment", ""))
         names, units = (header.get(key, "").split() for key in ("columns", "units"))
         units += len(names) * [""]
+        cells = {number: line.split() for number, line in rows}
         columns = [
-            Column(name, name.lower(), units[i] or None, _cells(dict(rows), i))
+            Column(name, name.lower(), units[i] or None, _cells(cells, i))
             for i, name in enumerate(names)
         ]
         if way:

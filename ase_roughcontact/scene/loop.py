@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,7 @@ from ase_roughcontact.paths.cantilever import (
 )
 from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, LoopSteps, default_step
 from ase_roughcontact.paths.instabilities import AdhesionLoop
-from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.bodies import Bodies
@@ -106,12 +106,9 @@ class Loop(PathKind):
             f"cantilever.\n\n{text}"
         )
 
-    def run(
-        self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
-    ) -> Generator[LoadStep, None, None]:
-        """Approach and retract; see `LoopSteps`."""
-        steps = LoopSteps(stepper, **self.options(bodies))
-        return follow(steps, output, validity, springs=[])
+    def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
+        """Return what approaches and retracts."""
+        return LoopSteps(stepper, **self.options(bodies))
 
     def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:
         """Return the states as branches with their instabilities."""

@@ -22,7 +22,7 @@ from ase_roughcontact._util.validation import (
 )
 from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_records import TimeStep
-from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
+from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
@@ -46,7 +46,7 @@ class PathKind(Section):
     A subclass with a `kind` can be used in scene files: its fields are the keys of
     ``[path]``. It defines `control` and `targets`, from which plan, preview, table and
     pictures follow; a path that chooses its targets as it runs defines `planned` and
-    `run` instead, and whatever it has beyond a sequence of states.
+    `steps_of` instead, and whatever it has beyond a sequence of states.
 
     Attributes
     ----------
@@ -240,13 +240,22 @@ class PathKind(Section):
         """Return a description of the path, printed above its plan."""
         return ""
 
+    def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
+        """Return what relaxes the states, one after the other."""
+        targets = targets_of(stepper.control, self.targets(bodies))
+        return NumberedSteps(stepper, targets)
+
+    @property
+    def springs(self) -> dict[str, Any]:
+        """Springs of the path as they are written beside its results."""
+        return {"springs": []}
+
     def run(
         self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
     ) -> Generator[LoadStep, None, None]:
         """Relax one state after another; see `follow`."""
-        targets = targets_of(stepper.control, self.targets(bodies))
-        steps = NumberedSteps(stepper, targets)
-        return follow(steps, output, validity, springs=[])
+        steps = self.steps_of(bodies, stepper)
+        return follow(steps, output, validity, **self.springs)
 
     def ways(self, bodies: Bodies, states: Sequence[LoadStep]) -> list[str]:
         """Return what the path does at each state, "approach" for instance."""

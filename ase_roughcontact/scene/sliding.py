@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -22,8 +22,8 @@ from ase_roughcontact._util.validation import (
 )
 from ase_roughcontact.analysis.path_values import loop_energies, static_friction
 from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
-from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_records import SlidingStep
+from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.sliding import LATERAL_CONTROLS, SlidingSteps
 from ase_roughcontact.paths.step import Stepper
@@ -188,12 +188,10 @@ class Sliding(PathKind):
             f"{key}. The states at the normal targets are planned; {time}:"
         )
 
-    def run(
-        self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
-    ) -> Generator[LoadStep, None, None]:
-        """Move the indenter; see `SlidingSteps`."""
+    def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
+        """Return what moves the indenter."""
         control, turns = self.turns(bodies)
-        steps = SlidingSteps(
+        return SlidingSteps(
             stepper,
             self.targets(bodies),
             bodies.friction.law,
@@ -202,7 +200,6 @@ class Sliding(PathKind):
             self.spring_stiffness,
             bodies.friction.coupling,
         )
-        yield from follow(steps, output, validity, springs=[])
 
     def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
         """Return static friction, the energy of the last loop, and the stiffness."""

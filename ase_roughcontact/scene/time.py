@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,8 +19,8 @@ from ase_roughcontact._util.validation import (
     positive,
 )
 from ase_roughcontact.analysis.path_values import dynamic_stiffness
-from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_records import TimeStep
+from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
@@ -249,13 +249,14 @@ class Timed(PathKind):
             f"state, in a solid with the instantaneous modulus{grows}:"
         )
 
-    def run(
-        self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
-    ) -> Generator[LoadStep, None, None]:
-        """Follow the schedule; see `TimeSteps`."""
-        steps = TimeSteps(stepper, self.schedule(bodies), self.tolerance)
-        cantilever = self.stiffness or 0.0
-        yield from follow(steps, output, validity, cantilever=cantilever)
+    def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
+        """Return what follows the schedule."""
+        return TimeSteps(stepper, self.schedule(bodies), self.tolerance)
+
+    @property
+    def springs(self) -> dict[str, Any]:
+        """Stiffness of the cantilever as it is written beside the results."""
+        return {"cantilever": self.stiffness or 0.0}
 
     def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
         """Return largest forces, and the energies lost."""
