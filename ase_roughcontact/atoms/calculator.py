@@ -219,12 +219,13 @@ class RoughContact(Calculator):
             self._warn_of_load(load)
             load = 0.0
         work = load * float(self.atoms.positions[-1, 2])
+        energies = np.append(model.contact.energies(values, state), work)
+        del values  # its memory is needed
         forces = np.zeros((len(self.atoms), 3))
         if state.forces.any():
             forces[:-1, 2] = state.forces.ravel()
         forces[-1, 2] = state.normal_force - load
         energy, lateral_force = state.energy + work, model.lateral_force
-        energies = np.append(model.contact.energies(values, state), work)
         if self._sticking is not None:
             lateral, forces[:-1, :2] = model.lateral_energies(self.atoms)
             energy, energies[:-1] = energy + lateral.sum(), energies[:-1] + lateral

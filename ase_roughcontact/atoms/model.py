@@ -162,6 +162,8 @@ class ContactModel:
         A displacement, a height of the indenter and the pressure on the window that
         causes the displacement. A hard wall exerts this pressure if the indenter is at
         the height; None if a solver has not found it.
+    fields : ContactState, optional
+        Of this displacement and height.
     history : mapping of str to ndarray of shape (n, m)
         What the surface has kept of earlier steps.
     """
@@ -170,6 +172,7 @@ class ContactModel:
     problem: Problem
     contact: Contact
     known: tuple[np.ndarray, float | None, np.ndarray] | None = None
+    fields: ContactState | None = None
     history: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
@@ -214,6 +217,8 @@ class ContactModel:
         values, height = displacement(atoms, self.grid), float(atoms.positions[-1, 2])
         pressure, known_height = self._known(values)
         reaction = pressure if height == known_height else None
+        if reaction is not None and self.fields is not None:
+            return self.fields
         return self.contact.evaluate(values, height, pressure, reaction)
 
     @cached_property
@@ -261,7 +266,7 @@ class ContactModel:
             values = np.asarray(values, dtype=float)
         set_displacement(atoms, values)
         atoms.positions[-1, 2] = height
-        self.known = values, height, pressure
+        self.known, self.fields = (values, height, pressure), None
 
     def _known(self, values: np.ndarray) -> tuple[np.ndarray | None, float | None]:
         """Return pressure and height of the indenter if they belong to the values."""

@@ -129,7 +129,9 @@ class PathAtoms:
             return
         if state is not self._reached:
             self.place(stepper.contact, state)
-            self._reached = state
+            self._reached, model = state, model_of(self.atoms)
+            if model.contact is stepper.contact:
+                model.fields = run.fields
         if stepper.control == "loads":
             self.atoms.calc.set(load=run.support.load)
         self.atoms.get_potential_energy()
