@@ -104,7 +104,10 @@ def plan_path(
         except ValueError as error:
             steps.append(PlannedStep(target, count, problem=str(error)))
             continue
-        cost = memory_of(shape, wall, solid, points=points), seconds(grid)
+        memory = memory_of(
+            shape, wall, solid, points=points, periodic=problem.periodic
+        )
+        cost = memory, seconds(grid)
         steps.append(PlannedStep(target, count, text_of(shape), text_of(grid), *cost))
     largest = max(beyond, key=lambda error: error.radius, default=None)
     advice = (largest.advice, largest.domain) if largest else ()

@@ -96,8 +96,10 @@ def _mean_pressure(step: RelaxedStep) -> float:
 def _memory(step: RelaxedStep) -> float:
     problem = step.problem
     points = problem.facts.points(problem.spacing)
-    shape = step.halfspace.shape
-    return memory_of(shape, problem.wall, problem.solid, points=points)
+    shape, periodic = step.halfspace.shape, problem.periodic
+    return memory_of(
+        shape, problem.wall, problem.solid, points=points, periodic=periodic
+    )
 
 
 Step = TypeVar("Step", bound="LoadStep")

@@ -11,9 +11,9 @@ import psutil
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.interactions import Interaction
 
-# Bytes for each atom at the peak of a step: of a hard wall, of a soft one without
-# attraction, and of others.
-_HARD, _REPULSIVE, _PER_ATOM = 190, 240, 350
+# Bytes for each atom at the peak of a step: of a hard wall on a periodic and on a free
+# half space, of a soft one without attraction, and of others.
+_PERIODIC_HARD, _HARD, _REPULSIVE, _PER_ATOM = 80, 140, 255, 350
 # Bytes for each atom in the rectangle around the tractions of friction, and if their
 # coupling to the pressure is solved for.
 _PER_LATERAL, _PER_COUPLED = 900, 500
@@ -24,7 +24,7 @@ _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
 # Bytes of Python and its libraries, and bytes beside them that are not checked: reading
 # the limits would take a tenth of a step in a small window.
-_BASE, _UNCHECKED = 180e6, 100e6
+_BASE, _UNCHECKED = 165e6, 100e6
 
 
 def memory_of(
@@ -33,6 +33,7 @@ def memory_of(
     solid: ElasticSolid | None = None,
     *,
     points: int = 0,
+    periodic: bool = False,
 ) -> float:
     """Estimate the peak memory of a process that calculates a step.
 
@@ -44,6 +45,8 @@ def memory_of(
         By default those that need most.
     points : int
         Of a roughness synthesised from its spectrum; see `IndenterFacts.points`.
+    periodic : bool
+        Whether the half space is.
 
     Returns
     -------
@@ -53,7 +56,8 @@ def memory_of(
     """
     per_atom = _PER_ATOM
     if wall and solid and not wall.attractive and solid.creep is None:
-        per_atom = _HARD if wall.hard and not wall.plastic else _REPULSIVE
+        hard = _PERIODIC_HARD if periodic else _HARD
+        per_atom = hard if wall.hard and not wall.plastic else _REPULSIVE
     step = math.prod(window) * per_atom
     return _BASE + max(_PER_POINT_MADE * points, _PER_POINT_KEPT * points + step)
 
