@@ -50,6 +50,8 @@ class PathAtoms:
         Of the atoms.
     """
 
+    _moved = False  # whether a step has been shown
+
     def __init__(self, atoms: Atoms) -> None:
         self.atoms = atoms
         self.problem = model_of(atoms).problem
@@ -125,13 +127,16 @@ class PathAtoms:
     def show(self, stepper: Stepper) -> None:
         """Move the atoms to the last state of a path, with its results."""
         run, state = stepper.run, stepper.state
-        if run is None:  # the first step has failed
+        if run is None and not self._moved:  # the first step has failed
             return
         if state is not self._reached:
             self.place(stepper.contact, state)
             self._reached, model = state, model_of(self.atoms)
-            if model.contact is stepper.contact:
+            if run is not None and model.contact is stepper.contact:
                 model.fields = run.fields
+        self._moved = True
+        if run is None:  # a later one has
+            return
         if stepper.control == "loads":
             self.atoms.calc.set(load=run.support.load)
         self.atoms.get_potential_energy()
