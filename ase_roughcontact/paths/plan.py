@@ -104,9 +104,7 @@ def plan_path(
         except ValueError as error:
             steps.append(PlannedStep(target, count, problem=str(error)))
             continue
-        memory = memory_of(
-            shape, wall, solid, points=points, periodic=problem.periodic
-        )
+        memory = memory_of(shape, wall, solid, points=points, periodic=problem.periodic)
         cost = memory, seconds(grid)
         steps.append(PlannedStep(target, count, text_of(shape), text_of(grid), *cost))
     largest = max(beyond, key=lambda error: error.radius, default=None)
