@@ -167,20 +167,20 @@ def _followed(
         if output.csv is not None:
             first = done[0].step if done else 0
             known = chain(_lines(output.csv, first), map(asdict, done))
-            columns = {
+            heads = {
                 name: f"{name} ({each.unit})" if each.unit else name
                 for name, each in columns_of(path.record).items()
             }
-            add_row = files.enter_context(table_writer(output.csv, columns, known))
+            add_row = files.enter_context(table_writer(output.csv, heads, known))
         for step in done:
             report(step.step, step.validity)
             yield step
         for step, described in path.remaining(last):
-            values = asdict(step)
             if frames and add_frame:
-                add_frame(frames.frame(path.stepper, load_step=values, path=described))
+                columns = asdict(step)
+                add_frame(frames.frame(path.stepper, load_step=columns, path=described))
             if add_row:
-                add_row(values)
+                add_row(asdict(step))
             report(step.step, step.validity)
             yield step
 

@@ -263,8 +263,9 @@ class Stepper:
         if self.problem.wall.purely_hard:  # only the pressure is needed again
             self.state = replace(self.state, displacement=None)
         self.run = None
+        last = self.state.height
         state, support = self._at(target)
-        state = self.windows.choose(state, support)
+        state = self.windows.choose(state, support, last)
         state = self._surface.on(state)
         start, along = None, target if math.isnan(moment) else moment
         # without a load nothing holds a sphere

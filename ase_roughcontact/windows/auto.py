@@ -99,9 +99,9 @@ class AutoWindow:
         if isinstance(indenter, RoughSphere):
             self._expected = ExpectedContact(indenter, self._wall, solid, spacing)
         self._level = -np.inf  # for which the window was made
-        self._overlap_size = math.inf  # number of atoms, in the state relaxed last
+        self._searched = 0.0, 0  # load and power of the depth predicted last
 
-    def choose(self, state: State, support: Support) -> State:
+    def choose(self, state: State, support: Support, last: float) -> State:
         """Return the state from which a step starts, on the window of the step.
 
         Parameters
@@ -110,6 +110,8 @@ class AutoWindow:
             Displaced as at the last step, at the height of the step if it is given.
         support : Support
             With a load the height is predicted.
+        last : float
+            Height of the last step (length).
 
         Returns
         -------
@@ -132,12 +134,13 @@ class AutoWindow:
         self._level = self._wall.cutoff - height
         if load is None:
             self.footprint.check(self._level)
-        overlap = self.footprint.overlap(self._level).size
-        if not self._wall.attractive and overlap > _RESTART_GROWTH * self._overlap_size:
-            flat = State.flat(
-                state.window, state.height if support.fixed else self.first_contact
-            )
-            state = replace(flat, history=state.history, creep=state.creep)
+        if not self._wall.attractive and state.displaced:
+            before = self.footprint.box_below(self._wall.cutoff - last).size
+            overlap = self.footprint.overlap(self._level).size
+            if overlap > _RESTART_GROWTH * before:
+                start = height if support.fixed else self.first_contact
+                flat = State.flat(state.window, start)
+                state = replace(flat, history=state.history, creep=state.creep)
         needed = self._needed(self._level, self._box_in_range(state))
         needed = needed.union(adhesive_contact).union(_with_history(state))
         usual = self.footprint.standard_size(needed)
@@ -181,7 +184,6 @@ class AutoWindow:
         needed = self._reached(state, contact)
         if needed != window:
             return self._on(state, needed)
-        self._overlap_size = self.footprint.box_below(level).size
         return None
 
     def forecast(self, control: str, target: float) -> Box:
@@ -220,7 +222,10 @@ class AutoWindow:
     def _predicted_height(self, load: float, default: float) -> float:
         if load <= 0.0:
             return default
-        depth = predicted_depth(load, self.footprint, self._wall, self._solid)
+        last, power = self._searched
+        parts = self.footprint, self._wall, self._solid
+        depth, power = predicted_depth(load, *parts, power if load >= last else 0)
+        self._searched = load, power
         return self.first_contact - depth
 
     def _needed(self, level: float, also: Box | None) -> Box:

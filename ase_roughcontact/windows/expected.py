@@ -192,8 +192,12 @@ def coarsened(
 
 
 def predicted_depth(
-    load: float, footprint: Footprint, wall: Interaction, solid: ElasticSolid
-) -> float:
+    load: float,
+    footprint: Footprint,
+    wall: Interaction,
+    solid: ElasticSolid,
+    power: int = 0,
+) -> tuple[float, int]:
     """Return a depth at which the indenter carries at least a load, ``N = c E* d s``.
 
     ``c`` is `LOAD_FACTOR`. The half side ``s`` is that of the box of the atoms that the
@@ -208,13 +212,17 @@ def predicted_depth(
     wall : Interaction
     solid : ElasticSolid
         Its modulus is that of waves of the size of the overlap.
+    power : int
+        Of the search, at a smaller load.
 
     Returns
     -------
-    float
+    depth : float
         At most 1.2 times that of the equation, or that at which the overlap leaves
         the domain of the roughness. It is searched from small depths on, as the surface
         is then evaluated only where the indenter overlaps.
+    power : int
+        Number of factors 1.2 of the search.
     """
     spacing = footprint.spacing
 
@@ -225,14 +233,13 @@ def predicted_depth(
 
     level = wall.cutoff - wall.contact_distance + footprint.lowest
     largest = math.inf if wall.plastic else load / carried(1.0, 0.5)
-    depth = _FIRST_DEPTH * spacing
-    while depth < largest:
+    while (depth := _FIRST_DEPTH * spacing * _DEPTH_RATIO**power) < largest:
         box = footprint.box_below(level + depth)
         half_side = 0.25 * sum(box.shape)
         if carried(depth, half_side) > load or footprint.clip(box) != box:
-            return depth
-        depth *= _DEPTH_RATIO
-    return largest
+            break
+        power += 1
+    return min(depth, largest), power
 
 
 def modulus_under(radius: float, solid: ElasticSolid, spacing: float) -> float:

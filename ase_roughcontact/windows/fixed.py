@@ -32,7 +32,7 @@ class FixedWindow:
         self._problem, self._window, self._checked = problem, window, checked
         self.first_contact = first_contact
 
-    def choose(self, state: State, support: Support) -> State:
+    def choose(self, state: State, support: Support, last: float) -> State:
         """Return the state, whose window stays."""
         return state
 
