@@ -114,10 +114,9 @@ def _smallest_gap(step: RelaxedStep) -> float:
 
 def _slope(step: RelaxedStep) -> float:
     """Return the largest slope between an atom in contact and its neighbours."""
-    contact, heights = step.fields.contact[:-1, :-1], step.contact.heights
-    along_x = np.diff(heights, axis=0)[:, :-1][contact]
-    along_y = np.diff(heights, axis=1)[:-1][contact]
-    slopes = np.hypot(along_x, along_y)
+    i, j = np.nonzero(step.fields.contact[:-1, :-1])
+    h = step.contact.heights
+    slopes = np.hypot(h[i + 1, j] - h[i, j], h[i, j + 1] - h[i, j])
     return float(slopes.max(initial=0.0)) / step.halfspace.spacing
 
 
