@@ -233,7 +233,7 @@ class OptimizerRelaxer:
         if not converged:
             default = f"not converged after {steps} steps"
             message = getattr(optimizer, "message", default)
-        return Run.of(
+        run = Run.of(
             relaxed,
             fields,
             support,
@@ -241,6 +241,13 @@ class OptimizerRelaxer:
             message=message,
             iterations=steps,
             pairs=float(counts.pairs - before),
+        )
+        forces = atoms.get_forces()  # zero on atoms that the user has fixed
+        return replace(
+            run,
+            energy=float(atoms.get_potential_energy()),
+            max_force=float((forces**2).sum(axis=1).max() ** 0.5),
+            unbalanced=abs(float(forces[-1, 2])),
         )
 
 

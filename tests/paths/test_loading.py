@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 from ase import Atoms
+from ase.constraints import FixAtoms
 from ase.io import Trajectory, read
 from ase.optimize import FIRE, LBFGS
 from built import atoms_under
@@ -59,6 +60,18 @@ def test_all_optimizers_lead_to_the_same_states(optimizer):
     records = list(written_path(make_atoms(), DEPTHS, optimizer, fmax=FMAX))
     assert all(record.converged for record in records)
     assert same(records, list(written_path(make_atoms(), DEPTHS, fmax=FMAX)), 1e-3)
+
+
+def test_optimizers_of_ase_keep_constraints_on_surface_atoms():
+    atoms = make_atoms()
+    center = int(
+        np.argmin(np.hypot(*(atoms.positions - atoms.positions[-1])[:-1, :2].T))
+    )
+    atoms.set_constraint([*atoms.constraints, FixAtoms([center])])
+    record = next(written_path(atoms, [0.3], LBFGS, fmax=FMAX))
+    assert atoms.positions[center, 2] == 0.0
+    assert record.converged
+    assert record.max_force <= FMAX
 
 
 def test_step_starts_from_the_last_state():
