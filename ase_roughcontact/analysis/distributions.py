@@ -199,7 +199,7 @@ def _distances(contact_map: ContactMap, farthest: float) -> FloatArray:
     a0 = contact_map.spacing
     ends = ((np.array([-1, 1]) * farthest - at) // a0 for at in contact_map.origin)
     x, y = (
-        at + a0 * np.arange(first, last + 1)
+        at + a0 * np.arange(first, last + 2)  # one more, for rounding
         for at, (first, last) in zip(contact_map.origin, ends, strict=True)
     )
     distance = np.hypot(x[:, None], y)

@@ -16,6 +16,8 @@ from itertools import product
 
 import numpy as np
 
+from ase_roughcontact._util.validation import positive
+
 # Distance, in cells, below which Love's kernel is tabulated, and beyond which kernels
 # are Taylor series; for the cross kernel.
 _TABULATED, _NEAR = 160, 8
@@ -62,6 +64,7 @@ def love_kernel(
     A. E. H. Love, Phil. Trans. R. Soc. A 228, 377 (1929); K. L. Johnson, Contact
     Mechanics (1985), Eq. (3.25).
     """
+    positive(spacing=spacing, contact_modulus=contact_modulus)
     i, j = np.abs(i), np.abs(j)
     table = _near_cells()
     if max(np.max(i), np.max(j)) < len(table):
@@ -109,6 +112,7 @@ def cerruti_kernel(
     V. Cerruti, Atti R. Accad. Lincei 13, 81 (1882); K. L. Johnson, Contact Mechanics
     (1985), Eq. (3.75); J. Li, E. J. Berger, Int. J. Numer. Meth. Eng. 58, 1035 (2003).
     """
+    positive(spacing=spacing, contact_modulus=contact_modulus)
     i, j = np.broadcast_arrays(np.asarray(i, dtype=float), np.asarray(j, dtype=float))
     x, y = abs(i), abs(j)
     integrals = np.asarray(_lateral_series(x, y))
@@ -161,6 +165,7 @@ def cross_kernel(
     ----------
     K. L. Johnson, Contact Mechanics (1985), Eqs. (3.18) and (3.75).
     """
+    positive(spacing=spacing, contact_modulus=contact_modulus)
     z = np.asarray(np.add(i, np.multiply(1j, j)))
     inverse = 1.0 / np.where(z == 0.0, np.inf, z)
     fourth = inverse**4

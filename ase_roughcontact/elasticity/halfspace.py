@@ -258,6 +258,10 @@ class HalfSpace(ABC):
 
     def grid_displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Return the displacement of the whole grid; see `padded_displacement`."""
+        if pressure.shape != self.shape:
+            raise ValueError(
+                f"pressure must have the shape {self.shape}, got {pressure.shape}"
+            )
         threads = workers(math.prod(self.grid))
         # rows first: those of the padding are zero
         spectrum = rfft(pressure, self.grid[1], axis=1, workers=threads)

@@ -161,6 +161,22 @@ def test_periodic_average_does_not_depend_on_where_the_cell_is_cut(rng):
     assert one.sites.sum() == pressure.size
 
 
+@pytest.mark.parametrize("spacing", [0.1, 2.5527])
+def test_sites_at_the_last_edge_are_counted_whatever_the_spacing(spacing):
+    positions = spacing * np.arange(-5, 20)
+    for number in range(1, 15):
+        made = ContactMap(
+            pressure=np.ones((25, 25)),
+            contact=np.ones((25, 25), dtype=bool),
+            spacing=spacing,
+            origin=(positions[0], positions[0]),
+            periodic=False,
+        )
+        last = made.x[5 + number]
+        sites = radial_average(made, [0.0, last]).sites
+        assert sites >= (np.hypot(made.x[:, None], made.y) <= last).sum()
+
+
 @pytest.mark.parametrize("bins", [0, 2.5, [1.0], [1.0, 1.0], [-1.0, 1.0], [0, np.nan]])
 def test_bad_rings_are_refused(bins):
     with pytest.raises(ValueError, match="bins"):

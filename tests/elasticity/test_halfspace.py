@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from ase_roughcontact.elasticity.cell_kernels import love_kernel
+from ase_roughcontact.elasticity.cell_kernels import (
+    cerruti_kernel,
+    cross_kernel,
+    love_kernel,
+)
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 
 E, A0 = 2.0, 3.0
@@ -156,3 +160,16 @@ def test_spacing_and_modulus_must_be_positive_numbers(bad):
 def test_shape_must_be_two_whole_numbers(bad):
     with pytest.raises(ValueError, match="shape must be two whole numbers >= 1, got"):
         FreeHalfSpace(bad, A0, E)
+
+
+@pytest.mark.parametrize("kernel", [love_kernel, cerruti_kernel, cross_kernel])
+@pytest.mark.parametrize("sizes", [(-1.0, E), (A0, 0.0)])
+def test_kernels_need_positive_spacing_and_modulus(kernel, sizes):
+    more = () if kernel is love_kernel else (0.3,)
+    with pytest.raises(ValueError, match="must be a finite number > 0"):
+        kernel(np.array([1]), np.array([0]), *sizes, *more)
+
+
+def test_padded_displacement_refuses_a_pressure_of_another_window():
+    with pytest.raises(ValueError, match=r"pressure must have the shape \(8, 8\)"):
+        FreeHalfSpace((8, 8), A0, E).padded_displacement(np.ones((4, 4)))
