@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 from ase_roughcontact._util.files import replaced
@@ -35,14 +35,21 @@ def check_folder(
         With the differences of the scenes, or if the folder has results, but no valid
         scene.
     """
-    if any((folder / name).exists() for name in results):
-        file = folder / "scene.toml"
-        old = SceneFile.parse(read_text(file), str(file), copied=True)
-        if found := scene.changes_from(old):
-            raise ValueError(
-                f"{folder} contains results of another scene: {'; '.join(found)}. Give "
-                "another folder, or delete this one"
-            )
+    has_results = any((folder / name).exists() for name in results)
+    if has_results and (message := _another_scene(scene, folder)):
+        raise ValueError(message)
+
+
+def _another_scene(scene: SceneFile, folder: Path) -> str:
+    """Return the message that a folder is that of another scene; empty if it is not."""
+    file = folder / "scene.toml"
+    old = SceneFile.parse(read_text(file), str(file), copied=True)
+    if not (found := scene.changes_from(old)):
+        return ""
+    return (
+        f"{folder} contains results of another scene: {'; '.join(found)}. Give another "
+        "folder, or delete this one"
+    )
 
 
 def write_inputs(scene: SceneFile, file: Path, text: str | None = None) -> None:
@@ -99,10 +106,11 @@ def write_results(
                 report(number, step.validity)
                 yield step
     except OtherPathError as error:
-        try:
-            check_folder(scene, folder)
-        except ValueError as other:
-            raise ValueError(
-                f"{other}; a path can be extended only by steps after its last one"
-            ) from error
-        raise
+        message = ""
+        with suppress(ValueError):  # without a valid scene
+            message = _another_scene(scene, folder)
+        if not message:
+            raise
+        raise ValueError(
+            f"{message}; a path can be extended only by steps after its last one"
+        ) from error

@@ -77,6 +77,9 @@ def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
     assert "[path] values was not given, is [0.3]" in text
     assert "[roughness] long_wavelength was 16.0, is not given" in text
     assert "profile" not in text and "was not given, is not given" not in text
+    (tmp_path / "scene.toml").unlink()
+    with pytest.raises(ValueError, match=r"^can't resume: .* of another path"):
+        next(Scene.parse(changed).run(tmp_path))
 
 
 def test_an_extended_path_resumes_in_the_same_folder(tmp_path):
