@@ -37,6 +37,8 @@ from ase_roughcontact.topography import (
     SelfAffine,
 )
 
+# Hardness (GPa) above that of any solid: a larger value is in another unit.
+_LARGEST_HARDNESS = 1e3
 # Relative tolerance within which the sides of pixels are the same.
 _SQUARE = 1e-6
 # Least default period of a local work of adhesion, in units of the radius in which a
@@ -223,7 +225,9 @@ def _hardness(substrate: SubstrateConfig, symbol: str, spacing: float) -> float:
         if not substrate.name or substrate.layer_thickness is not None:
             return math.nan
         return hardness_of(symbol, spacing)
-    return UNITS["GPa"] * (given if given == math.inf else in_gpa("hardness", given))
+    if given != math.inf:
+        in_gpa("hardness", given, _LARGEST_HARDNESS)
+    return UNITS["GPa"] * given
 
 
 def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:

@@ -33,7 +33,7 @@ from ase_roughcontact.elasticity.named_materials import material
 from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
 from ase_roughcontact.windows.regrid import GridChange
 
-# Modulus or hardness (GPa) above that of any solid: a larger value is in another unit.
+# Modulus (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST = 1e4
 # Slabs for potentials of embedded atoms, which reach far and have a Hessian.
 _EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
@@ -277,11 +277,11 @@ def _constants(substrate: SubstrateConfig) -> tuple[float, ...]:
     return constants
 
 
-def in_gpa(name: str, modulus: float) -> float:
+def in_gpa(name: str, modulus: float, largest: float = _LARGEST) -> float:
     """Return a modulus or a hardness after a check of its size (GPa)."""
     positive(**{name: modulus})
-    if modulus > _LARGEST:
-        raise ValueError(f"{name} is in GPa, at most {_LARGEST:g}, got {modulus:g}")
+    if modulus > largest:
+        raise ValueError(f"{name} is in GPa, at most {largest:g}, got {modulus:g}")
     return modulus
 
 

@@ -103,7 +103,7 @@ HUGE = "9" * 400  # beyond all floats
         ("substrate", "contact_modulus = nan", "contact_modulus must be .*, got nan"),
         ("substrate", "elastic_constants = [1.0, 2.0, 3.0]", "elastic_constants must"),
         ("substrate", f"elastic_constants = [{HUGE}, 1, 1]", "elastic_constants must"),
-        ("substrate", "hardness = 3e9", "hardness is in GPa, at most 10000, got 3e"),
+        ("substrate", "hardness = 5e3", "hardness is in GPa, at most 1000, got 5000"),
         ("substrate", "spacing = -2.5", "spacing must be .* number > 0, got -2.5"),
         ("substrate", 'symbol = "Sj"', "unknown chemical symbol 'Sj'$"),
         ("substrate", "periodic = true", "shape = .auto. needs a free half space"),
