@@ -37,10 +37,10 @@ _SEPARATORS = (",", ";", "\t", None)
 # Distance of a point from the regular grid, in steps of the grid, that is rounding.
 _ROUNDING = 0.05
 # Lengths and units of a header, without regard to capitals.
-_SIZE = r"{}\s*[:=]\s*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*([^\s\d]+)"
+_SIZE = r"{}[^\S\n]*[:=][^\S\n]*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)[^\S\n]*([^\s\d]+)"
 _WIDTH = _SIZE.format(r"(?im)(?:width|x[- ]?size|size[ _]x)")
 _HEIGHT = _SIZE.format(r"(?im)(?:height|y[- ]?size|size[ _]y)")
-_UNIT = r"(?im)units?\s*[:=]\s*([^\s\d]+)\s*$"
+_UNIT = r"(?im)units?[^\S\n]*[:=][^\S\n]*([^\s\d]+)\s*$"
 
 
 @dataclass(frozen=True, eq=False)

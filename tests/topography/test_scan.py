@@ -241,7 +241,7 @@ def test_text_files_have_lines_of_constant_y_and_sizes_in_the_header(
 )
 def test_decimal_commas_and_missing_cells_of_text_are_recognised(tmp_path, text):
     file = tmp_path / "scan.csv"
-    header = "Width: 7,5 nm\nHeight: 5,0 nm\nValue units: nm\n"
+    header = "Width: 3\nWidth: 7,5 nm\nHeight: 5,0 nm\nValue units: nm\n"
     file.write_text(header + text)
     got = untouched(file, spacing=None)
     assert got.spacing == pytest.approx((25.0, 25.0))
