@@ -76,6 +76,10 @@ def test_atoms_in_plastic_contact_are_counted_apart():
     assert_allclose(state.plastic_depth[state.plastic], -state.gap[state.plastic])
     assert (state.plastic_depth[~state.plastic] == 0.0).all()
     assert step.plastic_depth == pytest.approx(state.plastic_depth.max())
+    # the surface does not keep this depth, nor does its frame
+    frame = rc.snapshot(atoms)
+    assert_allclose(plastic_depth_of(frame), state.plastic_depth)
+    assert_allclose(ContactMap.from_frame(frame, SPHERE).gap, state.gap, atol=1e-9)
     assert step.plastic_depth > 0.0
     assert step.largest_pressure == HARDNESS and step.converged
     assert step.gap_error < 1e-6

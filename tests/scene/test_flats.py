@@ -148,6 +148,15 @@ def test_a_scanned_indenter_without_a_tip_is_a_flat_with_a_warning(
     assert ("no tip found" in "".join(scene.warnings)) is warned
 
 
+def test_a_substrate_that_looks_like_a_tip_is_a_flat():
+    x = np.linspace(-1.0, 1.0, POINTS)
+    np.save("scan.npy", -(x[:, None] ** 2) - x**2)
+    for role, is_flat in (("substrate", True), ("indenter", False)):
+        text = SCENE.replace('substrate"\n', f'{role}"\ndetrend = "none"\n')
+        scene = Scene.parse(text.replace("periodic = true", ""))
+        assert scene.is_flat is is_flat
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -163,6 +163,13 @@ def test_maps_show_stick_beside_slip_on_the_first_way_and_after_a_turn():
     # the others mirror or repeat the states after the first turn
     assert all(s.step in first or s.step in back for s in shown)
 
+    def partial(state):
+        return state.stick_area * state.slip_area
+
+    rest = [s for s in steps if s.step in first and s not in shown]
+    most = [partial(s) for s in shown if s.step in first]
+    assert min(most) > max(map(partial, rest))
+
 
 def test_direction_forces_and_changing_loads():
     keys = {"displacements": None, "forces": ["1 nN", 3], "values": [20, "40 nN"]}

@@ -89,6 +89,26 @@ def test_a_crystal_beside_the_scene_sets_spacing_and_modulus(crystal_file, tmp_p
         list(other.run(out))
 
 
+def test_a_flat_on_a_crystal_has_its_spacing(crystal_file):
+    folder = crystal_file.parent
+    np.save(folder / "scan.npy", np.cos(np.arange(64.0))[:, None] * np.ones((1, 8)))
+    text = """
+    substrate = { crystal = "springs.json", hardness = inf }
+    sphere = { radius = inf }
+    path = { values = ["100 MPa"] }
+    [topography]
+    file = "scan.npy"
+    role = "substrate"
+    unit = "nm"
+    periodic = true
+    spacing = 2.0
+    """
+    with pytest.raises(ValueError, match=r"\[sphere\] the atoms .*, the grid 20\.0"):
+        _ = Scene.parse(text, str(folder / "my.toml")).bodies
+    pixels = text.replace("2.0", f"{Crystal.read(crystal_file).spacing / 10.0!r}")
+    assert Scene.parse(pixels, str(folder / "my.toml")).is_flat
+
+
 def test_the_soft_base_of_a_stiff_layer_does_not_refuse_a_load():
     soft = scene("", "contact_modulus = 0.1").with_values(
         {
