@@ -186,7 +186,7 @@ def test_a_loop_does_not_replace_the_results_of_another_scene(run, tmp_path, cap
     assert "results of another scene" in capsys.readouterr().err
     (tmp_path / "steps" / "scene.toml").unlink()
     assert main(["run", str(scene), "--out", str(tmp_path / "steps")]) == 2
-    assert "scene.toml: No such file" in capsys.readouterr().err
+    assert "holds steps of another path" in capsys.readouterr().err
 
 
 def test_a_folder_of_places_is_not_that_of_a_run(tmp_path, capsys):
