@@ -32,8 +32,9 @@ _NAMES = {
     ),
     "deflection": ("deflection", "defl", "vertical deflection", "vdeflection"),
     "force": ("force", "normal_force", "f"),
-    "time": ("time",),
 }
+# The same of curves in time; others may have times of day.
+_NAMES_IN_TIME = _NAMES | {"time": ("time",)}
 
 
 def read_curve(
@@ -132,7 +133,7 @@ def read_in_time(
         If a column or its unit is missing, or a value is not a finite number.
     """
     table = read_table(file, branch, heads)
-    found, stiffness = _found(file, table, stiffness, sensitivity)
+    found, stiffness = _found(file, table, stiffness, sensitivity, _NAMES_IN_TIME)
     if stiffness is not None and "deflection" in found:
         found.setdefault("force", stiffness * found["deflection"])
     if not {"time", kind} <= set(found):
@@ -142,13 +143,17 @@ def read_in_time(
 
 
 def _found(
-    file: Path, table: CurveTable, stiffness: float | None, sensitivity: str
+    file: Path,
+    table: CurveTable,
+    stiffness: float | None,
+    sensitivity: str,
+    known: Mapping[str, tuple[str, ...]] = _NAMES,
 ) -> tuple[dict[str, FloatArray], float | None]:
     """Return the quantities of all parts of a curve, and the stiffness."""
     stiffness, length = _calibration(file, table, stiffness, sensitivity)
     parts = []
     for way, columns in table.segments:
-        part = _quantities(file, columns, length)
+        part = _quantities(file, columns, length, known)
         if way is not None and "distance" in part:
             falls = part["distance"][0] > part["distance"][-1]
             if falls != (way == "approach"):  # as NanoScope may write it
@@ -173,7 +178,10 @@ def _calibration(
 
 
 def _quantities(
-    file: Path, columns: Sequence[Column], sensitivity: float | None
+    file: Path,
+    columns: Sequence[Column],
+    sensitivity: float | None,
+    known: Mapping[str, tuple[str, ...]],
 ) -> dict[str, FloatArray]:
     """Return depth, distance, deflection and force as far as there are columns.
 
@@ -181,9 +189,9 @@ def _quantities(
     """
     found: dict[str, FloatArray] = {}
     doubts = []  # columns without a unit that is known
-    for name in (name for names in _NAMES.values() for name in names):
+    for name in (name for names in known.values() for name in names):
         for column in (each for each in columns if each.name == name):
-            kind = next(kind for kind, names in _NAMES.items() if name in names)
+            kind = next(kind for kind, names in known.items() if name in names)
             unit = column.unit or ""
             if kind == "deflection" and unit in FORCES:
                 kind = "force"

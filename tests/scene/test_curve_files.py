@@ -175,6 +175,12 @@ def test_branches_of_nanoscope_may_be_in_either_order(tmp_path):
     np.testing.assert_array_equal(retraction.force, curve.force[count:])
 
 
+def test_times_of_a_force_curve_may_be_those_of_the_day(tmp_path):
+    file = tmp_path / "curve.csv"
+    file.write_text("time,depth (nm),force (nN)\n12:00:01,0,0\n12:00:02,1,2\n,2,3\n")
+    np.testing.assert_allclose(read_curve(file).force, [0.0, 2 * NN, 3 * NN])
+
+
 def test_missing_names_units_and_sensitivities_are_asked_for(tmp_path):
     file, stiffness = tmp_path / "curve.csv", STIFFNESS * UNITS["N/m"]
     numbers = "0,0\n-1,1\n-2,2\n"
