@@ -1,7 +1,7 @@
 r"""Coupling of the normal and the lateral motion of a contact with friction.
 
 Tractions t lift the surface by :math:`\sum_a C_a * t_a`, and the pressure displaces it
-sideways by :math:`C_a * p` (see `elasticity.cross`): the pressure is that under heights
+sideways by :math:`C_a * p` (see `CrossResponse`): the pressure is that under heights
 lowered by the first, and atoms that stick resist changes of the second since the last
 step. The normal and the lateral problem are solved in turn until the depth by the
 tractions no longer changes. The next depth is extrapolated from the last ones.

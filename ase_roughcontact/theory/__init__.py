@@ -3,9 +3,9 @@
 Smooth spheres: `Hertz`, `JKR`, `DMT` and `MaugisDugdale`, with the same interface, and
 `sphere_theory`, which chooses between them. Rough surfaces: `self_affine` (spectral
 moments), `rough_flats` (kappa, macroscopic adhesion), `stickiness` (criteria of
-adhesion), `first_asperity`,
-`rough_contact` (area of rough spheres), `rough_sphere` (all characteristic numbers of
-one), `plastic` (contact at the hardness) and `regime`, which determines the law.
+adhesion), `rough_contact` (first contact and area of rough spheres), `rough_sphere`
+(all characteristic numbers of one), `plastic` (contact at the hardness) and `regime`,
+which determines the law.
 """
 
 from ase_roughcontact.theory.jkr import JKR
