@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
 
@@ -63,6 +64,7 @@ def test_the_scan_of_a_paraboloid_gives_the_steps_of_a_sphere(read, lines):
     assert whole.surface == RoughSphere(np.inf, whole.scan)
     sphere = whole.with_values({"sphere.radius": "10 nm", "topography": None})
     assert whole.plan().runs
+    assert COPIES_LEFT_OUT in whole.plan().left_out
     assert np.array(steps(whole)) == pytest.approx(np.array(steps(sphere)), rel=1e-4)
 
 
