@@ -13,7 +13,7 @@ from ase.io import Trajectory, read
 from small_scene import PERIODIC
 
 import ase_roughcontact as rc
-from ase_roughcontact.atoms.trajectory import read_frames, read_steps
+from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene
 
@@ -95,6 +95,7 @@ def test_a_damaged_version_field_changes_nothing(folder, whole):
 def test_figures_without_the_frames_that_are_cut_off_say_so(folder, capsys):
     movie = folder / "sweep.traj"
     os.truncate(movie, movie.stat().st_size - 400)
+    assert count_steps(movie) == 3
     assert main(["figure", str(folder)]) == 0
     assert "warning: the last 1 of the 4 frames" in capsys.readouterr().err
 

@@ -130,7 +130,7 @@ def read_steps(file: PathName, record: type[LoadStep] = LoadStep) -> Iterator[Lo
 
 
 def count_steps(file: PathName) -> int:
-    """Count the frames of a trajectory by its header, without reading them.
+    """Count the complete frames of a trajectory, without checking them.
 
     Parameters
     ----------
@@ -148,7 +148,11 @@ def count_steps(file: PathName) -> int:
         If the file is not empty, but no frame can be read.
     """
     with _opened(file) as frames:
-        return len(frames)
+        for number in reversed(range(len(frames))):
+            with suppress(Exception):  # the last frame may be torn
+                _ = frames[number]
+                return number + 1
+        return 0
 
 
 def checksum(frame: Atoms) -> int:

@@ -147,7 +147,8 @@ def _without(
     text = f"[path] {path.control} of {which} {path.unit}: {problem}"
     if len(failing) == count:
         return text
-    return f"{text}; or leave out the {len(failing)} steps from {first:g} on"
+    these = "this step" if len(failing) == 1 else f"these {len(failing)} steps"
+    return f"{text}; or leave out {these}"
 
 
 def _expected(scene: Any) -> ExpectedContact:

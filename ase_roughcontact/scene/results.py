@@ -52,6 +52,21 @@ def _another_scene(scene: SceneFile, folder: Path) -> str:
     )
 
 
+def _check_replaced(folder: Path) -> None:
+    """Raise an error if a run would replace files that are not those of a run."""
+    table, scene = folder / "curve.csv", folder / "scene.toml"
+    if (folder / "sweep.traj").exists():
+        return
+    error = "{} is not of a run, which would replace it: give another folder"
+    if table.exists() and table.read_bytes()[:5] not in (b"", b"step,"):
+        raise ValueError(error.format(table))
+    if scene.exists():
+        try:
+            SceneFile.parse(read_text(scene), str(scene), copied=True)
+        except ValueError as invalid:
+            raise ValueError(error.format(scene)) from invalid
+
+
 def write_inputs(scene: SceneFile, file: Path, text: str | None = None) -> None:
     """Write the scene, and copy its files beside it, where they are found again.
 
@@ -97,6 +112,7 @@ def write_results(
         raise ValueError(f"{folder} is a file, give a folder for the results")
     folder.mkdir(parents=True, exist_ok=True)
     check_folder(scene, folder, ["places.csv"])
+    _check_replaced(folder)
     files = {"trajectory": folder / "sweep.traj", "csv": folder / "curve.csv"}
     try:
         with closing(path(**files)) as steps:

@@ -82,6 +82,15 @@ def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
         next(Scene.parse(changed).run(tmp_path))
 
 
+@pytest.mark.parametrize("name", ["curve.csv", "scene.toml"])
+def test_a_run_does_not_replace_files_that_are_not_of_a_run(tmp_path, name):
+    file = tmp_path / name
+    file.write_text("distance (nm),force (nN)\n")
+    with pytest.raises(ValueError, match=f"{name} is not of a run.*another folder"):
+        next(Scene.default().run(tmp_path))
+    assert file.read_text() == "distance (nm),force (nN)\n"
+
+
 def test_an_extended_path_resumes_in_the_same_folder(tmp_path):
     short = list(Scene.parse(SMALL).run(tmp_path))
     path = "first = 0.2\nlast = 0.6\nsteps = 2", "values = [0.2, 0.6, 0.5]"

@@ -59,7 +59,7 @@ path = { control = "load", values = %s }
 
 
 def test_loads_that_are_too_large_can_be_left_out():
-    message = r"load of 1e\+06 to 1e\+08 nN: atoms .*; or leave out the 2 steps"
+    message = r"load of 1e\+06 to 1e\+08 nN: atoms .*; or leave out these 2 steps"
     with pytest.raises(ValueError, match=message):
         Scene.parse(LOADS % [1.0, 10.0, 1e6, 1e8]).check_path()
 
