@@ -58,13 +58,18 @@ def _check_replaced(folder: Path) -> None:
     if (folder / "sweep.traj").exists():
         return
     error = "{} is not of a run, which would replace it: give another folder"
-    if table.exists() and table.read_bytes()[:5] not in (b"", b"step,"):
+    if _is_kept(table) and table.read_bytes()[:5] not in (b"", b"step,"):
         raise ValueError(error.format(table))
-    if scene.exists():
+    if _is_kept(scene):
         try:
             SceneFile.parse(read_text(scene), str(scene), copied=True)
         except ValueError as invalid:
             raise ValueError(error.format(scene)) from invalid
+
+
+def _is_kept(file: Path) -> bool:
+    """Return whether a file would be lost, which that behind a link is not."""
+    return file.is_file() and not file.is_symlink()
 
 
 def write_inputs(scene: SceneFile, file: Path, text: str | None = None) -> None:
