@@ -53,22 +53,22 @@ def _another_scene(scene: SceneFile, folder: Path) -> str:
 
 
 def _check_replaced(folder: Path) -> None:
-    """Raise an error if a run would replace files that are not those of a run."""
+    """Raise an error if a run would overwrite a table or scene that no run wrote."""
     table, scene = folder / "curve.csv", folder / "scene.toml"
     if (folder / "sweep.traj").exists():
         return
-    error = "{} is not of a run, which would replace it: give another folder"
-    if _is_kept(table) and table.read_bytes()[:5] not in (b"", b"step,"):
+    error = "{} is not of a run, which would overwrite it: give another folder"
+    if _is_overwritten(table) and table.read_bytes()[:5] not in (b"", b"step,"):
         raise ValueError(error.format(table))
-    if _is_kept(scene):
+    if _is_overwritten(scene):
         try:
             SceneFile.parse(read_text(scene), str(scene), copied=True)
         except ValueError as invalid:
             raise ValueError(error.format(scene)) from invalid
 
 
-def _is_kept(file: Path) -> bool:
-    """Return whether a file would be lost, which that behind a link is not."""
+def _is_overwritten(file: Path) -> bool:
+    """Return whether a run would overwrite a file: of links it replaces the link."""
     return file.is_file() and not file.is_symlink()
 
 

@@ -450,8 +450,8 @@ class Scene(SceneFile):
         Raises
         ------
         ValueError
-            If the folder contains a run of another scene, with the differences, or
-            a damaged one.
+            If the folder contains a run of another scene, with the differences, a
+            damaged one, or a table or scene that no run wrote.
         OSError
             If the folder can't be written, or a file in it is a symbolic link.
         """

@@ -99,7 +99,7 @@ class AutoWindow:
         if isinstance(indenter, RoughSphere):
             self._expected = ExpectedContact(indenter, self._wall, solid, spacing)
         self._level = -np.inf  # for which the window was made
-        self._searched = 0.0, 0  # load and power of the depth predicted last
+        self._searched = 0.0, 0  # load and factors of the depth predicted last
 
     def choose(self, state: State, support: Support, last: float) -> State:
         """Return the state from which a step starts, on the window of the step.

@@ -213,7 +213,7 @@ def predicted_depth(
     solid : ElasticSolid
         Its modulus is that of waves of the size of the overlap.
     power : int
-        Of the search, at a smaller load.
+        Number of factors 1.2 at which the search begins: that of a smaller load.
 
     Returns
     -------
@@ -222,7 +222,7 @@ def predicted_depth(
         the domain of the roughness. It is searched from small depths on, as the surface
         is then evaluated only where the indenter overlaps.
     power : int
-        Number of factors 1.2 of the search.
+        Number of factors 1.2 at which it ended.
     """
     spacing = footprint.spacing
 
