@@ -130,8 +130,8 @@ def table_writer(
     """Replace a CSV file by a new one, and yield a function that writes a further row.
 
     `columns` are their heads by their names: ``"height (Å)"``. The first rows may be
-    read from the old file; missing values are empty, others are left out. A symbolic
-    link is refused.
+    read from the old file; missing values are empty, others are left out. A table
+    without rows is removed in the end. A symbolic link is refused.
     """
     refuse_link(file)
     with closed_at_end(file) as stack:
@@ -140,6 +140,7 @@ def table_writer(
             opened = stack.enter_context(text)
             table = csv.DictWriter(opened, list(columns), extrasaction="ignore")
             table.writerow(columns)
+            empty = opened.tell()
             table.writerows(rows)
             opened.flush()
 
@@ -148,7 +149,11 @@ def table_writer(
                 table.writerow(row)
                 opened.flush()
 
-        yield write
+        try:
+            yield write
+        finally:
+            if opened.tell() == empty:
+                Path(file).unlink(missing_ok=True)
 
 
 def write_table(

@@ -91,7 +91,7 @@ def theory(reference: Reference) -> dict[str, str]:
     elif not scene.path.columns:
         found[f"A/A_{smooth.symbol}"] = (
             f"contact area relative to {smooth.name}, {smooth.sphere}{_bare(scene)}"
-            f"{_without_rim(scene)}"
+            f"{_under_soft_wall(scene)}"
         )
     return found
 
@@ -127,10 +127,13 @@ def _bare(scene: Scene) -> str:
     return ", on the base without a layer"
 
 
-def _without_rim(scene: Scene) -> str:
-    """Return what the area is under a soft wall with attraction."""
-    if scene.wall.hard or not scene.wall.attractive:
+def _under_soft_wall(scene: Scene) -> str:
+    """Return in what the area under a soft wall differs from that of theory."""
+    if scene.wall.hard:
         return ""
+    if not scene.wall.attractive:
+        larger = '; a soft wall enlarges it, most in small contacts, kind = "hard" not'
+        return larger * (scene.rough is None)
     return (
         "; areas are those of the atoms under pressure, while that of theory includes "
         "the rim under tension, and is larger"

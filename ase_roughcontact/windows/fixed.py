@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.units import with_unit
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import Run, Support
@@ -48,7 +49,9 @@ class FixedWindow:
             )
             if not isinstance(self._problem.indenter, RoughSphere):
                 advice += " (or window='unchecked' if the indenter ends there)"
+            load, depth = run.fields.normal_force, self.first_contact - run.state.height
             raise RuntimeError(
+                f"at a load of {with_unit(load, 'nN')} and a depth of {depth:.4g} Å "
                 "the contact or its attraction has reached the edge of the window of "
                 f"{acts.shape} atoms: {advice}"
             )

@@ -66,6 +66,7 @@ def test_the_area_of_a_soft_adhesive_wall_is_said_to_lack_the_rim(kind, without_
     described = inputs(reference_for(scene))
     (area,) = (text for name, text in described.items() if name.startswith("A/"))
     assert ("rim under tension" in area) == without_rim
+    assert ("soft wall enlarges it" in area) == (kind == "repulsive")
     label, *numbers = described["wall"].split(", ")
     assert label == scene.wall.label
     if scene.wall.attractive:

@@ -259,11 +259,12 @@ def test_table_that_cannot_be_written_does_not_delete_the_trajectory(tmp_path):
 
 def test_contact_at_the_edge_of_a_fixed_window_is_an_error_with_advice(tmp_path):
     table = tmp_path / "curve.csv"
-    path = written_path(make_atoms(shape=(6, 6)), [0.1, 1.5], fmax=FMAX, csv=table)
-    with pytest.raises(
-        RuntimeError, match=r"edge of the window of \(6, 6\).* larger shape"
-    ):
-        list(path)
+    edge = r"depth of 1.5 Å .* edge of the window of \(6, 6\).* larger shape"
+    for depths in [1.5], [0.1, 1.5]:
+        assert not table.exists()  # without a step
+        path = written_path(make_atoms(shape=(6, 6)), depths, fmax=FMAX, csv=table)
+        with pytest.raises(RuntimeError, match=edge):
+            list(path)
     assert len(rows_of(table)) == 1
 
 
