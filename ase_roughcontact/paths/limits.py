@@ -114,10 +114,14 @@ def _smallest_gap(step: RelaxedStep) -> float:
 
 def _slope(step: RelaxedStep) -> float:
     """Return the largest slope between an atom in contact and its neighbours."""
-    i, j = np.nonzero(step.fields.contact[:-1, :-1])
-    h = step.contact.heights
-    slopes = np.hypot(h[i + 1, j] - h[i, j], h[i, j + 1] - h[i, j])
-    return float(slopes.max(initial=0.0)) / step.halfspace.spacing
+    contact, heights = step.fields.contact.copy(), step.contact.heights
+    contact[-1] = contact[:, -1] = False
+    atoms = contact.ravel().nonzero()[0]
+    here, right, above = (heights.take(atoms + k) for k in (0, 1, contact.shape[1]))
+    right -= here
+    above -= here
+    largest = (right * right + above * above).max(initial=0.0)
+    return math.sqrt(largest) / step.halfspace.spacing
 
 
 def _tension(step: RelaxedStep) -> float:

@@ -66,7 +66,7 @@ class RelaxedContact:
         """Whether the wall repels an atom."""
         return self.fields.repulsive_atoms > 0
 
-    @property
+    @cached_property
     def gap_error(self) -> float:
         """Largest gap in contact with a hard wall, or overlap not plastic (Å)."""
         if not self.contact.interaction.hard:
@@ -103,7 +103,7 @@ class RelaxedContact:
             fields.hardness,
         )
 
-    @property
+    @cached_property
     def mean_pressure(self) -> float:
         """Mean pressure on the repelled atoms, zero without any (eV/Å^3)."""
         pressures = self.fields.pressure[self.fields.contact]
