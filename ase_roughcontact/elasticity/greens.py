@@ -332,6 +332,10 @@ class Isotropic(ElasticSolid):
         """Return ``2/(E* |q|)``; see `ElasticSolid`."""
         return 2.0 / (self.contact_modulus * np.hypot(qx, qy))
 
+    def wave_modulus(self, wave_number: np.ndarray | float) -> np.ndarray:
+        """Return E* for all waves; see `ElasticSolid`."""
+        return np.full(np.shape(wave_number), self.contact_modulus)
+
     def cell_compliance(
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:

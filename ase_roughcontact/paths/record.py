@@ -87,10 +87,9 @@ def _continuum_area(step: RelaxedStep) -> float:
 
 
 def _mean_pressure(step: RelaxedStep) -> float:
-    area = _continuum_area(step)
-    if not step.continuum or not area:
-        return step.mean_pressure
-    return step.mean_pressure * step.fields.contact_area / area
+    if step.continuum and (area := _continuum_area(step)):
+        return step.mean_pressure * step.fields.contact_area / area
+    return step.mean_pressure
 
 
 def _memory(step: RelaxedStep) -> float:

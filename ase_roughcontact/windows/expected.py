@@ -131,6 +131,10 @@ class ExpectedContact:
         return -float(lowest(self.spacing)) if lowest else 0.0
 
     @cached_property
+    def _smooth(self) -> RoughSphere:
+        return replace(self.indenter, roughness=None)
+
+    @cached_property
     def _stiffest(self) -> float:
         """Modulus of the stiffest waves."""
         waves = np.geomspace(_LONGEST, 1.0, _WAVES) * np.pi / self.spacing
@@ -153,7 +157,7 @@ class ExpectedContact:
     def _reach(self, level: float) -> float:
         if self.indenter.radius == math.inf:  # of a whole tip nothing is known
             return 0.0
-        return replace(self.indenter, roughness=None).reach(level, self.spacing)
+        return self._smooth.reach(level, self.spacing)
 
 
 def coarsened(
