@@ -13,7 +13,6 @@ import numpy as np
 from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact._util.printing import entries, show
 from ase_roughcontact._util.units import TIMES, quantity
-from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.cli import report
@@ -96,7 +95,7 @@ def _relax(
 ) -> None:
     """Relax all steps, print each, and append it to a list."""
     folder, text = options.out, None if options.preview else scene_text(options)[0]
-    scene, costs = reference.scene, dict[str, FloatArray]()
+    scene, costs = reference.scene, dict[str, dict[int, float]]()
     schedule = scene.path.schedule(scene.bodies)
     count, restored = scene.path.count(scene.bodies), count_steps(folder / "sweep.traj")
     if count is not None:
@@ -104,7 +103,8 @@ def _relax(
         restored = min(restored, count)
         costs["path"] = expected_costs(scene)
     meter = ProgressMeter(costs)
-    meter.add(["path"] * restored)
+    for number in range(restored):
+        meter.finish("path", number)
     meter.progress()
     validity = "raise" if options.strict else "ignore"  # the table has them
     table = report.StepTable(reference, options.verbose)
@@ -114,8 +114,7 @@ def _relax(
             if not steps and prints_text(options):
                 show(entries(report.inputs(reference).items()), "")
             steps.append(step)
-            if len(steps) > restored:
-                meter.add(["path"])
+            meter.finish("path", step.step)
             parts = table.parts(step, restored=len(steps) <= restored)
             if parts and prints_text(options):
                 show(*parts)

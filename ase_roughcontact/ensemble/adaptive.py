@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, closing
@@ -210,9 +209,8 @@ def _rounds(
 ) -> Iterator[Sampling]:
     """Calculate realisations, estimate how many are needed, and calculate those."""
     pilot, most = limits
-    counts = np.full(len(_sampled(scene)), pilot)
-    whole = scene.path.count(scene.bodies) is None
     areas, first = _Areas(scene, database), scene.roughness.seed
+    counts = np.full(len(areas.targets), pilot)
     with pool as executor:
         while True:
             seeds = range(first, first + int(counts.max()))
@@ -222,9 +220,8 @@ def _rounds(
             steps = [np.flatnonzero(each).tolist() for each in wanted]
             if scene.is_in_order:  # with the steps before them
                 steps = [list(range(each[-1] + 1)) for each in steps]
-            chosen = None if whole else steps
             run = run_ensemble(
-                scenes, database, executor, interval=interval, steps=chosen
+                scenes, database, executor, interval=interval, steps=steps
             )
             with closing(run):
                 for progress in run:
@@ -240,43 +237,37 @@ def _rounds(
 
 
 class _Areas:
-    """Areas of the converged steps of a database, each of which is read once."""
+    """Areas of the converged steps of a database, each of which is read once.
+
+    Of a path in time they are those at the ends of parts at the deepest target.
+    """
 
     def __init__(self, scene: Scene, database: PathName) -> None:
-        self._scene = scene
         self._stored = EnsembleDatabase(database_address(database))
-        self._samples = _sampled(scene)
-        self._of_case: defaultdict[str, dict[int, float]] = defaultdict(dict)
-        self._newest = 0
+        self._area, self._newest = scene.area_column, 0
+        self._of: dict[tuple[str, int], float] = {}
+        schedule = scene.path.schedule(scene.bodies)
+        if schedule is None:
+            self._known, self.targets = "step", scene.targets
+            self._values = np.arange(len(self.targets))
+            return
+        parts = list(schedule.timed_parts())
+        deepest = scene.path.deepest_of(part.end for _, _, part in parts)
+        ends = [t + part.duration for t, _, part in parts if part.end == deepest]
+        self._known, self._values = "time", np.unique(ends)
+        self.targets = self._values
 
     def means(self, cases: Sequence[str], error: float) -> tuple[MeanArea, ...]:
         """Return the means of the steps that the database has of some cases."""
         for row in self._stored.select(f"id>{self._newest}", converged=True):
-            area = row.get(self._scene.area_column)
-            sample = self._sample_of(row)
-            if area is not None and sample is not None:
-                self._of_case[row["case"]][sample] = area
+            known, area = row.get(self._known, math.nan), row.get(self._area)
+            same = np.isclose(self._values, known, rtol=1e-9, atol=0.0)
+            if area is not None and same.any():
+                self._of[row["case"], int(same.argmax())] = area
             self._newest = max(self._newest, row.id)
-        known = [self._of_case[case] for case in cases]
         means = []
-        for number, target in enumerate(self._samples):
-            areas = np.array([of[number] for of in known if number in of])
+        for number, target in enumerate(self.targets):
+            found = (self._of.get((case, number)) for case in cases)
+            areas = np.array([area for area in found if area is not None])
             means.append(MeanArea.of(float(target), areas, error))
         return tuple(means)
-
-    def _sample_of(self, row: Any) -> int | None:
-        """Return which sample a row belongs to; None if to none."""
-        if self._scene.path.schedule(self._scene.bodies) is None:
-            return row["step"]
-        same = np.isclose(self._samples, row["time"], rtol=1e-9, atol=0.0)
-        return int(same.argmax()) if same.any() else None
-
-
-def _sampled(scene: Scene) -> np.ndarray:
-    """Return the targets, or the times (s) at the ends of parts at the deepest one."""
-    schedule = scene.path.schedule(scene.bodies)
-    if schedule is None:
-        return scene.targets
-    parts = list(schedule.timed_parts())
-    deepest = scene.path.deepest_of(part.end for _, _, part in parts)
-    return np.unique([t + part.duration for t, _, part in parts if part.end == deepest])

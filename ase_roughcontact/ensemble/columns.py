@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -17,58 +17,13 @@ from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
 from ase_roughcontact.paths.record import MISSING, LoadStep
 from ase_roughcontact.scene import Scene
 
-
-@dataclass(frozen=True)
-class _SceneColumns:
-    """Columns that the scene determines; lengths but the spacing in units of it.
-
-    Parameters of the wall are also those that follow from named materials.
-    """
-
-    control: str
-    radius: float
-    rms_slope: float
-    hurst: float
-    short_wavelength: float
-    long_wavelength: float
-    seed: int
-    kind: str
-    work_of_adhesion: float
-    attraction_range: float
-    hardness: float
-    permanent: bool
-    friction_coefficient: float
-    shear_strength: float
-    spacing: float
-    contact_modulus: float
-    rate: float
-
-    @classmethod
-    def of(cls, scene: Scene) -> _SceneColumns:
-        spacing, wall, friction = scene.spacing, scene.wall, scene.friction
-        rate = getattr(scene.path, "rate", None)
-        rough: Any = scene.rough
-        hard = scene.hardness / UNITS["GPa"]
-        return cls(
-            scene.path.control,
-            scene.radius / spacing,
-            getattr(rough, "rms_slope", 0.0),
-            getattr(rough, "hurst", math.nan),
-            getattr(rough, "short_wavelength", math.nan) / spacing,
-            getattr(rough, "long_wavelength", math.nan) / spacing,
-            getattr(rough, "seed", MISSING[int]),
-            scene.interaction.kind,
-            wall.work_of_adhesion / UNITS["J/m^2"] or math.nan,
-            wall.attraction_range / spacing or math.nan,
-            hard if wall.hardness < math.inf else math.nan,
-            wall.permanent,
-            getattr(friction, "coefficient", math.nan),
-            getattr(friction, "shear_strength", math.nan),
-            spacing,
-            scene.contact_modulus,
-            rate if isinstance(rate, (int, float)) else math.nan,
-        )
-
+# Columns that the scene determines, and the types of those that are not floats.
+_OF_SCENE = (
+    *("control", "radius", "rms_slope", "hurst", "short_wavelength", "long_wavelength"),
+    *("seed", "kind", "work_of_adhesion", "attraction_range", "hardness", "permanent"),
+    *("friction_coefficient", "shear_strength", "spacing", "contact_modulus", "rate"),
+)
+_TYPES = {"control": str, "seed": int, "kind": str, "permanent": bool}
 
 #: Columns of an ensemble and their types; see `read_ensemble`.
 COLUMNS: dict[str, type] = {
@@ -76,9 +31,10 @@ COLUMNS: dict[str, type] = {
     "step": int,
     "control": str,
     "target": float,
+    **{name: _TYPES.get(name, float) for name in _OF_SCENE},
     **{
         name: kind
-        for record in (_SceneColumns, LoadStep, TimeStep, FlatStep, SlidingStep)
+        for record in (LoadStep, TimeStep, FlatStep, SlidingStep)
         for name, kind in get_type_hints(record).items()
     },
     "version": str,
@@ -86,8 +42,33 @@ COLUMNS: dict[str, type] = {
 
 
 def scene_columns(scene: Scene) -> dict[str, Any]:
-    """Return the columns that a scene determines, the same for all its steps."""
-    values = asdict(_SceneColumns.of(scene))
+    """Return the columns that a scene determines, the same for all its steps.
+
+    Lengths but the spacing are in units of it. Parameters of the wall are also those
+    that follow from named materials.
+    """
+    spacing, wall, rough, nan = scene.spacing, scene.wall, scene.rough, math.nan
+    hardness = scene.hardness / UNITS["GPa"]
+    rate = getattr(scene.path, "rate", None)
+    lengths = "short_wavelength", "long_wavelength"
+    values = {
+        "control": scene.path.control,
+        "radius": scene.radius / spacing,
+        "rms_slope": getattr(rough, "rms_slope", 0.0),
+        "hurst": getattr(rough, "hurst", nan),
+        **{name: getattr(rough, name, nan) / spacing for name in lengths},
+        "seed": getattr(rough, "seed", None),
+        "kind": scene.interaction.kind,
+        "work_of_adhesion": wall.work_of_adhesion / UNITS["J/m^2"] or nan,
+        "attraction_range": wall.attraction_range / spacing or nan,
+        "hardness": hardness if wall.hardness < math.inf else nan,
+        "permanent": wall.permanent,
+        "friction_coefficient": getattr(scene.friction, "coefficient", nan),
+        "shear_strength": getattr(scene.friction, "shear_strength", nan),
+        "spacing": spacing,
+        "contact_modulus": scene.contact_modulus,
+        "rate": rate if isinstance(rate, (int, float)) else nan,
+    }
     return {
         name: MISSING[COLUMNS[name]] if value is None else COLUMNS[name](value)
         for name, value in values.items()

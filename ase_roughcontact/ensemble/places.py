@@ -181,9 +181,8 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
 
 
 def _row(place: Place) -> dict[str, Any]:
-    numbers = (getattr(place, name) / UNITS[unit] for name, unit in PLACE_UNITS.items())
-    values = dict(zip(PLACE_UNITS, (f"{x:.12g}" for x in numbers), strict=True))
-    return values | {"converged": place.converged, "message": place.message}
+    values = vars(place)
+    return values | {k: f"{values[k] / UNITS[u]:.12g}" for k, u in PLACE_UNITS.items()}
 
 
 def _number(row: dict[str, str], name: str) -> float:
@@ -209,10 +208,8 @@ def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.n
     values : ndarray, shape (n, m)
         NaN where there is no result.
     """
-    x, y = (np.unique([getattr(each, axis) for each in places]) for axis in "xy")
+    known = np.array([(each.x, each.y, getattr(each, name)) for each in places])
+    (x, i), (y, j) = (np.unique(each, return_inverse=True) for each in known.T[:2])
     values = np.full((len(x), len(y)), np.nan)
-    for each in places:
-        values[np.searchsorted(x, each.x), np.searchsorted(y, each.y)] = getattr(
-            each, name
-        )
+    values[i, j] = known[:, 2]
     return x, y, values

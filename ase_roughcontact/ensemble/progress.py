@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +15,8 @@ from ase_roughcontact.scene import Scene
 # Cost of a load step without contact, in atoms in contact. Measured for copper and a
 # radius of 1000 atoms, from 1 nN to 2 µN.
 _BASE_COST = 5000.0
+#: Number that stands for all steps of a path in time.
+WHOLE = -1
 
 
 @dataclass(frozen=True)
@@ -59,75 +61,65 @@ class ProgressMeter:
     Parameters
     ----------
     costs : mapping
-        From `expected_costs`, by case.
-    unit : str
-        See `Progress`.
+        Expected cost of each load step, by case and number of the step; that of a path
+        in time, as a whole, has the number `WHOLE`.
 
     Attributes
     ----------
-    finished : dict
-        Number of finished load steps, by case.
+    missing : dict
+        The costs of the load steps that are not finished.
     failures : dict
         Error messages of the cases that failed, by case.
     """
 
-    def __init__(self, costs: Mapping[str, np.ndarray], unit: str = "steps") -> None:
-        self._unit = unit
-        self.finished = dict.fromkeys(costs, 0)
+    def __init__(self, costs: Mapping[str, Mapping[int, float]]) -> None:
+        self.missing = {case: dict(steps) for case, steps in costs.items()}
         self.failures: dict[str, str] = {}
-        self._costs = costs
+        in_time = all(WHOLE in steps for steps in costs.values())
+        self._unit = "paths" if in_time else "steps"
+        self._total = sum(map(len, costs.values()))
         self._start = time.perf_counter()
         self._initial: float | None = None
 
-    def add(self, cases: Iterable[str]) -> None:
-        """Count finished load steps, given by their cases; others are ignored."""
-        for case in cases:
-            if case in self.finished:
-                self.finished[case] += 1
+    def finish(self, case: str, step: int) -> None:
+        """Count a finished load step; those that are not of this run are ignored."""
+        self.missing.get(case, {}).pop(step, None)
 
     def unfinished(self) -> list[str]:
         """Return the cases that are neither complete nor failed, in their order."""
         return [
             case
-            for case, cost in self._costs.items()
-            if case not in self.failures and self.finished[case] < len(cost) - 1
+            for case, steps in self.missing.items()
+            if steps and case not in self.failures
         ]
 
     def progress(self) -> Progress:
         """Return the progress so far."""
         elapsed = time.perf_counter() - self._start
-        costs, finished = self._costs, self.finished
-        spent = sum(cost[finished[case]] for case, cost in costs.items())
+        costs = {case: sum(steps.values()) for case, steps in self.missing.items()}
+        cost = sum(costs.values())
         if self._initial is None:
-            self._initial = spent
-        new = spent - self._initial
-        unfinished = self.unfinished()
-        remaining = sum(
-            costs[case][-1] - costs[case][finished[case]] for case in unfinished
-        )
-        left = float(remaining * elapsed / new) if new > 0.0 else math.nan
+            self._initial = cost
+        remaining = sum(costs[case] for case in self.unfinished())
+        spent, left = self._initial - cost, math.nan
+        if not remaining:
+            left = 0.0
+        elif spent > 0.0:
+            left = remaining * elapsed / spent
         return Progress(
-            steps=sum(finished.values()),
-            total=sum(len(cost) - 1 for cost in costs.values()),
+            steps=self._total - sum(map(len, self.missing.values())),
+            total=self._total,
             elapsed=elapsed,
-            left=left if unfinished else 0.0,
+            left=left,
             failures=dict(self.failures),
             unit=self._unit,
         )
 
 
-def expected_costs(scene: Scene) -> np.ndarray:
-    """Return the cumulative expected cost of the load steps of a scene.
+def expected_costs(scene: Scene) -> dict[int, float]:
+    """Return the expected costs of the load steps of a scene, in arbitrary units.
 
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    ndarray, shape (steps + 1,)
-        Cost before each step and after the last one, in arbitrary units; a path in time
-        counts as one step.
+    They have the numbers of the steps; that of a path in time has the number `WHOLE`.
 
     Raises
     ------
@@ -136,10 +128,10 @@ def expected_costs(scene: Scene) -> np.ndarray:
     """
     scene.check()
     if scene.path.count(scene.bodies) is None:
-        whole = scene.path.expected_count(scene.bodies)
-        return np.append(0.0, whole * expected_costs(scene.planned)[-1])
+        count = scene.path.expected_count(scene.bodies)
+        return {WHOLE: count * sum(expected_costs(scene.planned).values())}
     if scene.shape:
         areas = np.full(scene.targets.shape, float(math.prod(scene.shape)))
     else:
         areas = scene.expected_areas / scene.spacing**2
-    return np.append(0.0, np.cumsum(_BASE_COST + areas))
+    return dict(enumerate((_BASE_COST + areas).tolist()))

@@ -8,14 +8,17 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future, wait
 from contextlib import AbstractContextManager, ExitStack
 
-import numpy as np
-
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.ensemble.executors import worker_pool
-from ase_roughcontact.ensemble.progress import Progress, ProgressMeter, expected_costs
+from ase_roughcontact.ensemble.progress import (
+    WHOLE,
+    Progress,
+    ProgressMeter,
+    expected_costs,
+)
 from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
@@ -106,41 +109,40 @@ def run_ensemble(
         raise ValueError("an ensemble needs at least one scene, got none")
     positive(interval=interval)
     pool = worker_pool(executor, workers)
-    costs = {case_of(scene): expected_costs(scene) for scene in scenes}
     chosen = [None] * len(scenes) if steps is None else steps
-    pairs = zip(scenes, chosen, strict=True)
-    tasks = {case_of(scene): (scene, numbers) for scene, numbers in pairs}
-    for case, (scene, numbers) in tasks.items():
-        if scene.path.count(scene.bodies) is not None:
-            wanted = range(len(costs[case]) - 1) if numbers is None else numbers
-            tasks[case] = scene, wanted
-            each = np.diff(costs[case])[list(wanted)]
-            costs[case] = np.append(0.0, np.cumsum(each))
-        elif scene.path.schedule(scene.bodies) is None:
+    tasks = {}
+    for scene, numbers in zip(scenes, chosen, strict=True):
+        costs = expected_costs(scene)
+        if WHOLE in costs and scene.path.schedule(scene.bodies) is None:
             raise ValueError(
                 f'an ensemble has no paths of kind = "{scene.path.kind}", which '
                 'choose their steps as they run: give kind = "steps" or "time"'
             )
-    largest_first = sorted(costs.items(), key=lambda item: -item[1][-1])
-    in_time = all(numbers is None for _, numbers in tasks.values())
-    meter = ProgressMeter(dict(largest_first), "paths" if in_time else "steps")
+        if WHOLE not in costs and numbers is not None:
+            costs = {step: costs[step] for step in numbers}
+        tasks[case_of(scene)] = scene, costs
     shared = EnsembleDatabase(database_address(database))
     shared.create()
-    return _run(shared, tasks, meter, pool, interval)
+    return _run(shared, tasks, pool, interval)
 
 
 def _run(
     database: EnsembleDatabase,
-    tasks: Mapping[str, tuple[Scene, Sequence[int] | None]],
-    meter: ProgressMeter,
+    tasks: Mapping[str, tuple[Scene, Mapping[int, float]]],
     pool: AbstractContextManager[Executor],
     interval: float,
 ) -> Generator[Progress, None, None]:
-    """Submit cases, and report progress until all are complete or failed."""
+    """Submit cases, and report progress until all are complete or failed.
+
+    The tasks are the scenes of the cases with the expected costs of the wanted steps.
+    """
     run = f"run-{uuid.uuid4().hex}"
     submitted: dict[Future, str] = {}
     newest, reported = 0, None
-    whole = {case for case, (_, steps) in tasks.items() if steps is None}
+    costs = {case: costs for case, (_, costs) in tasks.items()}
+    largest_first = sorted(costs, key=lambda case: -sum(costs[case].values()))
+    meter = ProgressMeter({case: costs[case] for case in largest_first})
+    in_time = any(WHOLE in steps for steps in costs.values())
     with ExitStack() as stack:
         executor = stack.enter_context(pool)
         stack.callback(_cancel, submitted)
@@ -148,15 +150,10 @@ def _run(
         while True:
             new = database.steps(after=newest)
             newest = max(new, default=newest)
-            meter.add(
-                case
-                for case, step in new.values()
-                if case in tasks and step in (tasks[case][1] or ())
-            )
-            if whole:
-                done = whole & database.done()
-                whole -= done
-                meter.add(done)
+            for case, step in new.values():
+                meter.finish(case, step)
+            for case in database.done() if in_time else ():
+                meter.finish(case, WHOLE)
             progress = meter.progress()
             if progress != reported:
                 reported = progress
@@ -168,7 +165,7 @@ def _run(
                 waiting = set(submitted.values())
                 for case in unfinished:
                     if case not in waiting:
-                        given = database, run, case, *tasks[case]
+                        given = database, run, case, tasks[case][0], list(costs[case])
                         submitted[executor.submit(calculate_case, *given)] = case
                 wait(submitted, timeout=interval)
                 busy = False  # whether other runs work on some of the cases

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import sys
 import threading
 from collections.abc import Container, Generator, Iterator, Sequence
 from contextlib import closing
@@ -15,6 +16,7 @@ from ase_roughcontact._util.threads import available_threads, threads
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.columns import scene_columns, step_columns
 from ase_roughcontact.ensemble.database import EnsembleDatabase
+from ase_roughcontact.ensemble.progress import WHOLE
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene import Scene
 
@@ -24,7 +26,7 @@ def calculate_case(
     run: str,
     case: str,
     scene: Scene,
-    steps: Sequence[int] | None = None,
+    steps: Sequence[int],
 ) -> tuple[str, str]:
     """Calculate the missing load steps of a case, each stored as soon as it is known.
 
@@ -36,9 +38,9 @@ def calculate_case(
     case : str
         Name of the case.
     scene : Scene
-    steps : sequence of int, optional
-        Load steps to calculate, in increasing order; by default all. A path in time
-        is calculated as a whole.
+    steps : sequence of int
+        Load steps to calculate, in increasing order. A path in time is calculated as a
+        whole.
 
     Returns
     -------
@@ -87,19 +89,16 @@ def _threads() -> int:
 def _relax(
     scene: Scene,
     stored: Container[int],
-    steps: Sequence[int] | None,
+    wanted: Sequence[int],
     frame: Path | None,
 ) -> Generator[LoadStep, None, None]:
     """Relax the wanted steps that are not stored, and those on which they depend."""
-    if scene.path.count(scene.bodies) is None:  # how many there are is not known
-        first = next(step for step in itertools.count() if step not in stored)
-        path = _resume(scene, first, frame)
-        yield from (record for record in path if record.step not in stored)
-        return
-    wanted = range(len(scene.targets)) if steps is None else steps
-    missing = [step for step in wanted if step not in stored]
+    missing: Sequence[int] = [step for step in wanted if step not in stored]
     if not missing:
         return
+    if missing[0] == WHOLE:  # the number of steps is not known
+        first = next(step for step in itertools.count() if step not in stored)
+        missing = range(first, sys.maxsize)
     if scene.is_in_order:
         for record in _resume(scene, missing[0], frame):
             if record.step in missing:
