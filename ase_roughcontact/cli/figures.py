@@ -30,7 +30,7 @@ from ase_roughcontact.scene.smooth_fit import SmoothFit
 from ase_roughcontact.scene.tradeoff_result import Tradeoff
 from ase_roughcontact.topography import SelfAffine
 
-NN = UNITS["nN"]
+NN, _NM2 = UNITS["nN"], UNITS["nm²"]
 # Rounding of times, relative.
 _ROUNDING = 1e-12
 # Number of maps in a figure.
@@ -203,41 +203,37 @@ def _is_compressive(step: LoadStep) -> bool:
 
 
 def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> None:
+    """Draw the area, and relative to Hertz, against load beside theory."""
     scene = reference.scene
     shown = [step for step in steps if _is_compressive(step)]
-    forces = np.array([step.normal_force for step in shown])
-    areas = _column(shown, scene.area_column)
+    forces, areas, errors, converged = (
+        _column(shown, name)
+        for name in ("normal_force", scene.area_column, "area_error", "converged")
+    )
     along = np.geomspace(forces.min() / _EXTENT, _EXTENT * forces.max(), _POINTS)
-    hertz = scene.hertz_area(along)
-    smooth_theories = reference.smooth, *reference.limits
-    adhesive = [c for c in smooth_theories if c.pull_off_force > 0.0]
-    theory = {c.label: (along / NN, c.contact_area(along) / hertz) for c in adhesive}
-    rough = reference.rough_area(along) / hertz
-    if np.isfinite(rough).any():
-        theory = {"Eq. (4): theory, rough sphere": (along / NN, rough), **theory}
-    light = along[rough <= reference.plateau] / NN
-    if light.size:
-        factor = "" if scene.wall.hard else "3"
-        label = rf"first asperity: theory, $({factor}\rho/R)^{{2/3}}$"
-        theory[label] = light, np.full(light.shape, reference.plateau)
-    smooth = "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else "")
-    converged, error = (_column(shown, n) for n in ("converged", "area_error"))
+    hertz, rough = scene.hertz_area(along), reference.rough_area(along)
+    spheres = reference.smooth, *reference.limits
+    adhesive = {c.label: c.contact_area(along) for c in spheres if c.pull_off_force}
+    factor = "" if scene.wall.hard else "3"
+    first = np.where(rough <= reference.plateau * hertz, reference.plateau, np.nan)
+    theory = {
+        "Eq. (4): theory, rough sphere": rough,
+        **adhesive,
+        rf"first asperity: theory, $({factor}\rho/R)^{{2/3}}$": first * hertz,
+    }
+    known = {k: each for k, each in theory.items() if np.isfinite(each).any()}
+    absolute = {k: (along / NN, each / _NM2) for k, each in known.items()}
+    relative = {k: (along / NN, each / hertz) for k, each in known.items()}
     random = isinstance(scene.rough, SelfAffine)
     label = "simulation (one realisation)" if random else "simulation"
-    known, nm = along / NN, UNITS["nm²"]
-    lines = {
-        name: (loads, ratios * np.interp(loads, known, hertz) / nm)
-        for name, (loads, ratios) in theory.items()
-    }
+    smooth = "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else "")
     with written(file, 5.4) as figure:
         upper, lower = panels = figure.subplots(2, 1, sharex=True)
-        upper.plot(known, hertz / nm, color=plot.GREY, lw=1)
-        loads = forces / NN
-        plot.plot_area(upper, loads, areas / nm, lines, converged, error / nm, label)
-        of_hertz = scene.hertz_area(forces)
-        plot.plot_curve(
-            lower, loads, areas, of_hertz, theory, converged, smooth, error, label
-        )
+        upper.plot(along / NN, hertz / _NM2, color=plot.GREY, lw=1)
+        loads, values = forces / NN, (areas / _NM2, scene.hertz_area(forces) / _NM2)
+        bars = errors / _NM2
+        plot.plot_area(upper, loads, values[0], absolute, converged, bars, label)
+        plot.plot_curve(lower, loads, *values, relative, converged, smooth, bars, label)
         upper.label_outer()
         letter(panels)
         if len(shown) < len(steps):
