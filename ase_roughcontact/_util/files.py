@@ -180,6 +180,22 @@ def closed_at_end(file: PathName) -> Iterator[ExitStack]:
             stack.close()
 
 
+def check_replaced(file: Path, mark: bytes) -> None:
+    """Raise `ValueError` if a file has no folder, or would be lost.
+
+    A file may be replaced if it is empty, contains the mark of those that the package
+    writes, or is a link, which is replaced itself.
+    """
+    if not file.parent.is_dir():
+        raise ValueError(f"there is no folder {file.parent} for {file.name}")
+    kept = file.is_symlink() or not file.is_file() or file.stat().st_size == 0
+    if not kept and mark not in file.read_bytes():
+        raise ValueError(
+            f"{file} was not written by ase-roughcontact, which would overwrite it: "
+            "give another name, or delete it"
+        )
+
+
 def refuse_link(file: PathName) -> None:
     """Raise `OSError` if a file is a symbolic link."""
     if Path(file).is_symlink():

@@ -9,8 +9,10 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ase_roughcontact._util.files import check_replaced
 from ase_roughcontact._util.printing import number, show, table
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
@@ -76,6 +78,8 @@ def ensemble(options: argparse.Namespace) -> int:
         values[key] = listed
     if options.error is not None and "roughness.seed" in values:
         raise ValueError("--error chooses the seeds: omit --set roughness.seed")
+    if options.table:
+        check_replaced(Path(options.table), b"case,step")
     scenes, pool = product(scene, values), {"workers": options.workers}
     with ExitStack() as stack:
         if options.scheduler is not None:

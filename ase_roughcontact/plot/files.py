@@ -9,8 +9,12 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from ase_roughcontact._util.files import replaced
+from ase_roughcontact._util.files import check_replaced, replaced
 from ase_roughcontact.plot.style import WIDTH, style
+
+# By which pictures of the package are known, and its key in the metadata of formats.
+_MARK = "ase_roughcontact"
+_MARKED = {"png": "Software", "pdf": "Creator", "svg": "Creator", "eps": "Creator"}
 
 
 @contextmanager
@@ -28,7 +32,8 @@ def written(file: Path, height: float, width: float = WIDTH) -> Iterator[Figure]
         figure = Figure(figsize=(width, height))
         yield figure
         with replaced(file) as name:
-            figure.savefig(name, format=_format(file))
+            kind, key = _format(file), _MARKED.get(_format(file))
+            figure.savefig(name, format=kind, metadata={key: _MARK} if key else None)
 
 
 def draw_file(file: Path, draw: Callable[..., Any], *values: Any) -> None:
@@ -46,16 +51,13 @@ def draw_file(file: Path, draw: Callable[..., Any], *values: Any) -> None:
 
 
 def check_picture(file: Path) -> None:
-    """Raise `ValueError` if a file can't be a picture by its ending or its folder."""
-    if not file.parent.is_dir():
-        raise ValueError(
-            f"there is no folder {file.parent} for the picture {file.name}"
-        )
+    """Raise `ValueError` if a file can't be a picture, or is not one of the package."""
     formats = Figure().canvas.get_supported_filetypes()
     if file.suffix and _format(file) not in formats:
         raise ValueError(
             f"a picture ends in one of .{', .'.join(sorted(formats))}; got {file.name}"
         )
+    check_replaced(file, (_MARK if _format(file) in _MARKED else "").encode())
 
 
 def _format(file: Path) -> str:

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.figures import draw_tradeoff
 from ase_roughcontact.plot import plot_tradeoff
+from ase_roughcontact.plot.files import check_picture
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.tradeoff import tradeoff
 from ase_roughcontact.scene.tradeoff_result import Choice, Tradeoff
@@ -154,6 +155,9 @@ def test_a_picture_that_can_not_be_written_is_refused_before_anything_is_read(
     assert "a picture ends in one of ." in capsys.readouterr().err
     assert main([*command, "--picture", str(tmp_path / "no" / "a.png")]) == 2
     assert "no folder" in capsys.readouterr().err
+    (tmp_path / "mine.png").write_bytes(b"\x89PNG of another program")
+    assert main([*command, "--picture", str(tmp_path / "mine.png")]) == 2
+    assert "mine.png was not written by" in capsys.readouterr().err
 
 
 def test_table_and_picture_name_the_answer(tmp_path):
@@ -162,6 +166,7 @@ def test_table_and_picture_name_the_answer(tmp_path):
     for name, first in (("t", b"\x89PNG"), ("t.svg", b"<?xml"), ("t.PDF", b"%PDF")):
         draw_tradeoff(found, tmp_path / name)
         assert (tmp_path / name).read_bytes().startswith(first)
+        check_picture(tmp_path / name)  # the next study may replace it
     axes = Figure().subplots()
     plot_tradeoff(axes, [("grid", "fast", 0.1, 1.0)], of="height")
     assert axes.get_ylabel() == "error of the height"
