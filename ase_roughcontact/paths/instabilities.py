@@ -45,13 +45,15 @@ class Jump:
 
     @property
     def dissipated_energy(self) -> float:
-        """Energy lost in the jump (eV).
-
-        Its error is at most half the change of the force times that of the height, as
-        the exact height of the jump is not known.
-        """
+        """Energy lost in the jump (eV)."""
         stored = self.after.energy - self.before.energy
         return trapezoidal_work(self.before, self.after) - stored
+
+    @property
+    def error(self) -> float:
+        """Largest error of the energy, as the height of the jump is not known (eV)."""
+        change = self.after.normal_force - self.before.normal_force
+        return 0.5 * abs(change * (self.after.height - self.before.height))
 
 
 @dataclass(frozen=True)
@@ -158,10 +160,21 @@ class AdhesionLoop:
     @property
     def dissipated_energy(self) -> float:
         r"""Area of the loop of force against height, :math:`-\oint N\,dZ` (eV)."""
+        total = sum(work(*states) for states in self._steps)
+        return total + sum(trapezoidal_work(j.before, j.after) for j in self.jumps)
+
+    @property
+    def dissipation_error(self) -> float:
+        """What the balances of energy lack, and the errors of the jumps (eV)."""
+        lacks = (abs(work(a, b) - (b.energy - a.energy)) for a, b in self._steps)
+        return sum(lacks) + sum(jump.error for jump in self.jumps)
+
+    @property
+    def _steps(self) -> list[tuple[LoadStep, LoadStep]]:
+        """Neighbouring states without an instability between them."""
         parts = stable_parts(self.approach, self.approach_jumps)
         parts += stable_parts(self.retraction, self.retraction_jumps)
-        total = sum(work(*states) for part in parts for states in pairwise(part))
-        return total + sum(trapezoidal_work(j.before, j.after) for j in self.jumps)
+        return [states for part in parts for states in pairwise(part)]
 
     @property
     def energy_lost_in_jumps(self) -> float:
@@ -218,10 +231,9 @@ def jumped(before: LoadStep, after: LoadStep) -> bool:
     -------
     bool
     """
-    change = abs(after.normal_force - before.normal_force)
-    explained = 0.5 * change + _force_error(before, after)
-    lost = Jump(before, after).dissipated_energy
-    return lost > explained * abs(after.height - before.height)
+    jump = Jump(before, after)
+    error = _force_error(before, after) * abs(after.height - before.height)
+    return jump.dissipated_energy > jump.error + error
 
 
 def trapezoidal_work(before: LoadStep, after: LoadStep) -> float:

@@ -125,11 +125,14 @@ class Loop(PathKind):
         """Return numbers of states and instabilities, forces and energies."""
         loop = self.result(bodies, states)
         jumps = len(loop.approach_jumps), len(loop.retraction_jumps)
+        lost, error = loop.dissipated_energy, loop.dissipation_error
         found = {
             "states": str(len(states)),
             "instabilities": f"{jumps[0]} on approach, {jumps[1]} on retraction",
             "pull-off force": f"{with_unit(loop.pull_off_force, 'nN')} (simulation)",
-            "dissipated energy": f"{number(loop.dissipated_energy)} eV",
+            "dissipated energy": f"{number(lost)} ± {number(error, 2)} eV"
+            if abs(lost) > error
+            else f"none within the tolerance of {number(error, 2)} eV",
         }
         with suppress(ValueError):  # the loop itself is valid
             curve = self._curve(loop)

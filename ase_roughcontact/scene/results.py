@@ -133,5 +133,6 @@ def write_results(
         if not message:
             raise
         raise ValueError(
-            f"{message}; a path can be extended only by steps after its last one"
+            f"{message}; a path can be extended only by steps after its last one: "
+            "append to its lists, as values (another last or steps changes all)"
         ) from error

@@ -77,6 +77,14 @@ def test_a_loop_prints_its_states_and_characteristic_values(printed):
     assert units == ["step", "(Å)", "(nN)", "(N/m)", "(nm²)", "(GPa)", "(s)"]
     for words in ("pull-off force", "cantilever +60 N/m\n", "cantilever snap-in +from"):
         assert re.search(words, text)
+    assert re.search(r"dissipated energy +[\d.]+ ± [\d.]+ eV\n", text)
+
+
+def test_a_loop_without_instability_prints_no_remainder_of_the_tolerance():
+    wall = 'kind = "adhesive"\nwork_of_adhesion = 1.0'
+    scene = Scene.parse(LOOP.replace(wall, 'kind = "repulsive"'))
+    printed = scene.path.summary(scene.bodies, tuple(scene.relax(validity="ignore")))
+    assert re.fullmatch(r"none within .* of [\d.]+ eV", printed["dissipated energy"])
 
 
 @pytest.mark.parametrize(

@@ -139,6 +139,8 @@ def test_area_of_the_loop_is_the_energy_lost_in_jumps(loop):
     assert loop().dissipated_energy > 0.1
     lost = loop().energy_lost_in_jumps
     assert loop().dissipated_energy == pytest.approx(lost, rel=0.02)
+    error = loop().dissipation_error
+    assert abs(loop().dissipated_energy - lost) <= error < 0.1 * lost
     assert all(jump.dissipated_energy > 0.0 for jump in jumps(loop()))
 
 
@@ -146,6 +148,7 @@ def test_stiff_solid_shows_no_hysteresis():
     loop = stiff()
     assert jumps(loop) == ()
     deepest_well = -min(record.energy for record in loop.approach)
+    assert abs(loop.dissipated_energy) <= loop.dissipation_error < 0.05 * deepest_well
     assert abs(loop.dissipated_energy) < 5e-3 * deepest_well
 
 

@@ -76,6 +76,7 @@ def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
     assert "[sphere] radius was 60.0, is 61.0" in text
     assert "[path] values was not given, is [0.3]" in text
     assert "[roughness] long_wavelength was 16.0, is not given" in text
+    assert "append to its lists, as values" in text
     assert "profile" not in text and "was not given, is not given" not in text
     (tmp_path / "scene.toml").unlink()
     with pytest.raises(ValueError, match=r"^can't resume: .* of another path"):
