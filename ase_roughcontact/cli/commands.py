@@ -1,4 +1,4 @@
-"""Commands of ``ase-roughcontact`` that do not run a scene; docstrings are help."""
+"""Commands that evaluate a scene without running it; docstrings are help."""
 
 from __future__ import annotations
 
@@ -8,15 +8,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
 
-from ase_roughcontact._util.extras import imported
 from ase_roughcontact._util.printing import entries, show
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
 from ase_roughcontact.cli.description import bodies
-from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.paths.record import units_of
-from ase_roughcontact.scene import default_text
 from ase_roughcontact.scene.curve_files import read_curve, read_in_time
 from ase_roughcontact.scene.fit import fit_curve
 from ase_roughcontact.scene.force_curve import BASELINE
@@ -24,12 +21,6 @@ from ase_roughcontact.scene.least_squares import Fit
 from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit
 from ase_roughcontact.scene.time_fit import SERIES, fit_in_time
 from ase_roughcontact.scene.tradeoff import tradeoff
-
-
-def print_scene(options: argparse.Namespace) -> int:
-    """Print the built-in scene file, a template with a description of each key."""
-    print(default_text(), end="")
-    return 0
 
 
 def plan(options: argparse.Namespace) -> int:
@@ -176,17 +167,3 @@ def measure_tradeoff(options: argparse.Namespace) -> int:
         show(*study.parts)
         print(options.picture)
     return 0 if study.kept else 1
-
-
-def completion(options: argparse.Namespace) -> int:
-    """Print a script that completes commands and options in a shell.
-
-    It needs shtab (pip install '.[completion]' in the folder of the source code). For
-    bash::
-
-      ase-roughcontact completion > ~/.ase-roughcontact-completion
-      echo 'source ~/.ase-roughcontact-completion' >> ~/.bashrc
-    """
-    shtab = imported("shtab", "completion", "completion needs shtab")
-    print(shtab.complete(make_parser(), options.shell))
-    return 0

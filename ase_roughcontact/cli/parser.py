@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import inspect
+import ast
 import re
 from collections.abc import Callable
 from difflib import get_close_matches
@@ -39,11 +39,20 @@ class _Parser(argparse.ArgumentParser):
     def format_help(self) -> str:
         """Return the help, described by the docstring of the command."""
         if self.function:
-            text = inspect.getdoc(function_of(self.function)) or ""
-            parts = text.replace("::\n", ":\n").split("\n\n")
+            parts = _docstring(self.function).replace("::\n", ":\n").split("\n\n")
             filled = (p if "\n " in p or p[0] == " " else fill(p, 79) for p in parts)
             self.description = "\n\n".join(filled)
         return super().format_help()
+
+
+def _docstring(name: str) -> str:
+    """Return the docstring of a command from its source, as an import takes seconds."""
+    module, _, function = name.partition(".")
+    source = Path(__file__).with_name(f"{module}.py").read_text(encoding="utf-8")
+    nodes = (
+        node for node in ast.parse(source).body if isinstance(node, ast.FunctionDef)
+    )
+    return next(ast.get_docstring(n) or "" for n in nodes if n.name == function)
 
 
 def function_of(name: str) -> Callable[[argparse.Namespace], int]:
@@ -100,9 +109,9 @@ def make_parser() -> argparse.ArgumentParser:
     _add_folder(figure)
     _add_times(figure)
     summary = "print the built-in scene as a template"
-    command("scene", summary, "commands.print_scene")
+    command("scene", summary, "texts.print_scene")
     summary = "print a completion script"
-    command("completion", summary, "commands.completion").add_argument(
+    command("completion", summary, "texts.completion").add_argument(
         "shell",
         nargs="?",
         choices=["bash", "zsh", "tcsh"],
