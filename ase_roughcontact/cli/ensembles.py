@@ -6,11 +6,11 @@ import argparse
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ase_roughcontact._util.files import check_replaced
 from ase_roughcontact._util.printing import number, show, table
@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 
 # A value of a list that is separated by commas: a string, a list, a table or others.
 _VALUE = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^]]*\]|\{[^}]*\}|[^,])+?(?=,|$)""")
+_SEED = "roughness.seed"
+# Values of some keys, and the scene that has them.
+_Variant: TypeAlias = tuple[dict[str, Any], Scene]
 # What is printed of a mean area whose error is not one that is wanted.
 _MEAN = "target", "realisations", "mean", "error"
 
@@ -76,11 +79,11 @@ def ensemble(options: argparse.Namespace) -> int:
         if key in values:
             raise ValueError(f"--set {key} is given twice: give all values in one")
         values[key] = listed
-    if options.error is not None and "roughness.seed" in values:
+    if options.error is not None and _SEED in values:
         raise ValueError("--error chooses the seeds: omit --set roughness.seed")
     if options.table:
         check_replaced(Path(options.table), b"case,step")
-    scenes, pool = product(scene, values), {"workers": options.workers}
+    variants, pool = _variants(scene, values), {"workers": options.workers}
     with ExitStack() as stack:
         if options.scheduler is not None:
             found = scheduler_executor(options.scheduler)
@@ -88,9 +91,12 @@ def ensemble(options: argparse.Namespace) -> int:
             if prints_text(options):
                 print(workers, flush=True)
         draw = stack.enter_context(progress_bar(options))
-        enough, failures = _calculate(options, scenes, pool, draw)
-    if options.error is None:
-        _print_mean_areas(options, scene, values)
+        enough, failures = _calculate(options, variants, pool, draw)
+    seeds = values.pop(_SEED, [])
+    if len(seeds) > 1 and not options.quiet:
+        for variant in _variants(scene, values):
+            realisations = product(variant[1], {_SEED: seeds})
+            _print_means(options, variant, mean_areas(realisations, options.database))
     if options.table:
         write_csv(options.database, options.table)
     if prints_text(options):
@@ -104,28 +110,33 @@ def ensemble(options: argparse.Namespace) -> int:
     return 0 if enough and not failures else 1
 
 
+def _variants(scene: Scene, values: dict[str, list[Any]]) -> list[_Variant]:
+    """Return the combinations of some values, with the scenes that have them."""
+    chosen = itertools.product(*values.values())
+    settings = (dict(zip(values, each, strict=True)) for each in chosen)
+    return list(zip(settings, product(scene, values), strict=True))
+
+
 def _calculate(
     options: argparse.Namespace,
-    scenes: list[Scene],
+    variants: list[_Variant],
     pool: dict[str, Any],
     draw: Callable | None,
 ) -> tuple[bool, dict[str, str]]:
     """Return whether the error is small enough, and messages of cases that failed."""
     enough, failures = True, dict[str, str]()
     if options.error is None:
+        scenes = [scene for _, scene in variants]
         for progress in run_ensemble(scenes, options.database, **pool):
             _print_progress(options, progress, draw)
             failures = progress.failures
         return enough, failures
-    for scene in scenes:
-        samplings = sample_ensemble(scene, options.database, options.error, **pool)
+    for variant in variants:
+        samplings = sample_ensemble(variant[1], options.database, options.error, **pool)
         for sampling in samplings:
             _print_progress(options, sampling.progress, draw, sampling.error)
             if sampling.progress.steps == sampling.progress.total:
-                if options.json:
-                    _print_json(scene, map(asdict, sampling.means))
-                elif not options.quiet:
-                    show(*means_table(scene, sampling))
+                _print_means(options, variant, sampling.means, sampling)
         enough &= sampling.done
         failures |= sampling.progress.failures
     return enough, failures
@@ -149,30 +160,23 @@ def _print_progress(
         print(f"{progress}{running}", flush=True)
 
 
-def _print_json(scene: Scene, means: Iterable[dict[str, Any]]) -> None:
-    units = {"mean": "Å^2", "target": report.target_unit(scene)}
-    for mean in means:
-        print(json_line(mean, units), flush=True)
-
-
-def _print_mean_areas(
-    options: argparse.Namespace, scene: Scene, values: dict[str, list[Any]]
+def _print_means(
+    options: argparse.Namespace,
+    variant: _Variant,
+    means: Sequence[MeanArea],
+    sampling: Sampling | None = None,
 ) -> None:
-    """Print the mean areas over the seeds, for each combination of the other values."""
-    seeds = {key: listed for key, listed in values.items() if key == "roughness.seed"}
-    others = {key: listed for key, listed in values.items() if key not in seeds}
-    if options.quiet or not any(len(listed) > 1 for listed in seeds.values()):
-        return
-    for chosen in itertools.product(*others.values()):
-        settings = dict(zip(others, chosen, strict=True))
-        realisations = product(scene, {k: [v] for k, v in settings.items()} | seeds)
-        means = mean_areas(realisations, options.database)
-        if options.json:
-            shown = ({name: getattr(mean, name) for name in _MEAN} for mean in means)
-            _print_json(scene, (settings | each for each in shown))
-        else:
-            heading = ", ".join(f"{key} = {value}" for key, value in settings.items())
-            show(*([heading] if heading else []), _table(realisations[0], means))
+    """Print the mean areas of a variant, and what is still needed of a sampled one."""
+    settings, scene = variant
+    if options.json:
+        units = {"mean": "Å^2", "target": report.target_unit(scene)}
+        for mean in means:
+            shown = {k: v for k, v in asdict(mean).items() if sampling or k in _MEAN}
+            print(json_line(settings | shown, units), flush=True)
+    elif not options.quiet:
+        heading = ", ".join(f"{key} = {value}" for key, value in settings.items())
+        tables = means_table(scene, sampling) if sampling else [_table(scene, means)]
+        show(*([heading] if heading else []), *tables)
 
 
 def _table(scene: Scene, means: Sequence[MeanArea], more: bool = False) -> Table:

@@ -172,8 +172,10 @@ def test_command_continues_a_sampled_ensemble(sampled, tmp_path, capsys):
     command = ["ensemble", str(file), "--database", database, "--workers", "1"]
     assert main([*command, "--error", "0.2", "--set", "roughness.seed=1,2"]) == 2
     assert "--error chooses the seeds" in capsys.readouterr().err
-    assert main([*command, "--error", "0.2"]) == 0
+    variant = ["--set", "sphere.radius=60.0"]
+    assert main([*command, "--error", "0.2", *variant]) == 0
     text = capsys.readouterr().out
+    assert "\nsphere.radius = 60.0\n" in text
     assert "All areas have a standard error of 20 % or less" in text
     assert main([*command, "--error", "0.2", "--json"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
