@@ -25,27 +25,15 @@ from ase import Atoms
 from ase.io import Trajectory, read
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from small_scene import SMALL
 
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene, default_text
 
 STEPS = 24
-TEXT = """
-[substrate]
-shape = [32, 32]
-contact_modulus = 100.0
-[sphere]
-radius = 60.0
-[roughness]
-long_wavelength = 16.0
-[path]
-control = "penetration"
-first = 0.01
-last = 0.6
-steps = 24
-scale = "linear"
-"""
+TEXT = SMALL.partition("[solver]")[0].replace("steps = 2", f"steps = {STEPS}")
+TEXT = TEXT.replace("first = 0.2", "first = 0.01")
 SCENE = Scene.parse(TEXT)
 slow = partial(pytest.param, marks=pytest.mark.slow)  # a process of its own each
 # Runs a scene, and sends itself a signal when it calls a method that writes frames.
@@ -217,24 +205,7 @@ def test_error_that_hides_a_signal_is_printed_as_an_interruption(
     assert_resumes(folder, undisturbed, kept(folder))
 
 
-# Incomplete frames
-
-
-@pytest.mark.parametrize("lost", [1, 100, 1000])
-def test_run_resumes_from_the_frames_before_an_incomplete_one(folder, lost):
-    path = SCENE.run(folder)
-    for _ in range(4):
-        next(path)
-    path.close()
-    before = kept(folder)[:3]
-    with open(folder / "sweep.traj", "r+b") as file:
-        file.truncate(os.fstat(file.fileno()).st_size - lost)
-    again = SCENE.run(folder)
-    with pytest.warns(RuntimeWarning, match="last 1 of the 4 frames"):
-        assert [asdict(next(again)) for _ in before] == before
-    assert next(again).step == 3
-    again.close()
-    assert [step["step"] for step in kept(folder)] == [0, 1, 2, 3]
+# Damaged and foreign files
 
 
 def test_trajectory_of_another_program_is_not_changed(folder):
@@ -244,6 +215,30 @@ def test_trajectory_of_another_program_is_not_changed(folder):
     with pytest.raises(ValueError, match="not those of a load path"):
         next(SCENE.run(folder))
     assert (folder / "sweep.traj").read_bytes() == written
+
+
+@pytest.mark.parametrize("size", [60, 2000])
+def test_trajectory_without_a_complete_frame_is_an_error_and_kept(folder, size):
+    next(SCENE.run(folder))
+    movie = folder / "sweep.traj"
+    movie.write_bytes(movie.read_bytes()[:size])
+    cut = movie.read_bytes()
+    with pytest.raises(
+        ValueError, match=r"no frame of .*sweep\.traj can be read.* cut"
+    ):
+        next(SCENE.run(folder))
+    assert movie.read_bytes() == cut
+
+
+@settings(max_examples=100, deadline=None, derandomize=True, database=None)
+@given(st.text(max_size=60) | st.integers(0, len(default_text())))
+def test_any_or_truncated_text_is_a_scene_or_an_error(text):
+    if isinstance(text, int):
+        text = default_text()[:text]
+    try:
+        assert isinstance(Scene.parse(text), Scene)
+    except ValueError as error:
+        assert "scene" in str(error) or "TOML" in str(error)
 
 
 # File systems without locks
@@ -362,33 +357,6 @@ def test_folder_of_another_user_is_one_line(capsys):
         assert status == 2
         assert "Permission denied" in capsys.readouterr().err
         assert not list(folder.iterdir())
-
-
-# Truncated files
-
-
-@pytest.mark.parametrize("size", [60, 2000])
-def test_trajectory_without_a_complete_frame_is_an_error_and_kept(folder, size):
-    next(SCENE.run(folder))
-    movie = folder / "sweep.traj"
-    movie.write_bytes(movie.read_bytes()[:size])
-    cut = movie.read_bytes()
-    with pytest.raises(
-        ValueError, match=r"no frame of .*sweep\.traj can be read.* cut"
-    ):
-        next(SCENE.run(folder))
-    assert movie.read_bytes() == cut
-
-
-@settings(max_examples=100, deadline=None, derandomize=True, database=None)
-@given(st.text(max_size=60) | st.integers(0, len(default_text())))
-def test_any_or_truncated_text_is_a_scene_or_an_error(text):
-    if isinstance(text, int):
-        text = default_text()[:text]
-    try:
-        assert isinstance(Scene.parse(text), Scene)
-    except ValueError as error:
-        assert "scene" in str(error) or "TOML" in str(error)
 
 
 # Hostile scene files

@@ -5,7 +5,6 @@ import os
 import signal
 import time
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 from ase.db import connect
@@ -18,18 +17,11 @@ WALLS = [
     InteractionConfig("adhesive", {"work_of_adhesion": 0.05}),
 ]
 SCENE = Scene.parse("""
-[sphere]
-radius = 60.0
-[roughness]
-long_wavelength = 16.0
-[path]
-control = "penetration"
-first = 0.2
-last = 0.6
-steps = 3
-scale = "linear"
+sphere = { radius = 60.0 }
+roughness = { long_wavelength = 16.0 }
+path = { control = "penetration", first = 0.2, last = 0.6, steps = 3, scale = "linear" }
 """)
-LONG = replace(SCENE, path=replace(SCENE.path, first=0.02, last=0.8, steps=10))
+LONG = SCENE.with_values({"path.first": 0.02, "path.last": 0.8, "path.steps": 10})
 SCENES = [
     *product(SCENE, {"roughness.seed": range(2), "interaction": WALLS}),
     *product(LONG, {"interaction": WALLS}),

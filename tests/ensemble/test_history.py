@@ -22,16 +22,10 @@ from ase_roughcontact.ensemble import (
 from ase_roughcontact.scene import InteractionConfig, Scene
 
 SCENE = Scene.parse("""
-[substrate]
-contact_modulus = 100.0
-spacing = 2.5
-[sphere]
-radius = 60.0
-[roughness]
-long_wavelength = 16.0
-[path]
-control = "penetration"
-values = [0.5, 2.0, 1.2]
+substrate = { contact_modulus = 100.0, spacing = 2.5 }
+sphere = { radius = 60.0 }
+roughness = { long_wavelength = 16.0 }
+path = { control = "penetration", values = [0.5, 2.0, 1.2] }
 """)
 PLASTIC = InteractionConfig("plastic", {"hardness": 3.0, "permanent": True})
 ADHESIVE = InteractionConfig("adhesive", {"work_of_adhesion": 1.0})

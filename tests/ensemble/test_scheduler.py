@@ -11,24 +11,12 @@ from contextlib import ExitStack
 from importlib.metadata import PackageNotFoundError, version
 
 import pytest
-from ensemble_scenes import assert_same_states, finish, rows, wait_for
+from ensemble_scenes import LONG, assert_same_states, finish, rows, wait_for
 
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import product, read_ensemble
-from ase_roughcontact.scene import Scene
 
-TEXT = """
-[sphere]
-radius = 60.0
-[roughness]
-long_wavelength = 16.0
-[path]
-control = "penetration"
-first = 0.02
-last = 0.8
-steps = 20
-scale = "linear"
-"""
+SCENE = LONG.with_values({"path.steps": 20})
 VALUES = {"roughness.seed": range(3)}
 COMMAND = ("ensemble", "my.toml", "--set", "roughness.seed=0,1,2", "--database", "e.db")
 
@@ -62,7 +50,7 @@ class FakeClient(ExitStack):
 def folder(tmp_path, monkeypatch):
     """Working folder with a scene and a module of Dask with the client above."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "my.toml").write_text(TEXT.replace("steps = 20", "steps = 2"))
+    (tmp_path / "my.toml").write_text(LONG.with_values({"path.steps": 2}).toml)
     fake = types.SimpleNamespace(Client=FakeClient)
     monkeypatch.setitem(sys.modules, "dask.distributed", fake)
     monkeypatch.setattr(FakeClient, "addresses", [])
@@ -114,7 +102,7 @@ def test_an_ensemble_continues_though_client_or_scheduler_are_killed(
     tmp_path, killed, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "my.toml").write_text(TEXT)
+    (tmp_path / "my.toml").write_text(SCENE.toml)
     started = []
 
     def start(module, *arguments):
@@ -153,5 +141,5 @@ def test_an_ensemble_continues_though_client_or_scheduler_are_killed(
     assert before <= {row.unique_id for row in rows("e.db", record="step")}
     columns = read_ensemble("e.db")
     assert len(columns["step"]) == 60
-    finish(product(Scene.parse(TEXT), VALUES), "whole.db")
+    finish(product(SCENE, VALUES), "whole.db")
     assert_same_states(columns, read_ensemble("whole.db"))
