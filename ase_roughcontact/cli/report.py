@@ -239,8 +239,7 @@ def exceeded_limits(steps: Sequence[LoadStep]) -> dict[str, str]:
         check for step in steps for check in failed_checks(step.validity).values()
     )
     return {
-        f"{check.name} {check.sign} {check.limit:g}": f"in {count} of {len(steps)} "
-        f"steps: {check.reason}"
+        check.condition: f"in {count} of {len(steps)} steps: {check.reason}"
         for check, count in counts.items()
     }
 

@@ -29,11 +29,8 @@ class Check:
 
     Attributes
     ----------
-    name : str
-        The quantity, divided by its unit.
-    sign : {">", "<"}
-        Whether values above or below the limit are outside of the validity.
-    limit : float
+    condition : str
+        ``"quantity/unit > limit"`` or ``"< limit"``, outside of the validity.
     reason : str
         Why it is a limit.
     value : callable
@@ -45,22 +42,25 @@ class Check:
         Whether it is a limit of walls with attraction, of others, or of all.
     """
 
-    name: str
-    sign: str
-    limit: float
+    condition: str
     reason: str
     value: Callable[[RelaxedStep], float]
     constant: bool = False
     attractive: bool | None = None
 
+    @property
+    def name(self) -> str:
+        """The quantity, divided by its unit."""
+        return self.condition.rsplit(" ", 2)[0]
+
     def violation(self, step: RelaxedStep) -> str:
         """Return ``"quantity = value > limit"``; empty if the limit is kept."""
         if self.attractive not in (None, step.contact.interaction.attractive):
             return ""
+        name, sign, limit = self.condition.rsplit(" ", 2)
         value = self.value(step)
-        outside = value > self.limit if self.sign == ">" else value < self.limit
-        text = f"{self.name} = {value:.3g} {self.sign} {self.limit:g}"
-        return text if outside else ""
+        exceeds = value > float(limit) if sign == ">" else value < float(limit)
+        return f"{name} = {value:.3g} {sign} {limit}" if exceeds else ""
 
 
 def violations(step: RelaxedStep) -> str:
@@ -178,92 +178,68 @@ def _slip(step: RelaxedStep) -> float:
 #: Limits of the model.
 CHECKS = (
     Check(
-        "mean pressure/hardness",
-        ">",
-        1.0,
+        "mean pressure/hardness > 1",
         "the contact deforms plastically: its area is about load over hardness",
         _mean_pressure,
     ),
     Check(
-        "largest pressure/hardness",
-        ">",
-        1.0,
+        "largest pressure/hardness > 1",
         "the highest asperities deform plastically",
         lambda s: float(s.fields.pressure.max()) / s.hardness,
     ),
     Check(
-        "contact radius/R",
-        ">",
-        0.2,
+        "contact radius/R > 0.2",
         "a paraboloid is lower than the sphere of its curvature, by 1 % at this limit",
         _contact_radius,
     ),
     Check(
-        "R/a0",
-        "<",
-        1.0,
+        "R/a0 < 1",
         "the sphere is smaller than the spacing of the atoms: lengths are in Å",
         lambda s: s.problem.facts.radius / s.halfspace.spacing,
         constant=True,
     ),
     Check(
-        "slope",
-        ">",
-        0.5,
+        "slope > 0.5",
         "slopes must be small: the true area is 12 % above its projection at this "
         "limit, and pressures act along z only",
         _slope,
     ),
     Check(
-        "atoms in contact",
-        "<",
-        10.0,
+        "atoms in contact < 10",
         "the area of fewer atoms depends on where the lattice lies below the indenter",
         lambda s: s.fields.repulsive_atoms or math.nan,
     ),
     Check(
-        "width of contact patches/pixel",
-        "<",
-        3.0,
+        "width of contact patches/pixel < 3",
         "patches of few pixels depend on heights between them that were not measured, "
         "and on noise",
         _patch_width,
     ),
     Check(
-        "smallest gap/core",
-        "<",
-        1.0,
+        "smallest gap/core < 1",
         "the potential of the wall is extrapolated below its core",
         _smallest_gap,
     ),
     Check(
-        "tension/E*",
-        ">",
-        0.0,
+        "tension/E* > 0",
         "nothing holds the surfaces together without adhesion",
         _tension,
         attractive=False,
     ),
     Check(
-        "adhesive contact/cell",
-        ">",
-        LARGEST_PART_OF_CELL,
+        f"adhesive contact/cell > {LARGEST_PART_OF_CELL:g}",
         "the contact nearly touches its periodic images, and may be in another state "
         "than a single one",
         lambda s: s.part_of_cell,
         attractive=True,
     ),
     Check(
-        "cell/period of the roughness",
-        "<",
-        1.0,
+        "cell/period of the roughness < 1",
         "heights jump at the edges of the periodic cell, and atoms touch there",
         _part_of_period,
     ),
     Check(
-        "adhesive zone at the tip/a0",
-        "<",
-        5.0,
+        "adhesive zone at the tip/a0 < 5",
         "the atoms do not resolve sqrt(2 R D), the radius in which a sphere in point "
         "contact attracts, and the pull-off force may be wrong by more than 1 %",
         _tip_zone,
@@ -271,9 +247,7 @@ CHECKS = (
         attractive=True,
     ),
     Check(
-        "adhesive zone at the edge/a0",
-        "<",
-        LEAST_EDGE_ZONE,
+        f"adhesive zone at the edge/a0 < {LEAST_EDGE_ZONE:g}",
         "the atoms do not resolve pi E* D^2/(4 w), the width of Dugdale's zone at the "
         "edge of a contact, and the pull-off force may be wrong by more than 1 %",
         _edge_zone,
@@ -281,9 +255,7 @@ CHECKS = (
         attractive=True,
     ),
     Check(
-        "coupling by friction",
-        ">",
-        0.1,
+        "coupling by friction > 0.1",
         "(1 - 2 nu)/(2 - 2 nu) times the friction over the load: tractions lift the "
         "surface, which is neglected unless coupling is 'solved'; at this limit a "
         "smooth sphere that slides has its center of pressure off by 5 % of its "
@@ -291,17 +263,13 @@ CHECKS = (
         _coupling,
     ),
     Check(
-        "new area/contact area",
-        ">",
-        0.1,
+        "new area/contact area > 0.1",
         "coupled atoms stick as if in contact since the beginning of the step, a "
         "smooth sphere in an area 8 % too small about this limit: load in more steps",
         lambda s: s.lateral.new_contact if s.lateral else math.nan,
     ),
     Check(
-        "slip/shortest wavelength",
-        ">",
-        0.1,
+        "slip/shortest wavelength > 0.1",
         "heights below the indenter are those before it slides, and the shortest waves "
         "(of a smooth sphere, its contact) have moved",
         _slip,
