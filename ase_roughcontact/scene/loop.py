@@ -24,16 +24,16 @@ from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at, write_curve
+from ase_roughcontact.scene.path_kinds import (
+    PathKind,
+    Steps,
+    range_at,
+    stiffness_of,
+    write_curve,
+)
 from ase_roughcontact.scene.section import lengths
 
-_NN, _NM, _N_PER_M = UNITS["nN"], UNITS["nm"], UNITS["N/m"]
-# Heads of the columns of a force curve, their names and units.
-_CURVE = (
-    ("distance (nm)", "distance", _NM),
-    ("deflection (nm)", "deflection", _NM),
-    ("force (nN)", "force", _NN),
-)
+_NN, _NM = UNITS["nN"], UNITS["nm"]
 
 
 @dataclass(frozen=True)
@@ -65,10 +65,7 @@ class Loop(PathKind):
     @property
     def stiffness(self) -> float | None:
         """Stiffness of the cantilever (eV/Å^2); None without one."""
-        if self.cantilever is None:
-            return None
-        positive(cantilever=self.cantilever)
-        return self.cantilever * _N_PER_M
+        return stiffness_of(cantilever=self.cantilever)
 
     def options(self, bodies: Bodies) -> dict[str, Any]:
         """Return the deepest penetration, the steps (Å) and the tolerance."""
@@ -159,8 +156,8 @@ class Loop(PathKind):
             branches = curve.approach, curve.retraction
             names = zip(branches, ("approach", "retraction"), strict=True)
             columns = {
-                head: np.concatenate([getattr(b, name) for b in branches]) / unit
-                for head, name, unit in _CURVE
+                name: np.concatenate([getattr(each, name) for each in branches])
+                for name in ("distance", "deflection", "force")
             }
             ways = [way for b, way in names for _ in b.force]
             write_curve(folder / "cantilever.csv", ways, columns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,8 +19,8 @@ from ase_roughcontact._util.validation import (
     finite_array,
     integer,
     lookup,
+    positive,
 )
-from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.paths.record import LoadStep
@@ -32,6 +32,8 @@ from ase_roughcontact.scene.section import Problems, Section, kind_of, lengths
 #: Largest number of steps of a path, all of which are kept in memory.
 MOST_STEPS = 1_000_000
 _UNITS = {"load": "nN", "penetration": "Å", "height": "Å", "base": "Å"}
+# Columns of force curves, and their units.
+_OF_CURVES = {"time": "s", "distance": "nm", "deflection": "nm", "force": "nN"}
 
 AnyPath = TypeVar("AnyPath", bound="PathKind")
 
@@ -250,13 +252,6 @@ class PathKind(Section):
         """Springs of the path as they are written beside its results."""
         return {"springs": []}
 
-    def run(
-        self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
-    ) -> Generator[LoadStep, None, None]:
-        """Relax one state after another; see `follow`."""
-        steps = self.steps_of(bodies, stepper)
-        return follow(steps, output, validity, **self.springs)
-
     def ways(self, bodies: Bodies, states: Sequence[LoadStep]) -> list[str]:
         """Return what the path does at each state, "approach" for instance."""
         depths = np.array([state.penetration for state in states])
@@ -344,23 +339,34 @@ class Steps(PathKind):
 
 
 def write_curve(
-    file: Path, ways: Sequence[str], columns: Mapping[str, FloatArray]
+    file: Path, ways: Sequence[str], columns: Mapping[str, Iterable[float]]
 ) -> None:
-    """Write a force curve as CSV, with the branch of each point.
+    """Write the force curve of a cantilever as CSV, with the branch of each point.
 
     Parameters
     ----------
     file : path
     ways : sequence of str, length n
         Names of the branches.
-    columns : mapping of str to ndarray, shape (n,)
-        Values by their heads.
+    columns : mapping of str to iterable of float, length n
+        Some of time (s), distance, deflection (Å), and force (eV/Å).
     """
-    rows = (
-        [way, *(f"{value:.8g}" for value in values)]
-        for way, *values in zip(ways, *columns.values(), strict=True)
+    units = {name: _OF_CURVES[name] for name in columns}
+    heads = ("branch", *(f"{name} ({unit})" for name, unit in units.items()))
+    scaled = (
+        [f"{value / UNITS[units[name]]:.8g}" for value in values]
+        for name, values in columns.items()
     )
-    write_table(file, ("branch", *columns), rows)
+    write_table(file, heads, zip(ways, *scaled, strict=True))
+
+
+def stiffness_of(**given: float | None) -> float | None:
+    """Return a stiffness that a key gives in N/m (eV/Å^2); None if it gives none."""
+    (stiffness,) = given.values()
+    if stiffness is None:
+        return None
+    positive(**given)
+    return stiffness * UNITS["N/m"]
 
 
 def range_at(bodies: Bodies, given: Any, deepest: float) -> float:

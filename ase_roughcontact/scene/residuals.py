@@ -28,7 +28,7 @@ import numpy as np
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import follow
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.fit_parameters import (
     FREE,
@@ -248,7 +248,7 @@ class Residuals:
         stepper = trial.stepper(trial.frames())
         derivatives = ForceDerivatives(scene, self._free, self._with_range)
         states, rows = list[LoadStep](), dict[int, FloatArray]()
-        for state in path.run(trial.bodies, stepper, Output(), "ignore"):
+        for state in follow(path.steps_of(trial.bodies, stepper), validity="ignore"):
             states.append(state)
             rows[state.step] = derivatives.of(stepper)[0]
         loop = path.result(trial.bodies, states)

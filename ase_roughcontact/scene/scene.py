@@ -44,7 +44,6 @@ from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.facts import IndenterFacts
-from ase_roughcontact.windows.footprint import Footprint
 from ase_roughcontact.windows.memory import check_memory, check_roughness
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
@@ -349,10 +348,7 @@ class Scene(SceneFile):
     @cached_property
     def first_contact(self) -> float:
         """Height at which the indenter begins to repel the flat substrate (Å)."""
-        if self.shape:
-            return self.problem.contact(self.start).first_contact
-        footprint = Footprint(self.problem.indenter, self.problem.spacing)
-        return self.wall.contact_distance - footprint.lowest
+        return self.stepper(self.frames()).windows.first_contact
 
     @property
     def cantilever(self) -> float | None:
@@ -424,9 +420,10 @@ class Scene(SceneFile):
         lost = stepper.options.lost_slope
         warn_of_lost_slope(lost, self.grid_change, validity)
         if targets is None:
-            return self.path.run(self.bodies, stepper, output, validity)
-        steps = NumberedSteps(stepper, targets_of(self.control, targets))
-        return follow(steps, output, validity, springs=[])
+            steps = self.path.steps_of(self.bodies, stepper)
+        else:
+            steps = NumberedSteps(stepper, targets_of(self.control, targets))
+        return follow(steps, output, validity, **self.path.springs)
 
     def run(
         self, folder: str | Path, validity: str = "warn", text: str | None = None

@@ -18,7 +18,6 @@ from ase_roughcontact._util.validation import (
     finite,
     finite_array,
     integer,
-    positive,
 )
 from ase_roughcontact.analysis.path_values import loop_energies, static_friction
 from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
@@ -28,7 +27,7 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.sliding import LATERAL_CONTROLS, SlidingSteps
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.path_kinds import MOST_STEPS, PathKind
+from ase_roughcontact.scene.path_kinds import MOST_STEPS, PathKind, stiffness_of
 from ase_roughcontact.scene.section import lengths
 
 # Number of maps in a figure, and part of the friction below which a force is rounding.
@@ -150,10 +149,7 @@ class Sliding(PathKind):
         """Stiffness of the spring between base and indenter (eV/Å^2)."""
         if (self.bases is None) != (self.spring is None):
             raise ValueError("bases need a spring (N/m), and only they do")
-        if self.spring is None:
-            return None
-        positive(spring=self.spring)
-        return self.spring * UNITS["N/m"]
+        return stiffness_of(spring=self.spring)
 
     def check(self, bodies: Bodies) -> None:
         """Raise an error if the solid has no friction, or no lateral response."""

@@ -26,7 +26,13 @@ from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_path import TimeSteps
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at, write_curve
+from ase_roughcontact.scene.path_kinds import (
+    PathKind,
+    Steps,
+    range_at,
+    stiffness_of,
+    write_curve,
+)
 from ase_roughcontact.theory import JKR, Hertz
 
 # Numbers of time steps for a change of the target, a hold and a cycle, as measured for
@@ -41,13 +47,6 @@ _OF_CANTILEVER = (
 )
 # Rounding of times, relative.
 _ROUNDING = 1e-12
-# Heads of the columns of the force curve of a cantilever, their names and units.
-_CURVE = (
-    ("time (s)", "time", 1.0),
-    ("distance (nm)", "base", UNITS["nm"]),
-    ("deflection (nm)", "deflection", UNITS["nm"]),
-    ("force (nN)", "normal_force", UNITS["nN"]),
-)
 
 
 @dataclass(frozen=True)
@@ -103,10 +102,7 @@ class Timed(PathKind):
                 'control = "base" needs the stiffness of the cantilever, and only it'
                 f"{advice}"
             )
-        if self.cantilever is None:
-            return None
-        positive(cantilever=self.cantilever)
-        return self.cantilever * UNITS["N/m"]
+        return stiffness_of(cantilever=self.cantilever)
 
     def check(self, bodies: Bodies) -> None:
         """Raise an error if the solid needs another kind of path."""
@@ -285,7 +281,7 @@ class Timed(PathKind):
         return found
 
     def draw(
-        self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
+        self, bodies: Bodies, states: Sequence[Any], folder: Path
     ) -> Iterator[str]:
         """Draw force and area over time and depth; write the force curve."""
         from ase_roughcontact import plot  # imports matplotlib
@@ -299,9 +295,11 @@ class Timed(PathKind):
         plot.draw_time_path(folder / "time.png", states, ways, theory)
         yield "time.png"
         if self.stiffness is not None:
-            columns = {
-                head: np.array([getattr(state, name) for state in states]) / unit
-                for head, name, unit in _CURVE
+            columns: dict[str, list[float]] = {
+                "time": [state.time for state in states],
+                "distance": [state.base for state in states],
+                "deflection": [state.deflection for state in states],
+                "force": [state.normal_force for state in states],
             }
             write_curve(folder / "cantilever.csv", ways, columns)
             plot.draw_cantilever_path(folder / "cantilever.png", states, ways)
