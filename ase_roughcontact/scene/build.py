@@ -152,29 +152,24 @@ def _radius(scene: SceneFile, spacing: float) -> float:
 
     It is infinity for a rough flat.
     """
-    sphere, topography = scene.sphere, scene.topography
-    given = sphere.radius
+    sphere, given, scan = scene.sphere, scene.sphere.radius, None
+    if scene.topography is not None and scene.topography.role == "indenter":
+        scan = scene.topography.surface
     if given == math.inf:
-        if topography is None:
+        if scan is None or scan.periodic:
             return math.inf
-        scan = topography.surface
-        if topography.role == "substrate" or scan.periodic:
-            return math.inf
-        if scan.tip.is_tip:
-            return scan.tip.radius
-        if scan.turned.tip.is_tip:
+        if not scan.tip.is_tip and scan.turned.tip.is_tip:
             raise ValueError(
                 "the scan of a tip is not convex around its highest point: is the "
                 "height reversed? Else give the radius of the sphere in place of inf"
             )
-        return math.inf
+        return scan.tip.radius if scan.tip.is_tip else math.inf
     if given is None:
-        if topography is None or topography.role != "indenter":
+        if scan is None:
             return DEFAULT_RADIUS * spacing
-        tip = topography.surface.tip
         shape = "the scan does not say whether it is that of a whole tip"
-        if tip.is_tip:
-            nm = f"{tip.radius / UNITS['nm']:.3g} nm"
+        if scan.tip.is_tip:
+            nm = f"{scan.tip.radius / UNITS['nm']:.3g} nm"
             shape = f"the scan itself has a radius of about {nm} at its highest point"
         raise ValueError(
             f"{shape}: give radius = inf if it is the whole tip, or the radius of the "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -61,14 +61,13 @@ class HeterogeneityConfig(RandomFieldConfig):
 
 
 def random_field(
-    section: Section, spacing: float, least_domain: float = 0.0, **more: Any
+    section: RandomFieldConfig, spacing: float, least_domain: float = 0.0, **more: Any
 ) -> SelfAffine:
     """Return a random field in Å.
 
     Parameters
     ----------
-    section : Section
-        With `unit` and keys of `SelfAffine`.
+    section : RandomFieldConfig
     spacing : float
         Atomic spacing a0 (Å).
     least_domain : float
@@ -83,14 +82,13 @@ def random_field(
         If a value is out of range, or the spacing does not resolve the field.
     """
     # lengths are converted last: errors show them in the unit of the section
-    entries, units = section.entries(), lengths(spacing)
-    unit = entries["unit"]
+    unit, units = section.unit, lengths(spacing)
     scale = lookup(unit, units, "unit")
     entries = section.plain(_LENGTHS, units, unit).entries()
-    known = {each.name for each in fields(SelfAffine)}
-    rough = SelfAffine(**{k: v for k, v in entries.items() if k in known}, **more)
-    given = {name: getattr(rough, name) for name in _LENGTHS}
-    given["domain"] = _domain(rough, spacing / scale, unit, least_domain / scale)
+    known = entries.keys() & SelfAffine.__dataclass_fields__.keys()
+    rough = SelfAffine(**{name: entries[name] for name in known}, **more)
+    domain = _domain(rough, spacing / scale, unit, least_domain / scale)
+    given = {name: entries[name] for name in _LENGTHS} | {"domain": domain}
     return replace(rough, **{k: v * scale for k, v in given.items() if v})
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import chain, islice, zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -241,28 +242,21 @@ class Sliding(PathKind):
     def partly_slipping(self, states: Sequence[Any]) -> list[Any]:
         """Return a few states with tractions in order, those with most partial slip.
 
-        As many of each way between two turns; of equal tractions only one.
+        First one of each way between two turns, then a second one; of equal tractions
+        only one.
         """
-        distinct = {
-            (
-                f"{math.hypot(s.lateral_force_x, s.lateral_force_y):.2g}",
-                f"{s.stick_area:.1g}",
-            ): s
-            for s in reversed(states)
-            if s.lateral_energy
-        }
-
-        def way(state: Any) -> int:
-            return (state.step - 1) // self.steps
-
-        def whole(state: Any) -> float:
-            return -state.stick_area * state.slip_area
-
-        ordered = sorted(distinct.values(), key=lambda s: s.step)
-        ways = [list(group) for _, group in groupby(ordered, way)]
-        share = max(_MAPS // max(len(ways), 1), 1)
-        best = [s for group in ways for s in sorted(group, key=whole)[:share]]
-        return sorted(best[:_MAPS], key=lambda s: s.step)
+        distinct = dict[tuple[str, str], Any]()
+        for state in states:
+            if state.lateral_energy:
+                force = math.hypot(state.lateral_force_x, state.lateral_force_y)
+                same = f"{force:.2g}", f"{state.stick_area:.1g}"
+                distinct.setdefault(same, state)
+        best = sorted(distinct.values(), key=lambda s: -s.stick_area * s.slip_area)
+        ways = defaultdict[int, list[Any]](list)
+        for state in best:
+            ways[(state.step - 1) // self.steps].append(state)
+        in_turn = filter(None, chain(*zip_longest(*ways.values())))
+        return sorted(islice(in_turn, _MAPS), key=lambda s: s.step)
 
     def _place(self, state: Any) -> str:
         """Return displacement and lateral force along the path."""

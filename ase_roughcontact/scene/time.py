@@ -45,6 +45,8 @@ _OF_CANTILEVER = (
     ': in place of a loop at a rate give kind = "time", control = "base" and values, '
     'heights of the base such as ["20 nm", "-50 nm", "200 nm"]'
 )
+# What a path does while its targets press more, are the same, or press less.
+_WAYS = {1.0: "approach", 0.0: "dwell", -1.0: "retraction"}
 # Rounding of times, relative.
 _ROUNDING = 1e-12
 
@@ -307,20 +309,14 @@ class Timed(PathKind):
 
     def ways(self, bodies: Bodies, states: Sequence[Any]) -> list[str]:
         """Return what the path does at each state; see `PathKind.ways`."""
-        schedule, upwards = self.schedule(bodies), self.deepest_of([0.0, 1.0]) == 0.0
-        parts = [
-            _way(part.end - start, upwards, part.amplitude)
-            for _, start, part in schedule.timed_parts()
+        parts = list(self.schedule(bodies).timed_parts())
+        inward = self.deepest_of([-1.0, 1.0])  # sign of targets that press more
+        names = [
+            "oscillation"
+            if part.amplitude
+            else _WAYS[np.sign(part.end - start) * inward]
+            for _, start, part in parts
         ]
-        ends = np.cumsum([part.duration for part in schedule.parts])
+        begins = [begin for begin, *_ in parts]
         times = np.array([state.time for state in states]) * (1.0 - _ROUNDING)
-        return [parts[min(i, len(parts) - 1)] for i in np.searchsorted(ends, times)]
-
-
-def _way(change: float, upwards: bool, amplitude: float) -> str:
-    """Return what a part of a schedule does."""
-    if amplitude:
-        return "oscillation"
-    if not change:
-        return "dwell"
-    return "retraction" if (change > 0.0) == upwards else "approach"
+        return [names[i - 1] for i in np.searchsorted(begins, times).clip(1)]
