@@ -8,15 +8,11 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.validation import FloatArray, finite_array, window
-from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.snapshot import (
-    contact_of_frame,
-    gap_of,
-    lateral_of,
-    plastic_depth_of,
-    pressure_of,
-    snapshot,
-)
+from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
+from ase_roughcontact.atoms.history import history_of
+from ase_roughcontact.atoms.info import INDENTED, TOUCHING, field_of, info_of
+from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
+from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH
 from ase_roughcontact.topography import Surface
 
 
@@ -43,7 +39,9 @@ class ContactMap:
     plastic_depth : ndarray, shape (n, m), optional
         Depth by which the surface has flowed (Å).
     lateral : dict of ndarray, shape (n, m)
-        Fields of friction, see `lateral_of`; empty without.
+        Tractions of friction ``traction_x`` and ``traction_y`` on the surface (eV/Å^3),
+        its displacements ``displacement_x`` and ``displacement_y`` (Å), and which atoms
+        slip, ``slipping`` (1 or 0). Empty without friction.
 
     Raises
     ------
@@ -109,19 +107,28 @@ class ContactMap:
         ValueError
             If the frame was not made by `snapshot`.
         """
-        grid = SurfaceGrid.of(frame)
-        gap = None if indenter is None else gap_of(frame, grid, indenter)
-        depth = plastic_depth_of(frame)
+        grid, info = SurfaceGrid.of(frame), info_of(frame)
+        pressure, history = pressure_of(frame), history_of(frame, grid)
+        touching, depth = (
+            field_of(frame, key, grid.window) if key in info else None
+            for key in (TOUCHING, PLASTIC_DEPTH)
+        )
+        displacement = frame.positions[:-1, 2].reshape(grid.window)
+        gap = None
+        if indenter is not None:
+            gap = surface_above(frame, grid, indenter) - displacement
+            if depth is not None and info.get(INDENTED):
+                gap += depth
         return cls(
-            pressure=pressure_of(frame),
-            contact=contact_of_frame(frame),
+            pressure=pressure,
+            contact=(pressure if touching is None else touching) > 0.0,
             spacing=grid.spacing,
             origin=grid.origin,
             periodic=grid.periodic,
-            gap=None if gap is None else gap.reshape(grid.window),
-            displacement=frame.positions[:-1, 2].reshape(grid.window),
-            plastic_depth=depth if depth.any() else None,
-            lateral=lateral_of(frame),
+            gap=gap,
+            displacement=displacement,
+            plastic_depth=depth if depth is not None and depth.any() else None,
+            lateral={key: history[key] for key in LATERAL if key in history},
         )
 
     @classmethod

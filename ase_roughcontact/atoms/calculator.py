@@ -336,45 +336,14 @@ def contact_of(atoms: Atoms) -> Contact:
     return model_of(atoms).contact
 
 
-def grid_of(atoms: Atoms) -> SurfaceGrid:
-    """Return the grid of the surface atoms; see `contact_of`."""
-    return model_of(atoms).grid
-
-
 def problem_of(atoms: Atoms) -> tuple[Problem, Box]:
     """Return the contact problem and the window of atoms; see `contact_of`.
 
     The indenter is not sampled.
     """
-    grid = SurfaceGrid.of(atoms)
-    problem = problem_for(grid, calculator_of(atoms).parameters)
+    parameters, grid = calculator_of(atoms).parameters, SurfaceGrid.of(atoms)
+    problem = problem_for(grid, parameters)
     return problem, problem.window(grid.window, grid.origin)
-
-
-def apply_pressure(atoms: Atoms, pressure: np.ndarray, height: float) -> None:
-    """Move the surface atoms to the displacement that a pressure causes.
-
-    The calculator keeps the pressure until the atoms move. It would otherwise have to
-    be calculated from the displacement, and the reaction of a hard wall does not follow
-    from the positions where they are not relaxed, or all atoms of a periodic surface
-    are in contact.
-
-    Parameters
-    ----------
-    atoms : Atoms
-        With a `RoughContact` calculator; changed in place.
-    pressure : ndarray, shape (n, m)
-        Pressure on the window (eV/Å^3).
-    height : float
-        New height of the indenter (Å).
-
-    Raises
-    ------
-    ValueError
-        If the pressure does not have the shape of the window.
-    """
-    model_of(atoms).move(atoms, pressure, height)
-    atoms.calc.reset()
 
 
 def has_model(atoms: Atoms, model: ContactModel) -> bool:
@@ -385,7 +354,6 @@ def has_model(atoms: Atoms, model: ContactModel) -> bool:
 def adopt_model(atoms: Atoms, model: ContactModel) -> None:
     """Let the calculator of atoms use a model that was made for them elsewhere."""
     atoms.calc._cached_model = model
-    atoms.calc.reset()
 
 
 def model_of(atoms: Atoms) -> ContactModel:

@@ -11,7 +11,6 @@ from ase import Atoms
 from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.info import INDENTER_KEY, LATTICE
-from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography.facts import surface_id
@@ -41,7 +40,8 @@ def set_window(atoms: Atoms, window: Box) -> None:
         raise ValueError(
             "the window of a periodic half space is its cell and cannot be exchanged"
         )
-    _exchange(atoms, problem_of(atoms)[0], window, window.shape)
+    problem, _ = problem_of(atoms)
+    _exchange(atoms, problem, window, window.shape)
 
 
 def regrid(atoms: Atoms, change: GridChange) -> float:
@@ -84,11 +84,10 @@ def _exchange(
     atoms: Atoms, problem: Problem, window: Box, shape: tuple[int, int]
 ) -> None:
     """Put flat atoms in place of all, with the constraints of the indenter."""
-    x, y = problem.origin(window)
-    place = np.array([-x, -y, atoms.positions[-1, 2]])
-    spacing, number = problem.spacing, atoms.numbers[0]
-    new = surface_atoms(number, shape, spacing, window.shape, place)
-    shift = place - atoms.positions[-1]
+    origin, height = problem.origin(window), float(atoms.positions[-1, 2])
+    grid = SurfaceGrid(window.shape, shape, problem.spacing, origin, problem.periodic)
+    new = grid.atoms(atoms.numbers[0], height)
+    shift = new.positions[-1] - atoms.positions[-1]
     constraints = [_moved(c, atoms, len(new) - 1, shift) for c in atoms.constraints]
     atoms.set_constraint()
     atoms.arrays, atoms.cell = new.arrays, new.cell

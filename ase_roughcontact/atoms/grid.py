@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from ase import Atoms
@@ -111,8 +110,8 @@ class SurfaceGrid:
                 )
             return cls(window, shape, lattice["spacing"], origin, periodic)
         xy, axis = atoms.positions[:-1, :2], atoms.positions[-1, :2]
-        shape = _shape_of(xy, atoms.cell)
-        window, spacing = _window_of(xy, shape, atoms.cell)
+        sides = atoms.cell.array.diagonal()[:2]
+        shape, window, spacing = _lattice_of(xy, sides)
         _check_on_grid(xy, shape, spacing)
         expected = cls.padded_shape(window, periodic)
         if shape not in (expected, window):
@@ -127,6 +126,33 @@ class SurfaceGrid:
         """Return the sites of all surface atoms, shape (count, 2), for an axis."""
         indices = np.indices(self.shape).reshape(2, -1).T
         return axis + np.array(self.origin) + self.spacing * indices
+
+    def atoms(self, number: int, height: float) -> Atoms:
+        """Return flat atoms, the first one at x = y = 0, and the indenter.
+
+        Parameters
+        ----------
+        number : int
+            Atomic number of the surface atoms.
+        height : float
+            Of the indenter (Å).
+
+        Returns
+        -------
+        Atoms
+        """
+        n, m = self.shape
+        positions = np.zeros((n * m + 1, 3))
+        lattice = positions[:-1].reshape(n, m, 3)
+        lattice[..., 0] = self.spacing * np.arange(n)[:, None]
+        lattice[..., 1] = self.spacing * np.arange(m)
+        positions[-1] = *np.negative(self.origin), height
+        return Atoms(
+            numbers=np.append(np.full(n * m, number), 0),
+            positions=positions,
+            cell=self.spacing * np.array([*self.window, max(self.window)]),
+            pbc=(self.periodic, self.periodic, False),
+        )
 
 
 def displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray:
@@ -195,11 +221,11 @@ def set_displacement(atoms: Atoms, values: np.ndarray) -> None:
 
 
 def surface_above(atoms: Atoms, grid: SurfaceGrid, indenter: Surface) -> np.ndarray:
-    """Return z of an indenter's surface above the window, shape (n * m,) (Å)."""
+    """Return z of an indenter's surface above the window, shape (n, m) (Å)."""
     surface(indenter=indenter)
     check_surface(atoms, surface_id(indenter))
     mean = atoms.positions[:-1, 2].mean() if grid.periodic else 0.0
-    return atoms.positions[-1, 2] + mean + grid.heights(indenter).ravel()
+    return atoms.positions[-1, 2] + mean + grid.heights(indenter)
 
 
 def _check_indenter(atoms: Atoms) -> None:
@@ -228,28 +254,23 @@ def _check_boundary(atoms: Atoms) -> bool:
     return pbc[0]
 
 
-def _shape_of(xy: np.ndarray, cell: Any) -> tuple[int, int]:
-    """Return the shape of the grid from the order of the atoms."""
-    step = np.abs(xy[1] - xy[0]).max() if len(xy) > 1 else cell[0, 0]
-    columns = int(np.searchsorted(xy[:, 0], xy[0, 0] + step / 2))
+def _lattice_of(
+    xy: np.ndarray, sides: np.ndarray
+) -> tuple[tuple[int, int], tuple[int, int], float]:
+    """Return shape of the grid, window and spacing from the order of the atoms.
+
+    The spacing is that of the cell, which is not rounded like positions.
+    """
+    first_step = float(np.ptp(xy[:2], axis=0).max() if len(xy) > 1 else sides[0])
+    columns = max(int(np.searchsorted(xy[:, 0], xy[0, 0] + first_step / 2)), 1)
     rows, remainder = divmod(len(xy), columns)
-    if remainder or not step > 0:
+    if remainder or not first_step:
         raise ValueError(
             f"{len(xy)} surface atoms do not make a grid with rows of {columns}: "
             f"{_ADVICE}"
         )
-    return rows, columns
-
-
-def _window_of(
-    xy: np.ndarray, shape: tuple[int, int], cell: Any
-) -> tuple[tuple[int, int], float]:
-    """Return window and spacing from the cell, which is not rounded like positions."""
-    sides = np.diag(cell.array)[:2]
-    if len(xy) == 1:
-        return (1, 1), float(sides[0])
-    steps = max(shape) - 1
-    mean_step = float(np.abs(xy[-1] - xy[0]).max()) / steps
+    steps = max(rows, columns) - 1
+    mean_step = np.ptp(xy[[0, -1]], axis=0).max() / steps if steps else first_step
     n, m = (max(round(side / mean_step), 1) for side in sides)
     if np.abs(sides - mean_step * np.array([n, m])).max() > 1e-3 * mean_step:
         raise ValueError(
@@ -257,10 +278,9 @@ def _window_of(
             f"{(sides / mean_step).tolist()}: {_ADVICE}"
         )
     spacing = float(sides[0] / n)
-    first_step = float(np.abs(xy[1] - xy[0]).max())
     # exact in the atoms of substrate(), where the cell's is off by rounding
     exact = abs(first_step - spacing) <= _ROUNDING * spacing
-    return (n, m), first_step if exact else spacing
+    return (rows, columns), (n, m), first_step if exact else spacing
 
 
 def _check_on_grid(xy: np.ndarray, shape: tuple[int, int], spacing: float) -> None:

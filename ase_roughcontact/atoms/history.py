@@ -17,7 +17,7 @@ from ase_roughcontact.atoms.grid import (
     on_grid,
     set_lateral_displacement,
 )
-from ase_roughcontact.atoms.info import field_of, info_of
+from ase_roughcontact.atoms.info import INDENTED, field_of, info_of
 from ase_roughcontact.atoms.sticking import sticking_of
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
 from ase_roughcontact.contact.state import (
@@ -29,8 +29,6 @@ from ase_roughcontact.contact.state import (
 )
 from ase_roughcontact.elasticity.creep import Creep
 
-#: Key in the `info` of a frame of whether its surface has kept the plastic depth.
-INDENTED = "indented"
 #: Key in the `info` of atoms of the creep of their solid.
 CREEP = "creep"
 

@@ -12,6 +12,11 @@ from ase import Atoms
 INDENTER_KEY = "indenter"
 #: Key in the `info` of a frame of the depth by which its surface has crept.
 CREEP_DEPTH = "creep_depth"
+#: Key in the `info` of a frame of whether its surface has kept the plastic depth.
+INDENTED = "indented"
+#: Key in the `info` of a frame of the mask of the atoms that touch a hard wall with
+#: attraction, not those under a positive pressure.
+TOUCHING = "touching"
 #: Key in the `info` of atoms of the lattice from which they are displaced laterally.
 LATTICE = "lattice"
 

@@ -11,12 +11,11 @@ import numpy as np
 from ase import Atoms
 from ase.constraints import Hookean
 
-from ase_roughcontact._util.validation import positive
-from ase_roughcontact.atoms.calculator import calculator_of
+from ase_roughcontact._util.validation import Shape, positive
+from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.atoms.exchange import regrid
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.history import history_of
-from ase_roughcontact.atoms.model import problem_for
 from ase_roughcontact.atoms.path_atoms import PathAtoms, relaxer_of
 from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
 from ase_roughcontact.contact import Problem
@@ -279,16 +278,15 @@ class AtomsPath:
     ) -> None:
         validity = Validity(validity) if isinstance(validity, str) else validity
         self._action = validity.action
+        problem, window = problem_of(atoms)
         _check(atoms, control)
-        lattice = SurfaceGrid.of(atoms)
-        problem = problem_for(lattice, atoms.calc.parameters)
         settings = StepOptions(
             # before the spacing is no more that of the crystal
             hardness=hardness_for(problem, atoms.symbols[0], validity.hardness),
             continuum=grid != "atoms",
             **options,
         )
-        change = _grid_change(grid, problem, lattice, settings)
+        change = _grid_change(grid, problem, window.shape, settings)
         springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
         described = [spring.todict()["kwargs"] for spring in springs]
         self._springs = [  # x and y of their ends move with windows
@@ -298,7 +296,7 @@ class AtomsPath:
         external = Indenter(atoms).springs_at if springs else None
         lost = 0.0
         if change:
-            if history_of(atoms, lattice):
+            if history_of(atoms, SurfaceGrid.of(atoms)):
                 raise ValueError(
                     "the surface has kept a plastic shape, creep or friction, which "
                     "another grid would lose: start from new atoms"
@@ -356,7 +354,7 @@ class AtomsPath:
 
 
 def _grid_change(
-    grid: str, problem: Problem, lattice: SurfaceGrid, options: StepOptions
+    grid: str, problem: Problem, window: Shape, options: StepOptions
 ) -> GridChange | None:
     """Return the grid of the continuum, None for the model of atoms."""
     if grid == "atoms":
@@ -374,12 +372,11 @@ def _grid_change(
         problem.indenter,
         problem.wall,
         problem.spacing,
-        lattice.window if options.keeps_window else None,
+        window if options.keeps_window else None,
     )
 
 
 def _check(atoms: Atoms, control: str) -> None:
-    calculator_of(atoms)
     check_released(atoms)
     fixed, free = indenter_fixed(atoms), control in FREE
     if fixed and free:

@@ -260,13 +260,20 @@ class ContactModel:
         height: float,
         values: np.ndarray | None = None,
     ) -> None:
-        """Move the atoms to the displacement of a pressure, and the indenter."""
+        """Move the atoms to the displacement of a pressure, and the indenter.
+
+        The pressure is kept until the atoms move. It would otherwise have to be
+        calculated from the displacement, and the reaction of a hard wall does not
+        follow from positions that are not relaxed, or if all atoms of a periodic
+        surface are in contact.
+        """
         if values is None:
             values = self.contact.halfspace.padded_displacement(pressure)
             values = np.asarray(values, dtype=float)
         set_displacement(atoms, values)
         atoms.positions[-1, 2] = height
         self.known, self.fields = (values, height, pressure), None
+        atoms.calc.reset()
 
     def _known(self, values: np.ndarray) -> tuple[np.ndarray | None, float | None]:
         """Return pressure and height of the indenter if they belong to the values."""

@@ -23,9 +23,9 @@ from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import creep_of, history_of, set_history
 from ase_roughcontact.atoms.model import ContactModel
 from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
-from ase_roughcontact.atoms.substrate import supported, surface_atoms
+from ase_roughcontact.atoms.substrate import supported
 from ase_roughcontact.atoms.trajectory import read_frames, trajectory_writer
-from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
@@ -99,30 +99,52 @@ class PathAtoms:
             values = state.displacement
         model_of(atoms).move(atoms, state.pressure, state.height, values)
 
-    def relaxed_by(self, optimizer: Any, before: State) -> tuple[State, ContactState]:
-        """Return the state to which an optimizer has moved the atoms, and its fields.
+    def relax(
+        self,
+        optimizer: Callable[..., Any],
+        contact: Contact,
+        state: State,
+        support: Support,
+        tolerance: float,
+        max_steps: int,
+        start: Start | None = None,
+    ) -> Run:
+        """Relax the atoms from a state by an optimizer of ASE; see `SolverRelaxer`.
 
-        Parameters
-        ----------
-        optimizer : Optimizer
-        before : State
-            In which it began.
-
-        Returns
-        -------
-        State, ContactState
+        It is called as ``optimizer(atoms, logfile=None)``.
         """
-        for _ in optimizer.optimizable.iterimages():
+        atoms, (n, m) = self.atoms, state.window.shape
+        self.place(contact, state)
+        if not support.fixed:
+            atoms.calc.set(load=support.load)
+        run = optimizer(atoms, logfile=None)
+        counts = run if hasattr(run, "pairs") else contact_of(atoms).halfspace
+        before = counts.pairs
+        converged = bool(run.run(fmax=tolerance, steps=max_steps))
+        for _ in run.optimizable.iterimages():
             pass  # moves the atoms if the optimizer works on other coordinates
-        atoms, (n, m) = self.atoms, before.window.shape
         fields, model = atoms.calc.state(atoms), model_of(atoms)
         self._reached = replace(
-            before,
+            state,
             height=float(atoms.positions[-1, 2]),
             pressure=fields.pressure + fields.forces[:n, :m] / fields.cell_area,
             displacement=displacement(atoms, model.grid)[:n, :m],
         )
-        return self._reached, fields
+        pairs, steps = float(counts.pairs - before), int(run.nsteps)
+        failure = getattr(run, "message", f"not converged after {steps} steps")
+        forces = atoms.get_forces()  # zero on atoms that the user has fixed
+        return Run(
+            state=self._reached,
+            fields=fields,
+            support=support,
+            energy=float(atoms.get_potential_energy()),
+            max_force=float((forces**2).sum(axis=1).max() ** 0.5),
+            unbalanced=abs(float(forces[-1, 2])),
+            converged=converged,
+            message="" if converged else failure,
+            iterations=steps,
+            pairs=pairs,
+        )
 
     def show(self, stepper: Stepper) -> None:
         """Move the atoms to the last state of a path, with its results."""
@@ -178,10 +200,10 @@ class ProblemAtoms(PathAtoms):
     def atoms(self) -> Atoms:
         """The surface atoms and the indenter."""
         problem, window = self.problem, self._first_window
-        x, y = problem.origin(window)
-        number, shape = atomic_numbers[self._symbol], window.shape
-        atoms = surface_atoms(number, shape, problem.spacing, shape, (-x, -y, 0.0))
-        supported(atoms, problem.indenter, problem.periodic, self._fixed)
+        lattice = problem.spacing, problem.origin(window), problem.periodic
+        grid = SurfaceGrid(window.shape, window.shape, *lattice)
+        atoms = grid.atoms(atomic_numbers[self._symbol], 0.0)
+        supported(atoms, problem.indenter, self._fixed)
         solid: dict[str, Any] = {"solid": problem.solid}
         if problem.solid == Isotropic(problem.solid.contact_modulus):
             solid = {"contact_modulus": problem.solid.contact_modulus}
@@ -193,62 +215,6 @@ class ProblemAtoms(PathAtoms):
             **solid,
         )
         return atoms
-
-
-class OptimizerRelaxer:
-    """Relaxes the atoms of a path by an optimizer of ASE.
-
-    Parameters
-    ----------
-    atoms : PathAtoms
-    optimizer : callable
-        Called as ``optimizer(atoms, logfile=None)``.
-    """
-
-    def __init__(self, atoms: PathAtoms, optimizer: Callable[..., Any]) -> None:
-        self._path_atoms, self._optimizer = atoms, optimizer
-
-    def __call__(
-        self,
-        contact: Contact,
-        state: State,
-        support: Support,
-        tolerance: float,
-        max_steps: int,
-        start: Start | None = None,
-    ) -> Run:
-        """Relax the atoms from a state; see `SolverRelaxer`."""
-        atoms = self._path_atoms.atoms
-        self._path_atoms.place(contact, state)
-        if not support.fixed:
-            atoms.calc.set(load=support.load)
-        optimizer = self._optimizer(atoms, logfile=None)
-        counts = (
-            optimizer if hasattr(optimizer, "pairs") else contact_of(atoms).halfspace
-        )
-        before = counts.pairs
-        converged = bool(optimizer.run(fmax=tolerance, steps=max_steps))
-        relaxed, fields = self._path_atoms.relaxed_by(optimizer, state)
-        steps, message = int(optimizer.nsteps), ""
-        if not converged:
-            default = f"not converged after {steps} steps"
-            message = getattr(optimizer, "message", default)
-        run = Run.of(
-            relaxed,
-            fields,
-            support,
-            converged=converged,
-            message=message,
-            iterations=steps,
-            pairs=float(counts.pairs - before),
-        )
-        forces = atoms.get_forces()  # zero on atoms that the user has fixed
-        return replace(
-            run,
-            energy=float(atoms.get_potential_energy()),
-            max_force=float((forces**2).sum(axis=1).max() ** 0.5),
-            unbalanced=abs(float(forces[-1, 2])),
-        )
 
 
 def relaxer_of(
@@ -293,4 +259,4 @@ def relaxer_of(
     if ours and kind.only_solves() and options.keys() <= {"options"}:
         kind.check(wall, springs)
         return SolverRelaxer(kind.solver, **options)
-    return OptimizerRelaxer(atoms, optimizer)
+    return partial(atoms.relax, optimizer)

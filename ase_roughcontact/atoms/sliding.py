@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.atoms.calculator import grid_of, model_of
+from ase_roughcontact.atoms.calculator import model_of
 from ase_roughcontact.atoms.grid import on_grid, set_lateral_displacement
 from ase_roughcontact.atoms.history import creep_of, history_of, set_history
 from ase_roughcontact.atoms.info import LATTICE
@@ -145,7 +145,8 @@ def release(atoms: Atoms) -> None:
         Changed in place: the indenter goes back above the middle of the lattice, which
         stands for its displacement.
     """
-    grid, history = grid_of(atoms), history_of(atoms, grid_of(atoms))
+    grid = model_of(atoms).grid
+    history = history_of(atoms, grid)
     others = [c for c in atoms.constraints if not isinstance(c, Sticking)]
     atoms.set_constraint(others)
     set_history(atoms, grid, history, creep_of(atoms))

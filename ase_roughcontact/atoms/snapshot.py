@@ -9,6 +9,7 @@ from __future__ import annotations
 import binascii
 import math
 import zlib
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,39 +18,25 @@ from ase.calculators.singlepoint import SinglePointCalculator
 from ase.constraints import FixAtoms
 from ase.units import GPa
 
-from ase_roughcontact.atoms.calculator import contact_of, grid_of
-from ase_roughcontact.atoms.grid import (
-    SurfaceGrid,
-    displacement,
-    set_displacement,
-    surface_above,
-)
-from ase_roughcontact.atoms.history import (
-    INDENTED,
-    creep_of,
-    history_of,
-    set_history,
-)
+from ase_roughcontact.atoms.calculator import model_of
+from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact.atoms.history import creep_of, history_of, set_history
 from ase_roughcontact.atoms.info import (
     CREEP_DEPTH,
+    INDENTED,
     INDENTER_KEY,
     LATTICE,
+    TOUCHING,
     as_text,
     field_of,
-    info_of,
 )
 from ase_roughcontact.atoms.sticking import STICKS, sticking_of
-from ase_roughcontact.atoms.substrate import surface_atoms
-from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH, SHIFTS, SLIPPING
+from ase_roughcontact.contact.state import PLASTIC_DEPTH, SHIFTS, SLIPPING
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
-from ase_roughcontact.topography import Surface
 
 #: Tags of the atoms of a snapshot; 3 is that of the indenter in a view.
 TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED, TAG_PLASTIC, TAG_SLIPPING = 0, 1, 2, 4, 5
-
-# Key of the mask of the atoms that touch a hard wall with attraction.
-_TOUCHING = "touching"
 
 
 def snapshot(atoms: Atoms, **info: Any) -> Atoms:
@@ -67,10 +54,10 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     Atoms
         Energy, energies and forces, under friction also minus the lateral force on the
         indenter, are in a `SinglePointCalculator`. Its `info` has the
-        normal force (eV/Å), the contact area (Å^2), the compressed pressures, which
-        `pressure_of` reads, with a hardness the plastic depths, which
-        `plastic_depth_of` reads, under friction the lateral force (eV/Å) and what
-        `lateral_of` reads, and `info`. For viewers, tags are 1 for atoms in contact, 4
+        normal force (eV/Å), the contact area (Å^2), under friction the lateral force
+        (eV/Å), compressed fields, which `analysis.ContactMap.from_frame` reads, the
+        pressures also `pressure_of`, and `info`. For viewers, tags are 1 for atoms in
+        contact, 4
         for those in plastic contact, 5 for those that slip, 2 for atoms under
         attraction and 0 for all others, and initial charges are the pressures in GPa.
 
@@ -85,7 +72,8 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     the data of a row: write it by ``database.write(frame, data=frame.info)`` and read
     it by ``database.get_atoms(id, add_additional_information=True)``.
     """
-    grid = grid_of(atoms)
+    model = model_of(atoms)
+    grid = model.grid
     state = atoms.calc.state(atoms)
     in_frame = np.append(grid.in_window, True)
     frame = atoms[in_frame]
@@ -107,25 +95,25 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         forces[-1, :2] = -lateral_force
     frame.set_tags(np.append(tags, TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
+    fields = {k: v for k, v in history.items() if k not in (PLASTIC_DEPTH, *SHIFTS)}
+    for key in fields:
+        frame.arrays.pop(key, None)
+    fields["pressure"] = state.pressure
     if state.hardness < math.inf:
-        info["plastic_depth"] = as_text(state.plastic_depth)
+        fields[PLASTIC_DEPTH] = state.plastic_depth
         info[INDENTED] = state.kept_depth is not None
-    for key, values in history.items():
-        if key not in (PLASTIC_DEPTH, *SHIFTS):
-            frame.arrays.pop(key, None)
-            info[key] = as_text(values)
-    depth = contact_of(atoms).past_depth
+    if state.touching is not None:
+        fields[TOUCHING] = state.touching
+    depth = model.contact.past_depth
     if depth is not None:
-        info[CREEP_DEPTH] = as_text(depth)
+        fields[CREEP_DEPTH] = depth
         frame.positions[:-1, 2] -= depth.ravel()
     frame.info.update(
         normal_force=state.normal_force,
         contact_area=state.contact_area,
-        pressure=as_text(state.pressure),
+        **{key: as_text(values) for key, values in fields.items()},
         **info,
     )
-    if state.touching is not None:  # not those under a positive pressure
-        frame.info[_TOUCHING] = as_text(state.touching)
     frame.calc = SinglePointCalculator(
         frame,
         energy=results["energy"],
@@ -163,49 +151,6 @@ def pressure_of(frame: Atoms) -> np.ndarray:
         ) from error
 
 
-def contact_of_frame(frame: Atoms) -> np.ndarray:
-    """Return the mask of the atoms in contact of a snapshot; see `pressure_of`."""
-    if _TOUCHING in info_of(frame):
-        return field_of(frame, _TOUCHING, SurfaceGrid.of(frame).window) > 0.0
-    return pressure_of(frame) > 0.0
-
-
-def plastic_depth_of(frame: Atoms) -> np.ndarray:
-    """Return the plastic depth of a snapshot; see `pressure_of`.
-
-    Returns
-    -------
-    ndarray, shape (n, m)
-        Depth by which the surface has flowed (Å); zero if the wall has no hardness.
-    """
-    window = SurfaceGrid.of(frame).window
-    if "plastic_depth" not in info_of(frame):
-        return np.zeros(window)
-    return field_of(frame, "plastic_depth", window)
-
-
-def lateral_of(frame: Atoms) -> dict[str, np.ndarray]:
-    """Return the lateral fields of a snapshot; see `pressure_of`.
-
-    Returns
-    -------
-    dict of ndarray, shape (n, m)
-        Tractions of friction ``traction_x`` and ``traction_y`` on the surface (eV/Å^3),
-        its displacements ``displacement_x`` and ``displacement_y`` (Å), and which atoms
-        slip, ``slipping`` (1 or 0). Empty without friction.
-    """
-    history = history_of(frame, SurfaceGrid.of(frame))
-    return {key: history[key] for key in LATERAL if key in history}
-
-
-def gap_of(frame: Atoms, grid: SurfaceGrid, indenter: Surface) -> np.ndarray:
-    """Return the gap between the surface of a snapshot and its indenter, flat (Å)."""
-    gap = surface_above(frame, grid, indenter) - frame.positions[:-1, 2]
-    if info_of(frame).get(INDENTED):
-        gap += plastic_depth_of(frame).ravel()
-    return gap
-
-
 def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     """Rebuild the atoms of a calculation, padding included, from a frame.
 
@@ -238,11 +183,10 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
         halfspace = ReducedHalfSpace(grid.window, grid.spacing, solid)
         values = halfspace.grid_displacement(halfspace.elastic_pressure(window))
         values[: window.shape[0], : window.shape[1]] = window
-    number, place = frame.numbers[0], frame.positions[-1]
-    atoms = surface_atoms(number, values.shape, grid.spacing, grid.window, place)
+    atoms = replace(grid, shape=values.shape).atoms(frame.numbers[0], 0.0)
     atoms.positions[:-1, :2] += np.add(grid.origin, frame.positions[-1, :2])
+    atoms.positions[-1], atoms.cell = frame.positions[-1], frame.cell
     set_displacement(atoms, values)
-    atoms.cell, atoms.pbc = frame.cell, frame.pbc
     if INDENTER_KEY in frame.info:
         atoms.info[INDENTER_KEY] = frame.info[INDENTER_KEY]
     history = history_of(frame, grid)

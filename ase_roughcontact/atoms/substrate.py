@@ -16,7 +16,6 @@ import numpy as np
 from ase import Atoms
 from ase.constraints import FixAtoms
 from ase.data import atomic_numbers
-from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
@@ -24,11 +23,7 @@ from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.info import INDENTER_KEY
 from ase_roughcontact.elasticity.material import check_element, fcc_spacing
 from ase_roughcontact.topography import Surface
-from ase_roughcontact.topography.facts import (
-    IndenterFacts,
-    sampled_heights,
-    surface_id,
-)
+from ase_roughcontact.topography.facts import IndenterFacts, surface_id
 
 
 def substrate(
@@ -107,17 +102,14 @@ def substrate(
     if np.shape(center) != (2,):
         raise ValueError(f"center must be two numbers (x, y), got {center!r}")
     finite(center_x=center[0], center_y=center[1])
-    axis = a0 * np.array(
-        [n // 2 - round(center[0] / a0), m // 2 - round(center[1] / a0)]
-    )
-    grid = SurfaceGrid.padded_shape((n, m), periodic)
+    x, y = (a0 * (round(c / a0) - k // 2) for c, k in zip(center, (n, m), strict=True))
+    padded = SurfaceGrid.padded_shape((n, m), periodic)
+    grid = SurfaceGrid((n, m), padded, a0, (float(x), float(y)), periodic)
     try:
         if height is None:
-            origin = -float(axis[0]), -float(axis[1])
-            height = a0 - float(sampled_heights(indenter, (n, m), a0, origin).min())
+            height = a0 - float(grid.heights(indenter).min())
         finite(height=height)
-        number, place = atomic_numbers[symbol], (*axis, height)
-        atoms = surface_atoms(number, grid, a0, (n, m), place)
+        atoms = grid.atoms(atomic_numbers[symbol], height)
     except MemoryError as error:
         raise MemoryError(
             f"a window of {n} x {m} atoms does not fit into the memory: give a smaller "
@@ -126,56 +118,17 @@ def substrate(
     facts = IndenterFacts(indenter)
     if periodic and facts.radius == math.inf:
         _check_period(facts, (n, m), a0)
-    return supported(atoms, indenter, periodic, fixed)
+    return supported(atoms, indenter, fixed)
 
 
-def supported(atoms: Atoms, indenter: Surface, periodic: bool, fixed: bool) -> Atoms:
-    """Return atoms with boundary, name and constraint of the indenter; in place."""
-    atoms.pbc = (periodic, periodic, False)
+def supported(atoms: Atoms, indenter: Surface, fixed: bool) -> Atoms:
+    """Return atoms with the name of the indenter and its constraint; in place."""
     identity = surface_id(indenter)
     if identity is not None:
         atoms.info[INDENTER_KEY] = identity
     if fixed:
         atoms.set_constraint(FixAtoms([len(atoms) - 1]))
     return atoms
-
-
-def surface_atoms(
-    number: int,
-    shape: tuple[int, int],
-    spacing: float,
-    window: tuple[int, int],
-    indenter: ArrayLike,
-) -> Atoms:
-    """Return a flat grid of atoms with its first atom at the origin, and the indenter.
-
-    Parameters
-    ----------
-    number : int
-        Atomic number of the surface atoms.
-    shape : (int, int)
-        Shape of the grid.
-    spacing : float
-        Distance of neighbours (Å).
-    window : (int, int)
-        Shape of the window, the cell.
-    indenter : array_like, shape (3,)
-        Position of the indenter (Å).
-
-    Returns
-    -------
-    Atoms
-    """
-    n, m = shape
-    positions = np.zeros((n * m + 1, 3))
-    grid = positions[:-1].reshape(n, m, 3)
-    grid[..., 0] = spacing * np.arange(n)[:, None]
-    grid[..., 1] = spacing * np.arange(m)
-    positions[-1] = indenter
-    numbers = np.full(n * m + 1, number)
-    numbers[-1] = 0
-    sides = spacing * np.array([*window, max(window)])
-    return Atoms(numbers=numbers, positions=positions, cell=sides)
 
 
 def _check_period(

@@ -15,16 +15,10 @@ from ase.data import atomic_numbers, covalent_radii
 from ase.units import GPa
 
 from ase_roughcontact._util.validation import FloatArray, integer
+from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
-from ase_roughcontact.atoms.snapshot import (
-    contact_of_frame,
-    gap_of,
-    lateral_of,
-    plastic_depth_of,
-    pressure_of,
-    snapshot,
-)
+from ase_roughcontact.atoms.snapshot import snapshot
 from ase_roughcontact.contact.state import PLASTIC_DEPTH, SLIPPING, TRACTIONS
 from ase_roughcontact.topography import Surface
 
@@ -87,7 +81,7 @@ def with_indenter(
     axis[2] = frame.positions[index, 2].min()
     lower = frame.positions[index] - axis
     upper = lower.copy()
-    upper[..., 2] = surface_above(frame, grid, indenter)[index] - axis[2]
+    upper[..., 2] = surface_above(frame, grid, indenter)[chosen] - axis[2]
 
     shown = frame[index.ravel()]
     step = every * grid.spacing
@@ -96,13 +90,14 @@ def with_indenter(
     horizontal = _NEIGHBOURS * covalent_radii[shown.numbers[0]] / step
     steepness = max(1.0, 2.0 * _RANGE * radius / upper[inside, 2].max())
     scale = np.array([horizontal, horizontal, horizontal * steepness])
-    contact, pressure = contact_of_frame(frame), pressure_of(frame)
-    slips = contact & (lateral_of(frame).get(SLIPPING, np.zeros(1)) > 0.0)
+    seen = ContactMap.from_frame(frame)
+    contact = seen.contact
+    slips = contact & (seen.lateral.get(SLIPPING, np.zeros(1)) > 0.0)
     cut = _plane(contact[chosen])
     body = _body(upper * scale, inside, radius * horizontal, step * horizontal, cut)
 
     shown.positions = (lower * scale).reshape(-1, 3)
-    kinds = (ATTRACTED, pressure < 0.0), (CONTACT, contact), (SLIPS, slips)
+    kinds = (ATTRACTED, seen.pressure < 0.0), (CONTACT, contact), (SLIPS, slips)
     for symbol, mask in kinds:  # the last one holds
         shown.numbers[mask[chosen].ravel()] = atomic_numbers[symbol]
     shown += Atoms("X", [[0.0, 0.0, (frame.positions[-1, 2] - axis[2]) * scale[2]]])
@@ -183,24 +178,23 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     -------
     Atoms
         With the arrays ``pressure`` (GPa), ``contact`` (1 or 0), ``plastic_depth`` (Å)
-        of a wall with a hardness, those of `lateral_of` (GPa, Å) and, if the indenter
-        is known, ``gap`` (Å), all of them zero for the indenter.
+        of a wall with a hardness, those of `ContactMap.lateral` (GPa, Å) and, if the
+        indenter is known, ``gap`` (Å), all of them zero for the indenter.
     """
     frame, indenter = _read(atoms, indenter)
-    fields: dict[str, np.ndarray] = {
-        "pressure": pressure_of(frame) / GPa,
-        "contact": contact_of_frame(frame).astype(int),
+    seen = ContactMap.from_frame(frame, indenter)
+    fields = {
+        "pressure": seen.pressure / GPa,
+        "contact": seen.contact.astype(int),
+        PLASTIC_DEPTH: seen.plastic_depth,
+        "gap": seen.gap,
     }
-    depth = plastic_depth_of(frame)
-    if depth.any():
-        fields[PLASTIC_DEPTH] = depth
-    for key, values in lateral_of(frame).items():
+    for key, values in seen.lateral.items():
         fields[key] = values / GPa if key in TRACTIONS else values
-    if indenter is not None:
-        fields["gap"] = gap_of(frame, SurfaceGrid.of(frame), indenter)
     columns = _with_energy_of(frame, frame.copy())
-    for key, values in fields.items():
-        columns.set_array(key, np.append(values, np.zeros(1, values.dtype)))
+    for key, field in fields.items():
+        if field is not None:
+            columns.set_array(key, np.append(field, np.zeros(1, field.dtype)))
     return columns
 
 

@@ -13,12 +13,7 @@ from ase import Atoms
 from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 
 from ase_roughcontact._util.callers import warn
-from ase_roughcontact.atoms.calculator import (
-    apply_pressure,
-    has_model,
-    model_of,
-    problem_of,
-)
+from ase_roughcontact.atoms.calculator import has_model, model_of, problem_of
 from ase_roughcontact.atoms.grid import displacement
 from ase_roughcontact.contact import State
 from ase_roughcontact.elasticity.lattice import Box
@@ -282,6 +277,6 @@ class ContactOptimizer(Optimizer):
             with suppress(ValueError):  # the first atoms may overlap with a hard wall
                 self.atoms.get_potential_energy()
             return
-        apply_pressure(self.atoms, state.pressure, state.height)
+        self._model.move(self.atoms, state.pressure, state.height)
         self.atoms.get_potential_energy()
         self._applied = state

@@ -14,7 +14,6 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.path_values import turning_points
-from ase_roughcontact.atoms.snapshot import lateral_of
 from ase_roughcontact.contact.state import SLIPPING, TRACTIONS
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, add_arrow, letter
@@ -110,7 +109,7 @@ def plot_tractions(axes: Any, frame: Atoms, largest: float | None = None) -> lis
     ----------
     axes : matplotlib Axes
     frame : Atoms
-        Of the trajectory of a sliding path; see `lateral_of`.
+        Of the trajectory of a sliding path; see `ContactMap.lateral`.
     largest : float, optional
         Traction at the end of the colour scales (GPa).
 
@@ -119,10 +118,10 @@ def plot_tractions(axes: Any, frame: Atoms, largest: float | None = None) -> lis
     list of matplotlib images
         Magnitudes of the tractions of atoms that stick and slip (GPa), for colour bars.
     """
-    fields, seen = lateral_of(frame), ContactMap.from_frame(frame)
-    size = np.hypot(*(fields[key] for key in TRACTIONS)) / _GPA
+    seen = ContactMap.from_frame(frame)
+    size = _tractions(seen) / _GPA
     largest = largest or float(size.max()) or None
-    slips = fields[SLIPPING] > 0.0
+    slips = seen.lateral[SLIPPING] > 0.0
     images = [
         axes.imshow(
             np.where(seen.contact & part, size, np.nan).T,
@@ -182,10 +181,7 @@ def draw_tractions(
     scanned : str
         See `show_as_scanned`.
     """
-    largest = max(
-        np.hypot(*(lateral_of(frame)[key] for key in TRACTIONS)).max()
-        for frame in frames
-    )
+    largest = max(_tractions(ContactMap.from_frame(each)).max() for each in frames)
     rows, columns = -(-len(frames) // 2), min(len(frames), 2)
     with written(file, 1.5 + rows * (3.0 / columns + 0.2)) as figure:
         panels = map_panels(figure, len(frames))
@@ -213,3 +209,8 @@ def _label(towards: Sequence[float] | FloatArray) -> str:
     angle = f"{np.degrees(np.arctan2(towards[1], towards[0])):.4g}"
     where = {"0": "", "90": "along y "}.get(angle, f"at {angle}\N{DEGREE SIGN} from x ")
     return f"displacement {where}(nm)"
+
+
+def _tractions(seen: ContactMap) -> FloatArray:
+    """Return the magnitudes of the tractions of friction (eV/Å^3)."""
+    return np.hypot(*(seen.lateral[key] for key in TRACTIONS))

@@ -15,58 +15,51 @@ from ase_roughcontact._util.validation import Point, Shape, check_heights
 from ase_roughcontact.topography.base import Surface
 
 
+def _known(name: str, default: Any, part: str = "indenter") -> Any:
+    """Return a property: an attribute of the indenter, or of its roughness."""
+    return property(lambda facts: getattr(getattr(facts, part), name, default))
+
+
 @dataclass(frozen=True)
 class IndenterFacts:
     """Lengths that describe an indenter, where it knows them.
 
-    The properties are attributes of the indenter of the same names.
-
     Parameters
     ----------
     indenter : Surface
+
+    Attributes
+    ----------
+    radius : float
+        Radius of a sphere; infinity for any other indenter (length).
+    profile : str
+        Shape of a sphere without its roughness; empty for any other indenter.
+    periods : (float, float)
+        Periods along x and y; infinity where they are not known (length).
+    short_wavelength : float
+        Shortest wavelength of the roughness; NaN if it is not known (length).
+    pixel : float
+        Distance between the points of a scan; NaN if there is none (length).
+    side : float
+        Side of the domain of a roughness that is synthesised, else zero (length).
+    edge_change : float
+        Rms height subtracted to make a scan periodic (length).
     """
 
     indenter: Any
 
-    @property
-    def radius(self) -> float:
-        """Radius of a sphere; infinity for any other indenter (length)."""
-        return getattr(self.indenter, "radius", math.inf)
-
-    @property
-    def profile(self) -> str:
-        """Shape of a sphere without its roughness; empty for any other indenter."""
-        return getattr(self.indenter, "profile", "")
+    radius = _known("radius", math.inf)
+    profile = _known("profile", "")
+    periods = _known("periods", (math.inf, math.inf))
+    short_wavelength = _known("short_wavelength", math.nan, "roughness")
+    pixel = _known("pixel", math.nan, "roughness")
+    side = _known("side", 0.0, "roughness")
+    edge_change = _known("edge_change", 0.0, "roughness")
 
     @property
     def roughness(self) -> Any:
         """Roughness of a sphere, or None; any other indenter is its own roughness."""
         return getattr(self.indenter, "roughness", self.indenter)
-
-    @property
-    def periods(self) -> Point:
-        """Periods along x and y; infinity where they are not known (length)."""
-        return getattr(self.indenter, "periods", (math.inf, math.inf))
-
-    @property
-    def short_wavelength(self) -> float:
-        """Shortest wavelength of the roughness; NaN if it is not known (length)."""
-        return getattr(self.roughness, "short_wavelength", math.nan)
-
-    @property
-    def pixel(self) -> float:
-        """Distance between the points of a scan; NaN if there is none (length)."""
-        return getattr(self.roughness, "pixel", math.nan)
-
-    @property
-    def side(self) -> float:
-        """Side of the domain of a roughness that is synthesised, else zero (length)."""
-        return getattr(self.roughness, "side", 0.0)
-
-    @property
-    def edge_change(self) -> float:
-        """Rms height subtracted to make a scan periodic (length)."""
-        return getattr(self.roughness, "edge_change", 0.0)
 
     def part_of_period(self, sides: np.ndarray) -> float:
         """Return the smaller ratio of a side of a cell, shape (2,), and the period.

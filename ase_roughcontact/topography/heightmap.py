@@ -27,7 +27,17 @@ from ase_roughcontact.topography.interpolation import (
     spline_coefficients,
 )
 from ase_roughcontact.topography.measurement import Measurement, Noise, outliers
-from ase_roughcontact.topography.scan import Length, Scan, in_angstrom, position
+from ase_roughcontact.topography.scan import (
+    Length,
+    check_place,
+    filled,
+    highest,
+    in_angstrom,
+    levelled,
+    lower_side,
+    position,
+    scan_in_angstrom,
+)
 from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
 from ase_roughcontact.topography.spectrum import (
     Statistics,
@@ -210,40 +220,37 @@ class HeightMap:
         >>> bump.center, float(bump.heights((1, 1), 1.0)[0, 0])
         ((20.0, 60.0), -30.0)
         """
-        scan, factor = Scan.of(
+        scan, steps, factor = scan_in_angstrom(
             topography,
             spacing=spacing,
             unit=unit,
-            periodic=periodic,
             channel=channel,
             transpose=transpose,
         )
+        repeats = scan.periodic if periodic is None else bool(periodic)
         missing = int(np.isnan(scan.heights).sum())
-        scan = scan.levelled(detrend or ("mean" if scan.periodic else "plane"))
-        found = Noise.of(scan.heights)
+        z = levelled(scan.heights, detrend or ("mean" if repeats else "plane"))
+        found = Noise.of(z)
         if noise is not None:
             given = in_angstrom("noise", noise, factor)
             nonnegative(noise=given)
             found = Noise(given, found.lines if given else 0.0)
         cutoff = in_angstrom("cutoff_wavelength", cutoff_wavelength, factor)
         nonnegative(cutoff_wavelength=cutoff)
-        scan = scan.filled()
-        far = outliers(scan.heights)
+        z = filled(z, repeats)
+        far = outliers(z)
         if remove_outliers:
-            scan = scan.without(far)
-        if isinstance(center, str):
-            lookup(center, {"middle": None, "highest": None}, "center")
-            edge: Any = in_angstrom("margin", margin, factor)
-            place = scan.highest(edge) if center == "highest" else None
-        else:
+            z = filled(np.where(far, np.nan, z), repeats)
+        place, edge = None, in_angstrom("margin", margin, factor)
+        if not isinstance(center, str):
             place = position(center, factor)
-            scan.check(place)
-        heights, place = scan.lower_side(role, place)
+            check_place(place, z.shape, steps)
+        elif lookup(center, {"middle": False, "highest": True}, "center"):
+            place = highest(z, steps, edge)
+        heights, place = lower_side(z, steps, role, place)
         counts = missing, int(far.sum())
-        measured = Measurement(
-            heights, scan.spacing, scan.periodic, found, cutoff, *counts
-        )
-        surface = cls(measured.pressed, scan.spacing, scan.periodic, place)
+        measured = Measurement(heights, steps, repeats, found, cutoff, *counts)
+        surface = cls(measured.pressed, steps, repeats, place)
         surface.measurement = measured
         return surface
 

@@ -17,12 +17,11 @@ from __future__ import annotations
 
 import os
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import spsolve
 
@@ -30,13 +29,14 @@ from ase_roughcontact._util.units import LENGTHS, quantity
 from ase_roughcontact._util.validation import (
     FloatArray,
     Point,
+    Shape,
     finite,
     lookup,
     nonnegative,
     unknown,
 )
 from ase_roughcontact.topography.interpolation import ROUNDING
-from ase_roughcontact.topography.scan_files import read_scan, scan_of
+from ase_roughcontact.topography.scan_files import RawScan, read_scan, scan_of
 from ase_roughcontact.topography.spectrum import axis_spacings
 
 #: A number, or a string of a number and a unit of length.
@@ -51,153 +51,148 @@ _KNOWN, _BEYOND = -1, -2
 ROLES = ("indenter", "substrate")
 
 
-@dataclass(frozen=True, eq=False)
-class Scan:
-    """Measured surface, seen from outside.
+def scan_in_angstrom(
+    topography: Any,
+    *,
+    spacing: Length | tuple[Length, Length] | None = None,
+    unit: str | None = None,
+    channel: int | str | None = None,
+    transpose: bool = False,
+) -> tuple[RawScan, Point, float]:
+    """Return a scan and its spacing in Å, and the unit of given lengths in Å.
 
-    Attributes
-    ----------
-    heights : ndarray, shape (n, m)
-        High points stick out of the body; NaN at missing points (Å).
-    spacing : (float, float)
-        Distance between points along x and y (Å).
-    periodic : bool
+    See `HeightMap.from_topography` for the parameters.
     """
-
-    heights: FloatArray
-    spacing: Point
-    periodic: bool = False
-
-    @classmethod
-    def of(
-        cls,
-        topography: Any,
-        *,
-        spacing: Length | tuple[Length, Length] | None = None,
-        unit: str | None = None,
-        periodic: bool | None = None,
-        channel: int | str | None = None,
-        transpose: bool = False,
-    ) -> tuple[Scan, float]:
-        """Return a scan in Å, and the unit of given lengths in Å.
-
-        See `HeightMap.from_topography` for the parameters.
-        """
-        is_file = isinstance(topography, (str, os.PathLike))
-        raw = read_scan(topography, channel) if is_file else scan_of(topography)
-        if transpose:
-            turned = raw.spacing and raw.spacing[::-1]
-            raw = replace(raw, heights=raw.heights.T, spacing=turned)
-        if raw.unit is None and unit is None and (is_file or raw.spacing is not None):
-            raise ValueError(
-                f"the unit of {topography!r} is not known: give unit, for example 'nm'"
-            )
-        of_scan, given = (
-            lookup(name or "A", LENGTHS, "unit of length")
-            for name in (raw.unit or unit, unit or raw.unit)
+    is_file = isinstance(topography, (str, os.PathLike))
+    raw = read_scan(topography, channel) if is_file else scan_of(topography)
+    if transpose:
+        turned = raw.spacing and raw.spacing[::-1]
+        raw = replace(raw, heights=raw.heights.T, spacing=turned)
+    if raw.unit is None and unit is None and (is_file or raw.spacing is not None):
+        raise ValueError(
+            f"the unit of {topography!r} is not known: give unit, for example 'nm'"
         )
-        found = raw.spacing and (raw.spacing[0] * of_scan, raw.spacing[1] * of_scan)
-        steps = found
-        if spacing is not None:
-            steps = axis_spacings(in_angstrom("spacing", spacing, given))
-        if steps is None:
-            raise ValueError(
-                "the distance between the points of the scan is not known: give spacing"
-            )
-        if found and not np.allclose(steps, found, rtol=_SAME_SPACING):
-            sizes = (f"{x / 10:.4g} x {y / 10:.4g}" for x, y in (steps, found))
-            warnings.warn(
-                "the spacing {} nm is given and used, but the file has {} nm: leave "
-                "spacing out, unless the file is wrong".format(*sizes),
-                stacklevel=2,
-            )
-        periodic = raw.periodic if periodic is None else bool(periodic)
-        return cls(raw.heights * of_scan, steps, periodic), given
+    of_scan, given = (
+        lookup(name or "A", LENGTHS, "unit of length")
+        for name in (raw.unit or unit, unit or raw.unit)
+    )
+    found = raw.spacing and (raw.spacing[0] * of_scan, raw.spacing[1] * of_scan)
+    steps = found
+    if spacing is not None:
+        steps = axis_spacings(in_angstrom("spacing", spacing, given))
+    if steps is None:
+        raise ValueError(
+            "the distance between the points of the scan is not known: give spacing"
+        )
+    if found and not np.allclose(steps, found, rtol=_SAME_SPACING):
+        sizes = (f"{x / 10:.4g} x {y / 10:.4g}" for x, y in (steps, found))
+        warnings.warn(
+            "the spacing {} nm is given and used, but the file has {} nm: leave "
+            "spacing out, unless the file is wrong".format(*sizes),
+            stacklevel=2,
+        )
+    return replace(raw, heights=raw.heights * of_scan), steps, given
 
-    def check(self, place: Point) -> None:
-        """Raise `ValueError` if a place (x, y) is not on the scan (Å)."""
-        last, number = np.array(self.heights.shape) - 1, np.divide(place, self.spacing)
-        if (abs(number - last / 2) > last / 2 + ROUNDING).any():
-            (x, y), (width, height) = place, last * self.spacing
-            raise ValueError(
-                f"center must be on the scan, which spans {width / 10:.4g} x "
-                f"{height / 10:.4g} nm, got ({x / 10:.4g}, {y / 10:.4g}) nm"
-            )
 
-    def filled(self) -> Scan:
-        """Return the scan with missing points interpolated.
+def filled(heights: FloatArray, periodic: bool) -> FloatArray:
+    """Return heights with missing points, which are NaN, interpolated.
 
-        The heights there solve Laplace's equation, with the known heights around them
-        as boundary values, which leaves no artificial peaks.
+    The heights there solve Laplace's equation, with the known heights around them as
+    boundary values, which leaves no artificial peaks: each is the mean of its
+    neighbours.
 
-        Raises
-        ------
-        ValueError
-            If all points are missing.
-        """
-        missing = np.isnan(self.heights)
-        if not missing.any():
-            return self
-        if missing.all():
-            raise ValueError("all points of the scan are missing")
-        return replace(self, heights=_harmonic(self.heights, missing, self.periodic))
+    Raises
+    ------
+    ValueError
+        If all points are missing.
+    """
+    missing = np.isnan(heights)
+    if missing.all():
+        raise ValueError("all points of the scan are missing")
+    if not missing.any():
+        return heights
+    i, j = missing.nonzero()
+    size = len(i)
+    number = np.full(heights.shape, _KNOWN)
+    number[i, j] = np.arange(size)
+    beyond: Any = {"mode": "wrap"} if periodic else {"constant_values": _BEYOND}
+    number, padded = np.pad(number, 1, **beyond), np.pad(heights, 1, **beyond)
+    around = np.array([i, i + 2, i + 1, i + 1]), np.array([j + 1, j + 1, j, j + 2])
+    neighbour = number[around]
+    right = np.where(neighbour == _KNOWN, padded[around], 0.0).sum(axis=0)
+    linked = neighbour >= 0
+    row = linked.nonzero()[1]
+    links = coo_matrix((np.ones(row.size), (row, neighbour[linked])), (size, size))
+    count = diags((neighbour != _BEYOND).sum(axis=0, dtype=float))
+    heights = heights.copy()
+    heights[i, j] = spsolve((count - links).tocsc(), right)
+    return heights
 
-    def without(self, points: NDArray[np.bool_]) -> Scan:
-        """Return the scan with some of its points, shape (n, m), interpolated."""
-        return replace(self, heights=np.where(points, np.nan, self.heights)).filled()
 
-    def levelled(self, detrend: str) -> Scan:
-        """Return the scan without tilt, curvature or offsets of its lines.
+def levelled(heights: FloatArray, detrend: str) -> FloatArray:
+    """Return heights without tilt, curvature or offsets of lines.
 
-        See `HeightMap.from_topography`. Missing points are not taken into account.
-        """
-        degrees = {"mean": 0, "plane": 1, "curvature": 2}
-        trends: dict[str, Any] = {"lines": _lines, "none": np.zeros_like}
-        trends |= {k: partial(polynomial, degree=n) for k, n in degrees.items()}
-        trend = lookup(detrend, trends, "way to detrend")
-        return replace(self, heights=self.heights - trend(self.heights))
+    See `HeightMap.from_topography`. Missing points are not taken into account.
+    """
+    degrees = {"mean": 0, "plane": 1, "curvature": 2}
+    trends: dict[str, Any] = {"lines": _lines, "none": np.zeros_like}
+    trends |= {k: partial(polynomial, degree=n) for k, n in degrees.items()}
+    return heights - lookup(detrend, trends, "way to detrend")(heights)
 
-    def highest(self, margin: float = 0.0) -> Point:
-        """Return the position (x, y) of the highest point inside a margin (Å).
 
-        Raises
-        ------
-        ValueError
-            If no point is that far from the edges.
-        """
-        nonnegative(margin=margin)
-        edges = [int(np.ceil(margin / step - 1e-9)) for step in self.spacing]
-        n, m = self.heights.shape
-        inner = self.heights[edges[0] : n - edges[0], edges[1] : m - edges[1]]
-        if not inner.size:
-            x, y = self.spacing
-            raise ValueError(
-                f"no point of the scan, {n * x / 10:g} x {m * y / 10:g} nm, is "
-                f"{margin / 10:g} nm from all edges: give a smaller margin"
-            )
-        i, j = np.unravel_index(np.argmax(inner), inner.shape)
-        return (i + edges[0]) * self.spacing[0], (j + edges[1]) * self.spacing[1]
+def highest(heights: FloatArray, spacing: Point, margin: float) -> Point:
+    """Return the position (x, y) of the highest point inside a margin (Å).
 
-    def lower_side(
-        self, role: str, place: Point | None
-    ) -> tuple[FloatArray, Point | None]:
-        """Return the heights of the indenter's lower side, and a place on it.
+    Raises
+    ------
+    ValueError
+        If no point is that far from the edges.
+    """
+    nonnegative(margin=margin)
+    edges = np.ceil(np.divide(margin, spacing) - ROUNDING).astype(int)
+    (n, m), (left, lower) = heights.shape, edges
+    inner = heights[left : n - left, lower : m - lower]
+    if not inner.size:
+        x, y = np.multiply(heights.shape, spacing) / 10
+        raise ValueError(
+            f"no point of the scan, {x:g} x {y:g} nm, is {margin / 10:g} nm from all "
+            "edges: give a smaller margin"
+        )
+    x, y = (edges + np.unravel_index(inner.argmax(), inner.shape)) * spacing
+    return float(x), float(y)
 
-        Heights are positive upward, away from the substrate. The place, if any, is
-        given on the scan and returned on the lower side (Å).
 
-        Raises
-        ------
-        ValueError
-            If the role is unknown.
-        """
-        if role not in ROLES:
-            raise ValueError(unknown(str(role), ROLES, "role"))
-        if role == "substrate":
-            return -self.heights, place
-        if place is not None:
-            place = (len(self.heights) - 1) * self.spacing[0] - place[0], place[1]
-        return -self.heights[::-1], place
+def check_place(place: Point, shape: Shape, spacing: Point) -> None:
+    """Raise `ValueError` if a place (x, y) is not on a scan of a shape (Å)."""
+    size = (np.array(shape) - 1) * spacing
+    if (abs(place - size / 2) > size / 2 + ROUNDING * np.array(spacing)).any():
+        (x, y), (width, height) = place, size
+        raise ValueError(
+            f"center must be on the scan, which spans {width / 10:.4g} x "
+            f"{height / 10:.4g} nm, got ({x / 10:.4g}, {y / 10:.4g}) nm"
+        )
+
+
+def lower_side(
+    heights: FloatArray, spacing: Point, role: str, place: Point | None
+) -> tuple[FloatArray, Point | None]:
+    """Return the heights of the indenter's lower side, and a place on it.
+
+    Heights are positive upward, away from the substrate. The place, if any, is given on
+    the scan and returned on the lower side (Å).
+
+    Raises
+    ------
+    ValueError
+        If the role is unknown.
+    """
+    if role not in ROLES:
+        raise ValueError(unknown(str(role), ROLES, "role"))
+    if role == "substrate":
+        return -heights, place
+    if place is not None:
+        place = (len(heights) - 1) * spacing[0] - place[0], place[1]
+    return -heights[::-1], place
 
 
 def position(center: Any, unit: float) -> Point:
@@ -249,23 +244,3 @@ def _lines(heights: FloatArray) -> FloatArray:
     slope = (distance * (known - middle)).sum(axis=0) / (distance**2).sum(axis=0)
     lines = middle + np.ma.filled(slope, 0.0) * (places - x.mean(axis=0))
     return np.ma.filled(lines, 0.0)
-
-
-def _harmonic(heights: FloatArray, missing: np.ndarray, periodic: bool) -> FloatArray:
-    """Return heights whose missing points are the means of their neighbours."""
-    i, j = missing.nonzero()
-    size = len(i)
-    number = np.full(heights.shape, _KNOWN)
-    number[i, j] = np.arange(size)
-    beyond: Any = {"mode": "wrap"} if periodic else {"constant_values": _BEYOND}
-    number, padded = np.pad(number, 1, **beyond), np.pad(heights, 1, **beyond)
-    around = np.array([i, i + 2, i + 1, i + 1]), np.array([j + 1, j + 1, j, j + 2])
-    neighbour = number[around]
-    right = np.where(neighbour == _KNOWN, padded[around], 0.0).sum(axis=0)
-    linked = neighbour >= 0
-    row = linked.nonzero()[1]
-    links = coo_matrix((np.ones(row.size), (row, neighbour[linked])), (size, size))
-    count = diags((neighbour != _BEYOND).sum(axis=0, dtype=float))
-    filled = heights.copy()
-    filled[i, j] = spsolve((count - links).tocsc(), right)
-    return filled

@@ -25,6 +25,7 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.topography.spectrum import Statistics
 
 IntArray: TypeAlias = NDArray[np.int64]
+Modes: TypeAlias = tuple[IntArray, IntArray, NDArray[np.complex128]]
 
 # Points along the side of a whole period, and of a period over the shortest wavelength,
 # above which fields and waves are not kept for the next window: 34 and 50 MB.
@@ -183,7 +184,7 @@ class SelfAffine:
         first, shift = _index(spacing, origin)
         # of a whole period no other part is asked for
         used_once = shape == (points, points) and points > _LARGEST_KEPT
-        field = (_new_field if used_once else _field)(self, points, *shift)
+        field = (_field.__wrapped__ if used_once else _field)(self, points, *shift)
         if used_once and not any(i % points for i in first):
             return field
         indices = [
@@ -261,15 +262,14 @@ def _index(spacing: float, origin: Point) -> tuple[list[int], list[float]]:
     return whole, [x if x > _ROUNDING else 0.0 for x in rest]
 
 
-def _modes(surface: SelfAffine) -> tuple[IntArray, IntArray, NDArray[np.complex128]]:
+def _modes(surface: SelfAffine) -> Modes:
     """Return the integer wave vectors of one half plane and their coefficients."""
     kept = surface.side <= _MOST_WAVES * surface.short_wavelength
-    return (_kept_modes if kept else _new_modes)(surface)
+    return (_drawn_modes if kept else _drawn_modes.__wrapped__)(surface)
 
 
-def _new_modes(
-    surface: SelfAffine,
-) -> tuple[IntArray, IntArray, NDArray[np.complex128]]:
+@lru_cache(maxsize=2)
+def _drawn_modes(surface: SelfAffine) -> Modes:
     kx, ky = _half_plane(surface.side / surface.short_wavelength * (1 + _ROUNDING))
     phase, uniform = np.random.default_rng(surface.seed).random((kx.size, 2)).T
 
@@ -297,9 +297,6 @@ def _new_modes(
     return kx, ky, unit * np.sqrt(power) * np.exp(2j * np.pi * phase[first:])
 
 
-_kept_modes = lru_cache(maxsize=2)(_new_modes)
-
-
 def _mean_power(surface: SelfAffine, wavenumber: FloatArray) -> FloatArray:
     """Return the mean power of waves, up to a factor; wave numbers in 2 pi / side."""
     knee = surface.side / surface.long_wavelength
@@ -320,14 +317,10 @@ def _half_plane(largest: float) -> tuple[IntArray, IntArray]:
 
 @lru_cache(maxsize=2)
 def _field(surface: SelfAffine, points: int, x: float, y: float) -> FloatArray:
-    """Return the heights of `_new_field`, kept for other windows and read-only."""
-    field = _new_field(surface, points, x, y)
-    field.flags.writeable = False
-    return field
+    """Return the heights of one period on a grid shifted by (x, y) steps.
 
-
-def _new_field(surface: SelfAffine, points: int, x: float, y: float) -> FloatArray:
-    """Return the heights of one period on a grid shifted by (x, y) steps."""
+    They are kept for other windows, which are copies of parts of them.
+    """
     kx, ky, coefficient = _modes(surface)
     if x or y:
         coefficient = coefficient * np.exp(2j * np.pi / points * (kx * x + ky * y))

@@ -18,7 +18,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.snapshot import TAG_SLIPPING, lateral_of, restore, snapshot
+from ase_roughcontact.atoms.snapshot import TAG_SLIPPING, restore, snapshot
 from ase_roughcontact.atoms.view import SLIPS, with_columns, with_indenter
 from ase_roughcontact.elasticity import Isotropic
 
@@ -50,7 +50,7 @@ def test_atoms_that_stick_move_with_the_indenter():
     contact = atoms.calc.results["contact"]
     assert contact.any()
     assert inside[contact] == pytest.approx(np.tile(PATH[1], (contact.sum(), 1)))
-    fields = lateral_of(snapshot(atoms))
+    fields = ContactMap.from_atoms(atoms).lateral
     assert fields["displacement_x"][contact] == pytest.approx(PATH[1, 0])
     assert fields["displacement_y"][contact] == pytest.approx(PATH[1, 1])
     # those outside move less, in the same direction
@@ -103,7 +103,7 @@ def test_frames_carry_fields_and_continue_the_path(tmp_path, form):
     if form != "traj":
         write(tmp_path / f"f.{form}", frame)
         frame = read(tmp_path / f"f.{form}")
-    fields = lateral_of(frame)
+    fields = ContactMap.from_frame(frame).lateral
     slips = fields["slipping"] > 0.0
     assert (frame.get_tags()[:-1].reshape(32, 30) == TAG_SLIPPING).sum() == slips.sum()
     assert 2.5**2 * slips.sum() == pytest.approx(steps[2].slip_area)
@@ -132,9 +132,10 @@ def test_views_show_which_atoms_slip(tmp_path):
     columns = with_columns(atoms)
     assert columns.arrays["slipping"].sum() == slipping
     assert "displacement_y" in columns.arrays
-    write_map(ContactMap.from_atoms(atoms), tmp_path / "map.npz")
+    seen = ContactMap.from_atoms(atoms)
+    write_map(seen, tmp_path / "map.npz")
     fields = np.load(tmp_path / "map.npz")
     assert fields["slipping"].sum() == slipping
     assert fields["displacement_x"].max() == pytest.approx(
-        lateral_of(snapshot(atoms))["displacement_x"].max() / 10.0
+        seen.lateral["displacement_x"].max() / 10.0
     )

@@ -27,7 +27,6 @@ from ase_roughcontact import (
     stick,
 )
 from ase_roughcontact.analysis import ContactMap
-from ase_roughcontact.atoms.snapshot import lateral_of
 from ase_roughcontact.atoms.sticking import SlipError
 from ase_roughcontact.elasticity import Cubic, Isotropic, Layer
 
@@ -114,7 +113,9 @@ def test_relaxed_atoms_are_those_of_the_friction_solver(options):
     energy = atoms.get_potential_energy() - before
     assert energy == pytest.approx(expected[1].lateral_energy, rel=1e-5)
     # the displacements are those that ASE has found
-    found, fields = (lateral_of(snapshot(each)) for each in (atoms, expected[0]))
+    found, fields = (
+        ContactMap.from_atoms(each).lateral for each in (atoms, expected[0])
+    )
     largest = abs(fields["displacement_x"]).max()
     for key, values in fields.items():
         scale = largest if key.startswith("displacement") else abs(values).max()
@@ -184,11 +185,11 @@ def test_frames_have_the_lateral_forces(tmp_path):
         on_indenter = frame.get_forces(apply_constraint=False)[-1, :2]
         assert on_indenter == pytest.approx(-force, rel=1e-6)
         assert frame.info["lateral_force"] == pytest.approx(force)
-        tractions = 2.5**2 * lateral_of(frame)["traction_x"].sum()
-        assert tractions == pytest.approx(force[0], rel=1e-4)
         in_info = {"traction_x", "traction_y", "slipping"}
         assert in_info <= frame.info.keys() - frame.arrays.keys()
         fields = ContactMap.from_frame(frame).lateral
+        tractions = 2.5**2 * fields["traction_x"].sum()
+        assert tractions == pytest.approx(force[0], rel=1e-4)
         assert fields.keys() == in_info | {"displacement_x", "displacement_y"}
 
 

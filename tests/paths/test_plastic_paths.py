@@ -12,9 +12,8 @@ from written_path import written_path
 import ase_roughcontact as rc
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.map_files import fields_of
-from ase_roughcontact.atoms.calculator import grid_of
+from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.history import set_history
-from ase_roughcontact.atoms.snapshot import plastic_depth_of
 from ase_roughcontact.atoms.view import with_columns
 
 HARDNESS = 0.05
@@ -78,8 +77,9 @@ def test_atoms_in_plastic_contact_are_counted_apart():
     assert step.plastic_depth == pytest.approx(state.plastic_depth.max())
     # the surface does not keep this depth, nor does its frame
     frame = rc.snapshot(atoms)
-    assert_allclose(plastic_depth_of(frame), state.plastic_depth)
-    assert_allclose(ContactMap.from_frame(frame, SPHERE).gap, state.gap, atol=1e-9)
+    seen = ContactMap.from_frame(frame, SPHERE)
+    assert_allclose(seen.plastic_depth, state.plastic_depth)
+    assert_allclose(seen.gap, state.gap, atol=1e-9)
     assert step.plastic_depth > 0.0
     assert step.largest_pressure == HARDNESS and step.converged
     assert step.gap_error < 1e-6
@@ -99,7 +99,7 @@ def test_elastic_walls_have_no_plastic_contact():
     for wall in (None, rc.HardWall(), rc.PlasticWall(math.inf)):
         atoms, (step,) = steps_of(wall, [1.0])
         assert step.plastic_atoms == step.plastic_depth == 0
-        assert not plastic_depth_of(rc.snapshot(atoms)).any()
+        assert ContactMap.from_atoms(atoms).plastic_depth is None
 
 
 def test_reaction_follows_from_the_positions():
@@ -180,7 +180,7 @@ def test_flow_does_not_change_energy_and_forces():
     atoms, _ = steps_of(rc.PlasticWall(HARDNESS), [1.0])
     energy, forces = atoms.get_potential_energy(), atoms.get_forces()
     depth = atoms.calc.state(atoms).plastic_depth
-    set_history(atoms, grid_of(atoms), {"plastic_depth": depth})
+    set_history(atoms, SurfaceGrid.of(atoms), {"plastic_depth": depth})
     state = atoms.calc.state(atoms)
     assert_allclose(atoms.get_potential_energy(), energy, rtol=1e-12)
     assert_allclose(atoms.get_forces(), forces, atol=1e-12)
@@ -261,7 +261,7 @@ def test_frames_keep_the_plastic_depth(tmp_path, unloading, suffix):
     file = tmp_path / f"frame.{suffix}"
     write(file, rc.snapshot(atoms))
     frame, state = read(file), atoms.calc.state(atoms)
-    assert_array_equal(plastic_depth_of(frame), state.plastic_depth)
+    assert_array_equal(ContactMap.from_frame(frame).plastic_depth, state.plastic_depth)
     restored = rc.restore(frame, 1.0)
     restored.calc = rc.RoughContact(
         SPHERE, 1.0, rc.PlasticWall(HARDNESS, permanent=True)

@@ -6,8 +6,9 @@ from ase.constraints import FixAtoms
 from built import atoms_under
 
 import ase_roughcontact as rc
-from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.exchange import regrid
+from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
 ROUGH = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1, domain=64.0)
@@ -23,10 +24,10 @@ def make_atoms(surface=SPHERE, shape=(12, 16), **options):
 def test_grid_changes_and_nothing_else(periodic, refine, coarsen):
     atoms = make_atoms(periodic=periodic)
     atoms.calc.set(load=0.5)
-    before, grid = contact_of(atoms), grid_of(atoms)
+    before, grid = contact_of(atoms), SurfaceGrid.of(atoms)
     axis, cell = atoms.positions[-1].copy(), atoms.cell.copy()
     assert regrid(atoms, GridChange(refine, coarsen)) == 0.0
-    after, new = contact_of(atoms), grid_of(atoms)
+    after, new = contact_of(atoms), SurfaceGrid.of(atoms)
     assert new.spacing == coarsen / refine
     assert new.window == (12 * refine // coarsen, 16 * refine // coarsen)
     assert new.origin == grid.origin and new.periodic == grid.periodic
