@@ -14,7 +14,7 @@ from ase_roughcontact._util.files import PathName, write_table
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
-from ase_roughcontact.paths.record import MISSING, LoadStep
+from ase_roughcontact.paths.record import MISSING, LoadStep, units_of
 from ase_roughcontact.scene import Scene
 
 # Columns that the scene determines, and the types of those that are not floats.
@@ -24,6 +24,15 @@ _OF_SCENE = (
     *("friction_coefficient", "shear_strength", "spacing", "contact_modulus", "rate"),
 )
 _TYPES = {"control": str, "seed": int, "kind": str, "permanent": bool}
+# Records whose columns an ensemble has.
+_RECORDS = LoadStep, TimeStep, FlatStep, SlidingStep
+# Units of columns, with those of the scene.
+_COLUMN_UNITS = {
+    **dict.fromkeys(("radius", "short_wavelength", "long_wavelength"), "a0"),
+    **{"attraction_range": "a0", "work_of_adhesion": "J/m^2", "hardness": "GPa"},
+    **{"shear_strength": "GPa", "spacing": "Å", "contact_modulus": "eV/Å^3"},
+    **{name: unit for each in _RECORDS for name, unit in units_of(each).items()},
+}
 
 #: Columns of an ensemble and their types; see `read_ensemble`.
 COLUMNS: dict[str, type] = {
@@ -34,7 +43,7 @@ COLUMNS: dict[str, type] = {
     **{name: _TYPES.get(name, float) for name in _OF_SCENE},
     **{
         name: kind
-        for record in (LoadStep, TimeStep, FlatStep, SlidingStep)
+        for record in _RECORDS
         for name, kind in get_type_hints(record).items()
     },
     "version": str,
@@ -135,6 +144,9 @@ def write_csv(
 ) -> None:
     """Write the load steps of an ensemble as CSV, with ten significant digits.
 
+    Heads of columns are followed by their units; those of targets and rates depend on
+    the control.
+
     Parameters
     ----------
     database, selection, **query
@@ -147,4 +159,6 @@ def write_csv(
         [f"{value:.10g}" for value in values] if values.dtype.kind == "f" else values
         for values in columns.values()
     ]
-    write_table(file, columns, zip(*texts, strict=True))
+    units = _COLUMN_UNITS.items()
+    heads = {name: name for name in columns} | {k: f"{k} ({unit})" for k, unit in units}
+    write_table(file, heads.values(), zip(*texts, strict=True))

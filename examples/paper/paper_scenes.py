@@ -165,6 +165,7 @@ def read_table(file: Path) -> dict[str, np.ndarray]:
     """Columns of a file of `write_csv`."""
     with open(file, newline="") as stream:
         header, *rows = csv.reader(stream)
+    header = [head.partition(" (")[0] for head in header]  # without units
     columns = dict(zip(header, map(np.array, zip(*rows, strict=True)), strict=True))
     return {
         name: texts == "True" if COLUMNS[name] is bool else texts.astype(COLUMNS[name])

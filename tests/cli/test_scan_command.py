@@ -1,6 +1,5 @@
 """The command with a scene whose roughness is a scan."""
 
-import csv
 import json
 import re
 import shutil
@@ -11,6 +10,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 from small_scene import SMALL
 
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.cli import main
 
 SMOOTH = SMALL[: SMALL.index("[roughness]")] + SMALL[SMALL.index("[path]") :]
@@ -45,7 +45,7 @@ def test_places_on_a_scan_are_cases_of_an_ensemble(scene, capsys):
     last = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert last["failures"] == {}
     with open("places.csv") as table:
-        steps = list(csv.DictReader(table))
+        steps = list(table_rows(table))
     deepest = {step["normal_force"] for step in steps if step["step"] == "1"}
     assert (len(steps), len(deepest)) == (4, 2)
 
