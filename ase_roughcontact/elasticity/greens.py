@@ -16,23 +16,31 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.validation import check_poisson, finite, positive
 from ase_roughcontact.elasticity.cell_kernels import (
-    cerruti_kernel,
-    cross_kernel,
+    cross_components,
+    lateral_components,
     love_kernel,
+    normal_component,
 )
 from ase_roughcontact.elasticity.creep import Creep
+from ase_roughcontact.elasticity.harmonics import Component
 
 # Relative difference of directions up to which a response is taken to be even.
 _EVEN = 1e-6
 # Directions over which a modulus is averaged, in the middle of equal sectors.
 _DIRECTIONS = np.pi / 16.0 * np.arange(1, 8, 2)
+# Components of lateral tractions and of the coupling, see `ComponentSolid`, and the
+# number of a long wave (1/length).
+_LATERAL, _CROSS = slice(1, 4), slice(4, 6)
+_LONG = 1e-9
 
 
 class ElasticSolid(ABC):
@@ -176,12 +184,6 @@ class ElasticSolid(ABC):
         """
         raise self._not_lateral("cross_cell_compliance")
 
-    def mean_coupling(self, wave_number: float) -> float:
-        """Return the `coupling` of waves of a number (1/length)."""
-        q = wave_number * np.stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)])
-        lateral = np.hypot(*self.cross_wave_compliance(*q))
-        return float(lateral.mean() / self.wave_compliance(*q).mean())
-
     def _not_lateral(self, method: str) -> NotImplementedError:
         return NotImplementedError(
             f"{self!r} has no {method}, which friction needs: use "
@@ -270,8 +272,82 @@ class ElasticSolid(ABC):
         return {"name": type(self).__name__, **parameters}
 
 
+class ComponentSolid(ElasticSolid):
+    """Solid given by components of its Green's function.
+
+    They are zz; xx, yy and xy; and those of the coupling, zx and zy. A solid may lack
+    the last two, or all but the first.
+    """
+
+    _missing = "lateral components"
+
+    @property
+    @abstractmethod
+    def _components(self) -> Sequence[Component]:
+        """Components that the solid has."""
+
+    @property
+    def coupling(self) -> float:  # type: ignore[override]
+        """Lateral over normal displacement, of long waves; see `ElasticSolid`."""
+        if len(self._components) < _CROSS.stop:
+            return math.nan
+        q = _LONG * np.stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)])
+        lateral = np.hypot(*self.cross_wave_compliance(*q))
+        return float(lateral.mean() / self.wave_compliance(*q).mean())
+
+    def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return ``2/(E*(q) |q|)``; see `ElasticSolid`."""
+        normal = self._components[0].waves(*self._in_zone(qx, qy))
+        return 2.0 * normal / np.hypot(qx, qy)
+
+    def cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the depth under unit pressure on a cell; see `ElasticSolid`."""
+        return spacing * self._components[0].cells(i, j)
+
+    def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the lateral components; see `ElasticSolid`."""
+        return self._waves(_LATERAL, qx, qy)
+
+    def lateral_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the displacement by lateral traction on a cell; see `ElasticSolid`."""
+        return self._cells(_LATERAL, i, j, spacing)
+
+    def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the components of the coupling; see `ElasticSolid`."""
+        return self._waves(_CROSS, qx, qy)
+
+    def cross_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the coupling by traction on a cell; see `ElasticSolid`."""
+        return self._cells(_CROSS, i, j, spacing)
+
+    def _in_zone(self, qx: np.ndarray, qy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return wave vectors in the unit of the components."""
+        return qx, qy
+
+    def _waves(self, part: slice, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        q = self._in_zone(qx, qy)
+        parts = [each.waves(*q) for each in self._known(part)]
+        return 2.0 * np.stack(parts) / np.hypot(qx, qy)
+
+    def _cells(
+        self, part: slice, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        return spacing * np.stack([each.cells(i, j) for each in self._known(part)])
+
+    def _known(self, part: slice) -> Sequence[Component]:
+        if len(self._components) < part.stop:
+            raise self._not_lateral(self._missing)
+        return self._components[part]
+
+
 @dataclass(frozen=True)
-class Isotropic(ElasticSolid):
+class Isotropic(ComponentSolid):
     r"""Isotropic half space.
 
     .. math:: G(q) = \frac{2}{E^* |q|}
@@ -286,7 +362,8 @@ class Isotropic(ElasticSolid):
         Poisson's ratio nu, on which only lateral displacements depend.
     dundurs : float, optional
         Dundurs' second parameter, if the solid stands for two elastic bodies; by
-        default that under a rigid indenter, ``(1 - 2 nu)/(2 - 2 nu)``.
+        default that under a rigid indenter, ``(1 - 2 nu)/(2 - 2 nu)``. Its magnitude is
+        the attribute `coupling`.
 
     Raises
     ------
@@ -298,6 +375,8 @@ class Isotropic(ElasticSolid):
     ----------
     K. L. Johnson, Contact Mechanics (1985), Sec. 3.3 and 13.2.
     """
+
+    _missing = "Poisson's ratio"
 
     contact_modulus: float
     poisson: float | None = None
@@ -311,62 +390,22 @@ class Isotropic(ElasticSolid):
             finite(dundurs=self.dundurs)
         object.__setattr__(self, "contact_modulus", float(self.contact_modulus))
 
-    @property
-    def coupling(self) -> float:  # type: ignore[override]
-        """Magnitude of Dundurs' parameter; NaN without Poisson's ratio."""
-        return math.nan if self.poisson is None else abs(self._beta)
-
-    @property
-    def _beta(self) -> float:
-        nu = self._poisson
-        rigid = (1.0 - 2.0 * nu) / (2.0 - 2.0 * nu)
-        return rigid if self.dundurs is None else self.dundurs
-
-    @property
-    def _poisson(self) -> float:
-        if self.poisson is None:
-            raise self._not_lateral("Poisson's ratio")
-        return self.poisson
-
-    def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return ``2/(E* |q|)``; see `ElasticSolid`."""
-        return 2.0 / (self.contact_modulus * np.hypot(qx, qy))
+    @cached_property
+    def _components(self) -> list[Component]:
+        modulus, nu, beta = self.contact_modulus, self.poisson, self.dundurs
+        if nu is None:
+            return [normal_component(modulus)]
+        if beta is None:
+            beta = (1.0 - 2.0 * nu) / (2.0 - 2.0 * nu)
+        return [
+            normal_component(modulus),
+            *lateral_components(modulus, nu),
+            *cross_components(modulus, beta),
+        ]
 
     def wave_modulus(self, wave_number: np.ndarray | float) -> np.ndarray:
         """Return E* for all waves; see `ElasticSolid`."""
         return np.full(np.shape(wave_number), self.contact_modulus)
-
-    def cell_compliance(
-        self, i: np.ndarray, j: np.ndarray, spacing: float
-    ) -> np.ndarray:
-        """Return Love's kernel; see `ElasticSolid`."""
-        return love_kernel(i, j, spacing, self.contact_modulus)
-
-    def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return ``2/(E* |q|)`` along q and ``2/[E* (1 - nu) |q|]`` across it."""
-        x, y = np.broadcast_arrays(qx, qy)
-        q, nu = np.hypot(x, y), self._poisson
-        x, y = x / q, y / q
-        parts = np.stack([1.0 - nu * x * x, 1.0 - nu * y * y, -nu * x * y])
-        return 2.0 / (self.contact_modulus * (1.0 - nu) * q) * parts
-
-    def lateral_cell_compliance(
-        self, i: np.ndarray, j: np.ndarray, spacing: float
-    ) -> np.ndarray:
-        """Return Cerruti's kernel; see `ElasticSolid`."""
-        return cerruti_kernel(i, j, spacing, self.contact_modulus, self._poisson)
-
-    def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return ``2 beta q/(E* |q|^2)`` with Dundurs' parameter."""
-        x, y = np.broadcast_arrays(qx, qy)
-        factor = 2.0 * self._beta / self.contact_modulus
-        return factor * np.stack([x, y]) / (x * x + y * y)
-
-    def cross_cell_compliance(
-        self, i: np.ndarray, j: np.ndarray, spacing: float
-    ) -> np.ndarray:
-        """Return the integral over the cell; see `cross_kernel`."""
-        return cross_kernel(i, j, spacing, self.contact_modulus, self._beta)
 
     def todict(self) -> dict[str, Any]:
         """Return name and parameters; Poisson's ratio and Dundurs' if given."""

@@ -13,7 +13,6 @@ from ase.units import GPa
 from ase_roughcontact._util.validation import integer, lookup, positive
 from ase_roughcontact.elasticity.crystals import bulk as bulk_crystals
 from ase_roughcontact.elasticity.crystals import kernel
-from ase_roughcontact.elasticity.crystals.angular import cos2, sin2
 from ase_roughcontact.elasticity.crystals.cubic import surface_modulus
 from ase_roughcontact.elasticity.crystals.force_constants import (
     SUBLATTICES,
@@ -23,6 +22,7 @@ from ase_roughcontact.elasticity.crystals.force_constants import (
     relaxed_slab,
 )
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
+from ase_roughcontact.elasticity.harmonics import cos2, sin2
 
 #: What to do about an error of a crystal, by its name.
 ADVICE = {

@@ -9,7 +9,6 @@ plane waves of pressure,
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -21,26 +20,26 @@ from ase.data import atomic_numbers
 from ase_roughcontact._util.identity import digest
 from ase_roughcontact._util.validation import finite, lookup, positive
 from ase_roughcontact.elasticity.crystals import calculated
-from ase_roughcontact.elasticity.crystals.angular import continuum_kernel
 from ase_roughcontact.elasticity.crystals.files import Stored
 from ase_roughcontact.elasticity.crystals.kernel import (
     NODES,
-    Component,
+    LatticeComponent,
     interpolate,
     node_vectors,
 )
-from ase_roughcontact.elasticity.greens import ElasticSolid
+from ase_roughcontact.elasticity.greens import ComponentSolid
+from ase_roughcontact.elasticity.harmonics import Harmonics
 
 # Surfaces whose atoms are a square grid.
 _SURFACES = dict.fromkeys(("fcc100", "bcc100", "diamond100"))
-# Symmetry of the components zz; xx, yy, xy; zx and zy, see `Component`.
-_KINDS = "even", "even", "even", "odd", "cross", "cross"
+# Names of the components in the order of `ComponentSolid`.
+_COMPONENTS = "zz", "xx", "yy", "xy", "zx", "zy"
 # Relative difference of spacings, or of a wave vector to the edge of the zone.
 _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Crystal(Stored, ElasticSolid):
+class Crystal(Stored, ComponentSolid):
     """Half space of a crystal with a square grid of surface atoms.
 
     It is made by `from_calculator` or `read`.
@@ -81,6 +80,7 @@ class Crystal(Stored, ElasticSolid):
     """
 
     _kind = "crystal"
+    _missing = "such lateral components (its file is an older one)"
 
     symbol: str
     surface: str
@@ -197,16 +197,10 @@ class Crystal(Stored, ElasticSolid):
             )
         super().check(spacing)
 
-    def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return ``2/(E*(q) |q|)``; see `ElasticSolid`.
-
-        Raises
-        ------
-        ValueError
-            If a wave vector is not in the Brillouin zone: the grid has another spacing.
-        """
-        x, y = self._in_zone(qx, qy)
-        return 2.0 * self._components[0].waves(x, y) / np.hypot(qx, qy)
+    @cached_property
+    def _components(self) -> list[LatticeComponent]:
+        tables = [self.table, *([] if self.lateral is None else self.lateral)]
+        return list(map(LatticeComponent, tables, _COMPONENTS))
 
     def cell_compliance(
         self, i: np.ndarray, j: np.ndarray, spacing: float
@@ -216,48 +210,18 @@ class Crystal(Stored, ElasticSolid):
         At another spacing, as on the coarse grids of the solvers, the response is that
         of long waves.
         """
-        normal = self._components[0]
         if abs(spacing / self.spacing - 1.0) > _ROUNDING:
-            return continuum_kernel(i, j, spacing, normal.series[0])
-        return spacing * normal.cells(i, j)
-
-    def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return the lateral components; see `ElasticSolid` and `wave_compliance`."""
-        x, y = self._in_zone(qx, qy)
-        parts = [each.waves(x, y) for each in self._lateral(1, 4)]
-        return 2.0 * np.stack(parts) / np.hypot(qx, qy)
-
-    def lateral_cell_compliance(
-        self, i: np.ndarray, j: np.ndarray, spacing: float
-    ) -> np.ndarray:
-        """Return the displacement by unit lateral traction on an atom."""
-        self.check(spacing)
-        return spacing * np.stack([each.cells(i, j) for each in self._lateral(1, 4)])
-
-    def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return the components of the coupling; see `lateral_wave_compliance`."""
-        x, y = self._in_zone(qx, qy)
-        along_x, along_y = self._lateral(4, 6)
-        parts = along_x.waves(x, y), along_y.waves(y, x)
-        return 2.0 * np.stack(parts) / np.hypot(qx, qy)
-
-    def cross_cell_compliance(
-        self, i: np.ndarray, j: np.ndarray, spacing: float
-    ) -> np.ndarray:
-        """Return the lateral displacement by unit pressure on an atom."""
-        self.check(spacing)
-        along_x, along_y = self._lateral(4, 6)
-        return spacing * np.stack([along_x.cells(i, j), along_y.cells(j, i)])
-
-    @property
-    def coupling(self) -> float:  # type: ignore[override]
-        """Lateral over normal displacement; NaN for files of earlier versions."""
-        if len(self._components) < len(_KINDS):
-            return math.nan
-        return self.mean_coupling(_ROUNDING / self.spacing)
+            return spacing * Harmonics(self._components[0].series[0]).cells(i, j)
+        return super().cell_compliance(i, j, spacing)
 
     def _in_zone(self, qx: np.ndarray, qy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return wave vectors times the spacing; raise if it is a smaller one."""
+        """Return wave vectors times the spacing.
+
+        Raises
+        ------
+        ValueError
+            If one is not in the Brillouin zone: the grid has another spacing.
+        """
         x, y = np.multiply(qx, self.spacing), np.multiply(qy, self.spacing)
         if max(abs(x).max(), abs(y).max()) > np.pi * (1.0 + _ROUNDING):
             raise ValueError(
@@ -265,6 +229,12 @@ class Crystal(Stored, ElasticSolid):
                 "smaller one was asked for"
             )
         return x, y
+
+    def _cells(
+        self, part: slice, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        self.check(spacing)
+        return super()._cells(part, i, j, spacing)
 
     def todict(self) -> dict[str, Any]:
         """Return what identifies the solid in files, the table by its hash."""
@@ -277,15 +247,3 @@ class Crystal(Stored, ElasticSolid):
             "contact_modulus": self.contact_modulus,
             "table": digest(self.table.tobytes()),
         }
-
-    @cached_property
-    def _components(self) -> list[Component]:
-        tables = [self.table, *([] if self.lateral is None else self.lateral)]
-        return [Component(t, k) for t, k in zip(tables, _KINDS, strict=False)]
-
-    def _lateral(self, first: int, stop: int) -> list[Component]:
-        if len(self._components) < stop:
-            raise self._not_lateral(
-                "such lateral components (its file is an older one)"
-            )
-        return self._components[first:stop]

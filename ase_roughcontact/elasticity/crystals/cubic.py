@@ -24,12 +24,8 @@ from functools import cached_property
 import numpy as np
 
 from ase_roughcontact._util.validation import lookup, positive
-from ase_roughcontact.elasticity.crystals.angular import (
-    continuum_kernel,
-    harmonic_sum,
-    harmonics,
-)
-from ase_roughcontact.elasticity.greens import ElasticSolid
+from ase_roughcontact.elasticity.greens import ComponentSolid
+from ase_roughcontact.elasticity.harmonics import Harmonics, harmonics
 from ase_roughcontact.elasticity.material import cubic_stiffness
 
 # Index in Voigt's notation of each pair of coordinates.
@@ -100,7 +96,7 @@ def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Cubic(ElasticSolid):
+class Cubic(ComponentSolid):
     r"""Half space of a cubic crystal with a (100) surface, as a continuum.
 
     .. math:: G(q) = \frac{2}{E^*(\theta) |q|}
@@ -167,60 +163,18 @@ class Cubic(ElasticSolid):
         return surface_compliance(stiffness, angles + _ANGLES[self.x])
 
     @cached_property
-    def _series(self) -> tuple[np.ndarray, np.ndarray]:
-        """Harmonics of zz, xx, yy and xy, and of zx and zy, times ``|q|/2``."""
+    def _components(self) -> list[Harmonics]:
         cosine, sine = np.cos(_ANGLES[self.x]), np.sin(_ANGLES[self.x])
         axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         angles = np.pi / _DIRECTIONS * np.arange(_DIRECTIONS // 2)
         half = 0.5 * axes @ self._surface_compliance(angles) @ axes.T
         turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
         compliance = np.concatenate([half, turn @ half @ turn.T])
-        return (
-            harmonics(compliance.real[:, (2, 0, 1, 0), (2, 0, 1, 1)].T),
-            harmonics(-compliance.imag[:, :2, 2].T, odd=True),
-        )
-
-    @property
-    def coupling(self) -> float:  # type: ignore[override]
-        """Lateral over normal displacement; see `ElasticSolid`."""
-        return self.mean_coupling(1.0)
+        direct = harmonics(compliance.real[:, (2, 0, 1, 0), (2, 0, 1, 1)].T)
+        cross = harmonics(-compliance.imag[:, :2, 2].T, odd=True)
+        return [*map(Harmonics, direct), *(Harmonics(c, odd=True) for c in cross)]
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]
         """Indentation modulus (pressure)."""
-        return 1.0 / float(self._series[0][0, 0].real)
-
-    def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return ``2/(E*(theta) |q|)``; see `ElasticSolid`."""
-        return 2.0 * harmonic_sum(qx, qy, self._series[0][0]) / np.hypot(qx, qy)
-
-    def cell_compliance(
-        self, i: np.ndarray, j: np.ndarray, spacing: float
-    ) -> np.ndarray:
-        """Integrate the Green's function over a cell; see `ElasticSolid`."""
-        return continuum_kernel(i, j, spacing, self._series[0][0])
-
-    def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return the lateral components; see `ElasticSolid`."""
-        parts = [harmonic_sum(qx, qy, c) for c in self._series[0][1:]]
-        return 2.0 * np.stack(parts) / np.hypot(qx, qy)
-
-    def lateral_cell_compliance(
-        self, i: np.ndarray, j: np.ndarray, spacing: float
-    ) -> np.ndarray:
-        """Integrate the lateral Green's function over a cell; see `ElasticSolid`."""
-        return np.stack(
-            [continuum_kernel(i, j, spacing, c) for c in self._series[0][1:]]
-        )
-
-    def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return the components of the coupling; see `ElasticSolid`."""
-        parts = [harmonic_sum(qx, qy, c, odd=True) for c in self._series[1]]
-        return 2.0 * np.stack(parts) / np.hypot(qx, qy)
-
-    def cross_cell_compliance(
-        self, i: np.ndarray, j: np.ndarray, spacing: float
-    ) -> np.ndarray:
-        """Integrate the Green's function over a cell; see `ElasticSolid`."""
-        parts = [continuum_kernel(i, j, spacing, c, odd=True) for c in self._series[1]]
-        return np.stack(parts)
+        return 1.0 / float(self._components[0].c[0].real)

@@ -24,15 +24,15 @@ terms, which are singular at long waves, are multiplied by
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebfit, chebpts1, chebval, chebvander
-from scipy.fft import dct, dctn, dst, dstn
+from scipy.fft import dct, dst
 from scipy.special import gamma, ive, rgamma
 
-from ase_roughcontact.elasticity.crystals.angular import (
+from ase_roughcontact.elasticity.harmonics import (
+    Component,
     cos2,
     harmonic_sum,
     harmonics,
@@ -99,37 +99,28 @@ def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray
     return values.reshape(qx.shape)
 
 
-@dataclass(frozen=True, eq=False)
-class Component:
-    """Component of the Green's function of a square lattice, in units of a0.
+class LatticeComponent(Component):
+    """Component of the Green's function of a square lattice.
 
     Parameters
     ----------
     table : ndarray, shape (28, 20) or (2, 28, 20)
         Coefficients of the component of waves, times ``|q|/2`` and divided by a factor
         of the direction, see `interpolate`.
-    kind : {"even", "odd", "cross"}
-        Symmetry and factor: even in x and in y, 1; odd in both, ``sin(2 theta)``; odd
-        in x alone, ``cos(theta)``.
+    name : {"zz", "xx", "yy", "xy", "zx", "zy"}
+        The factor of xy is ``sin(2 theta)``, of zx ``cos(theta)``, of zy
+        ``sin(theta)``, with x and y exchanged in the table, and else 1.
     """
 
-    table: np.ndarray
-    kind: str
+    def __init__(self, table: np.ndarray, name: str) -> None:
+        self.odd_x, self.odd_y = name in ("xy", "zx"), name in ("xy", "zy")
+        self._cross = self.odd_x != self.odd_y
+        exchange = np.reshape([1.0, -1.0], (2, 1, 1))
+        self._table = exchange * table if name == "zy" else table
 
     def waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return the component of waves times ``|q|/2``; see `interpolate`."""
-        return interpolate(self.table, qx, qy) * self._factor(qx, qy)
-
-    def cells(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        """Return the Green's function at lattice vectors, broadcast together."""
-        i, j = np.broadcast_arrays(np.asarray(i, dtype=int), np.asarray(j, dtype=int))
-        x, y = abs(i), abs(j)
-        kernel = self._distant(x, y)
-        near = np.maximum(x, y) < _TABLE
-        kernel[near] = self._near[x[near], y[near]]
-        if self.kind != "even":
-            kernel *= np.sign(i)
-        return kernel * np.sign(j) if self.kind == "odd" else kernel
+        """See `Component`; wave vectors are those of `interpolate`."""
+        return interpolate(self._table, qx, qy) * self._factor(qx, qy)
 
     @cached_property
     def series(self) -> list[np.ndarray]:
@@ -140,39 +131,33 @@ class Component:
         series = []
         for power, number in enumerate(_HARMONICS):
             values = np.zeros(_DIRECTIONS)
-            for exchanged, part in enumerate(self.table.reshape(-1, *NODES)):
+            for power_of_cos2, part in enumerate(self._table.reshape(-1, *NODES)):
                 derivative = chebder(part, power, scl=2.0 / np.pi)
                 along = (-1.0) ** np.arange(len(derivative)) @ derivative  # at s = 0
                 term = chebval(2.0 * small / large - 1.0, along / math.factorial(power))
-                values += cos2(x, y) ** exchanged * large**power * term
+                values += cos2(x, y) ** power_of_cos2 * large**power * term
             values *= self._factor(x, y)
             series.append(harmonics(values, self._cross)[:number])
         return series
 
-    @property
-    def _cross(self) -> bool:
-        return self.kind == "cross"
-
     def _factor(self, x: np.ndarray, y: np.ndarray) -> np.ndarray | float:
-        if self.kind == "even":
-            return 1.0
-        return x / np.hypot(x, y) if self._cross else sin2(x, y)
+        if self._cross:
+            return (x if self.odd_x else y) / np.hypot(x, y)
+        return sin2(x, y) if self.odd_x else 1.0
 
-    def _distant(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        """Return the Green's function far from the origin."""
-        inverse = 1.0 / np.maximum(np.hypot(i, j), 1.0)
+    def _distant(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        inverse = 1.0 / np.maximum(np.hypot(x, y), 1.0)
         kernel = np.zeros(inverse.shape)
         for power, coefficients in reversed([*enumerate(self.series)]):
             order = 2.0 * np.arange(coefficients.size) + self._cross
             factor = 2.0**power * gamma((order + power + 1) / 2)
             factor *= self._signs(order.size) * rgamma((order - power + 1) / 2)
-            kernel += harmonic_sum(i, j, factor * coefficients, self._cross)
+            kernel += harmonic_sum(x, y, factor * coefficients, self._cross)
             kernel *= inverse
         return kernel / np.pi
 
     @cached_property
     def _near(self) -> np.ndarray:
-        """Green's function near the origin, in a quadrant."""
         q = 2.0 * np.pi / _GRID * np.arange(_GRID // 2 + 1)
         qx, qy = np.meshgrid(q, q, indexing="ij")
         qx[0, 0] = 1.0  # any: set below
@@ -182,15 +167,11 @@ class Component:
         singular *= np.exp(-((_WIDTH * number) ** 2))
         rest = self.waves(qx, qy) / number - singular
         rest[0, 0] = 0.0
-        kernel = np.zeros((_TABLE, _TABLE))
-        if self.kind == "odd":
-            kernel[1:, 1:] = -dstn(rest[1:-1, 1:-1], 1)[: _TABLE - 1, : _TABLE - 1]
-        elif self._cross:
-            sines = dst(dct(rest, 1)[1:-1], 1, axis=0)
-            kernel[1:] = -sines[: _TABLE - 1, :_TABLE]
-        else:
-            kernel = dctn(rest, 1)[:_TABLE, :_TABLE]
-        kernel *= 2.0 / _GRID**2
+        for axis, odd in enumerate((self.odd_x, self.odd_y)):
+            rest = _series(rest, odd, axis)
+        kernel = rest[:_TABLE, :_TABLE] * (2.0 / _GRID**2)
+        if self.odd_x or self.odd_y:
+            kernel = -kernel
 
         i, half = np.arange(_TABLE, dtype=float), 0.5 * self._cross
         r = np.maximum(np.hypot(i[:, None], i), 1e-9)  # the limit at the origin
@@ -202,7 +183,7 @@ class Component:
             bessel = ive(n + half - 0.5, x) - ive(n + half + 0.5, x)
             turned = (m * np.exp(2j * (n + half) * angle)).real
             kernel += turned * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
-        if self.kind == "even":
+        if not (self.odd_x or self.odd_y):
             # the images of the transform are far away and shift all values by the same
             kernel += (self._distant(i[-1:], i) - kernel[-1]).mean()
         return kernel
@@ -210,3 +191,11 @@ class Component:
     def _signs(self, size: int) -> np.ndarray:
         """Return the signs of the harmonics of the Green's function."""
         return (-1.0) ** (np.arange(size) + self._cross)
+
+
+def _series(values: np.ndarray, odd: bool, axis: int) -> np.ndarray:
+    """Sum sines, of odd values, or cosines along an axis."""
+    if not odd:
+        return dct(values, 1, axis=axis)
+    inner = values.take(range(1, values.shape[axis] - 1), axis)
+    return np.insert(dst(inner, 1, axis=axis), 0, 0.0, axis=axis)

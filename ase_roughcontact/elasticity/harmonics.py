@@ -1,0 +1,207 @@
+r"""Components of Green's functions as functions of the direction.
+
+A function with the same value in opposite directions is the real part of
+:math:`\sum_n c_n e^{2 i n \phi}`; if it is even in x, the coefficients are real, and it
+is :math:`\sum_n c_n T_n(\cos 2 \phi)` with Chebyshev polynomials :math:`T_n`. The
+inverse moduli of a half space are such functions, and so are its Green's functions
+along the surface. Components that couple lateral and normal motion have odd orders
+:math:`2 n + 1`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebval
+from numpy.polynomial.legendre import leggauss
+from numpy.polynomial.polynomial import polyval
+from scipy.fft import rfft
+
+# Relative size below which harmonics are left out.
+_NEGLIGIBLE = 1e-13
+# Distance, in cells, below which integrals over cells are tabulated.
+_TABULATED = 160
+# Points of integrals along the edges of cells: more of them near the origin.
+_FAR_POINTS, _NEAR_POINTS, _NEAR = 10, 64, 8
+
+
+def cos2(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return ``cos(2 phi)`` of vectors (x, y), zero for the origin."""
+    x2, y2 = np.square(x, dtype=float), np.square(y, dtype=float)
+    return (x2 - y2) / np.maximum(x2 + y2, np.finfo(float).tiny)
+
+
+def sin2(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return ``sin(2 phi)`` of vectors (x, y), zero for the origin."""
+    total = np.square(x, dtype=float) + np.square(y, dtype=float)
+    return 2.0 * np.multiply(x, y) / np.maximum(total, np.finfo(float).tiny)
+
+
+def harmonic_sum(
+    x: np.ndarray, y: np.ndarray, c: np.ndarray, odd: bool = False
+) -> np.ndarray:
+    """Return the real part of ``sum c_n exp(2 i n phi)`` of vectors (x, y).
+
+    With odd orders it is that of ``sum c_n exp[(2 n + 1) i phi]``. Coefficients have
+    the shape (n, ...), of which further axes are the first ones of the result.
+    """
+    if not (odd or np.imag(c).any()):
+        cosine, c = cos2(x, y), np.real(c)
+        if c[1::2].any():
+            return chebval(cosine, c)
+        return chebval(2.0 * cosine**2 - 1.0, c[::2])
+    z, tiny = np.add(x, np.multiply(1j, y)), np.finfo(float).tiny
+    z /= np.maximum(abs(z), tiny)
+    total = polyval(z * z, c)
+    return (total * z if odd else total).real
+
+
+def harmonics(values: np.ndarray, odd: bool = False) -> np.ndarray:
+    """Return the coefficients ``c_n`` of functions of the direction, shape (..., n).
+
+    The values are those at n equal steps of the angle from zero to pi, and of functions
+    with odd orders, see `harmonic_sum`, the opposite ones from there on.
+    """
+    if odd:
+        c = rfft(np.concatenate([values, -values], axis=-1))[..., 1::2]
+        c = c[..., : values.shape[-1] // 2] / values.shape[-1]
+    else:
+        c = rfft(values)[..., : values.shape[-1] // 2] * (2.0 / values.shape[-1])
+        c[..., 0] /= 2.0
+    for part in (c.real, c.imag):
+        part[abs(part) <= _NEGLIGIBLE * abs(c).max()] = 0.0
+    kept = np.flatnonzero(c.reshape(-1, c.shape[-1]).any(axis=0))
+    return c[..., : kept.max(initial=0) + 1]
+
+
+class Component(ABC):
+    """Component of the Green's function of a surface, in units of the spacing.
+
+    Attributes
+    ----------
+    odd_x, odd_y : bool
+        Whether it changes its sign with x and with y.
+    """
+
+    odd_x: bool
+    odd_y: bool
+
+    @abstractmethod
+    def waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the component of waves, times ``|q|/2`` (1/pressure)."""
+
+    def cells(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Return the displacement by unit traction on a cell (1/pressure).
+
+        Lattice vectors (i, j) from the cell are whole numbers, broadcast together.
+        """
+        i, j = np.asarray(i, dtype=int), np.asarray(j, dtype=int)
+        x, y = abs(i), abs(j)
+        table = self._near
+        if max(np.max(x), np.max(y)) < len(table):
+            kernel = table[x, y]
+        else:
+            kernel = np.asarray(self._distant(x.astype(float), y.astype(float)))
+            near = (x < len(table)) & (y < len(table))
+            x, y = np.broadcast_arrays(x, y)
+            kernel[near] = table[x[near], y[near]]
+        if self.odd_x:
+            kernel = kernel * np.sign(i)
+        return kernel * np.sign(j) if self.odd_y else kernel
+
+    @property
+    @abstractmethod
+    def _near(self) -> np.ndarray:
+        """Table of the displacements near the cell, in a quadrant."""
+
+    @abstractmethod
+    def _distant(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the displacements far from the cell, in a quadrant."""
+
+
+class Harmonics(Component):
+    r"""Component of a continuum, whose Green's function is :math:`f(\phi)/(\pi r)`.
+
+    f is the `harmonic_sum` of the coefficients after a turn by a right angle. Below a
+    distance of 160 cells, the divergence theorem turns the integral over a cell into
+    one along its edges, as :math:`\nabla \cdot (\mathbf r f/r) = f/r`; farther away its
+    Taylor series about the centre of the cell is summed up to the fourth order,
+
+    .. math:: \left[1 + \frac{\nabla^2}{24} + \frac{\nabla^4}{1920}
+              + \frac{\partial_x^2 \partial_y^2}{1440}\right] \frac{f}{r} .
+
+    The relative error is below 1e-13 without harmonics, and 1e-12 with the first ones.
+
+    Parameters
+    ----------
+    c : array_like, shape (n,)
+        `harmonics` of the compliance of waves, times ``|q|/2`` (1/pressure): real, or
+        imaginary if the component is odd in y.
+    odd : bool
+        Whether they have odd orders.
+    """
+
+    def __init__(self, c: np.ndarray | list, odd: bool = False) -> None:
+        self.c, self.odd = np.asarray(c), odd
+        self.odd_y = bool(np.imag(self.c).any())
+        self.odd_x = odd != self.odd_y
+        self._turned = self.c * (-1.0) ** (np.arange(self.c.size) + odd) / np.pi
+
+    def __reduce__(self) -> tuple:
+        """Pickle the coefficients only."""
+        return Harmonics, (self.c, self.odd)
+
+    def waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """See `Component`; the length of the wave vectors does not matter."""
+        return harmonic_sum(qx, qy, self.c, self.odd)
+
+    @cached_property
+    def _near(self) -> np.ndarray:
+        table = np.zeros((_TABULATED, _TABULATED))
+        for n in np.flatnonzero(self._turned):
+            table += (self._turned[n] * _cell_integrals(2 * int(n) + self.odd)).real
+        return table
+
+    def _distant(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        c, odd = self._turned, self.odd
+        order = 2.0 * np.arange(c.size) + odd
+        # (d_x d_y)^2 = -(D_+^4 + D_-^4 - 2 laplacian^2)/16 with D_+- = d_x +- i d_y,
+        # which raise and lower the order of r^m exp(i n phi)
+        laplacian2 = (1.0 - order**2) * (9.0 - order**2) * c
+        lowered = (order - 1) * (order - 3) * (order - 5) * (order - 7) * c
+        mixed = np.zeros(c.size + 2, dtype=c.dtype)
+        mixed[2:] += (order + 1) * (order + 3) * (order + 5) * (order + 7) * c
+        mixed[: max(c.size - 2, 0)] += lowered[2:]
+        for k, value in enumerate(lowered[:2]):  # of a negative order
+            mixed[2 - odd - k] += value.conjugate()
+        terms = np.zeros((c.size + 2, 3), dtype=c.dtype)
+        terms[: c.size, 0], terms[: c.size, 1] = c, (1.0 - order**2) / 24.0 * c
+        terms[:, 2] = -mixed / (16.0 * 1440.0)
+        terms[: c.size, 2] += laplacian2 * (1.0 / 1920.0 + 2.0 / (16.0 * 1440.0))
+
+        inverse = 1.0 / np.maximum(x * x + y * y, 1.0)
+        first, second, fourth = harmonic_sum(x, y, terms, odd)
+        return np.sqrt(inverse) * (first + inverse * (second + inverse * fourth))
+
+
+@lru_cache
+def _cell_integrals(order: int) -> np.ndarray:
+    """Return the integrals of ``exp(i n phi)/r`` over unit cells of a quadrant."""
+    integrals = _edge_integrals(order, _TABULATED, _FAR_POINTS)
+    integrals[:_NEAR, :_NEAR] = _edge_integrals(order, _NEAR, _NEAR_POINTS)
+    return integrals
+
+
+def _edge_integrals(order: int, size: int, number: int) -> np.ndarray:
+    """Return the integrals over size x size cells, with a number of points an edge."""
+    points, weights = leggauss(number)
+    x = np.arange(size + 1) - 0.5  # of the edges along y
+    edges = x[:, None, None] + 1j * (np.arange(size)[:, None] + 0.5 * points)
+    r = abs(edges)
+    values = np.exp(1j * order * np.angle(edges)) / r if order else 1.0 / r
+    along_y = x[:, None] * (values @ (0.5 * weights))
+    # those along x follow from an exchange of x and y
+    along_x = (1j**order if order else 1.0) * along_y.conj().T
+    return np.diff(along_y, axis=0) + np.diff(along_x, axis=1)
