@@ -24,18 +24,14 @@ from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
-from scipy.fft import dct, fft, irfft2, rfft
+from scipy.fft import fft, irfft2, rfft
 
-from ase_roughcontact._util.threads import available_threads, split, thread_map
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.spectra import quadrants, workers, wrapped_distance
 from ase_roughcontact.elasticity.viscoelastic import Scaled
 
-# Smallest number of grid points for which several threads are worth their start.
-_LEAST_SHARED = 256 * 256
-# Rows of a kernel that are evaluated at once, so that temporaries stay in the cache.
-_KERNEL_ROWS = 128
 # Spectra that are kept, and the largest number of points of their grids: 4 MB.
 _KEPT, _LARGEST_KEPT = 32, 256 * 256
 
@@ -148,15 +144,8 @@ class HalfSpace(ABC):
             solid, factor = self.solid.solid, self.solid.factor
         kept = math.prod(grid) <= _LARGEST_KEPT and _by_value(solid)
         make = _spectrum if kept else _spectrum.__wrapped__
-        spectrum = make(type(self), solid, self.spacing, grid)
+        spectrum = make(solid, self.spacing, grid, self.periodic)
         return spectrum if factor == 1.0 else factor * spectrum
-
-    @staticmethod
-    @abstractmethod
-    def calculate_spectrum(
-        solid: ElasticSolid, spacing: float, grid: tuple[int, int]
-    ) -> np.ndarray:
-        """Return the spectrum of a solid; see `spectrum`."""
 
     @property
     def grid_spectrum(self) -> np.ndarray:
@@ -189,12 +178,12 @@ class HalfSpace(ABC):
     @property
     def compliance(self) -> np.ndarray:
         """Spectrum ``G(q)`` on the grid, shape (N, M//2 + 1) (length/pressure)."""
-        return self.grid_spectrum.take(_wrapped_distance(self.grid[0]), 0)
+        return self.grid_spectrum.take(wrapped_distance(self.grid[0]), 0)
 
     @property
     def stiffness(self) -> np.ndarray:
         """Spectrum ``K(q) = 1/G(q)``, shape (N, M//2 + 1); zero where G is zero."""
-        return self._inverse_spectrum.take(_wrapped_distance(self.grid[0]), 0)
+        return self._inverse_spectrum.take(wrapped_distance(self.grid[0]), 0)
 
     @cached_property
     def window_transform(self) -> RealFFT2:
@@ -254,6 +243,8 @@ class HalfSpace(ABC):
 
         The padding carries no force. Shapes are (n, m) and `dof_shape`.
         """
+        if self.dof_shape == self.shape:  # its rounding is what solvers have seen
+            return self.displacement(pressure)
         return self.grid_displacement(pressure)
 
     def grid_displacement(self, pressure: np.ndarray) -> np.ndarray:
@@ -316,27 +307,11 @@ class PeriodicHalfSpace(HalfSpace):
         """Return the shape itself: a periodic cell needs no padding."""
         return shape
 
-    @staticmethod
-    def calculate_spectrum(
-        solid: ElasticSolid, spacing: float, grid: tuple[int, int]
-    ) -> np.ndarray:
-        """Return ``G(q)`` of the solid, zero at q = 0; see `HalfSpace.spectrum`."""
-        qx, qy = (2 * np.pi * np.fft.rfftfreq(n, spacing) for n in grid)
-        qx, qy = np.meshgrid(qx, qy, indexing="ij")
-        qx[0, 0] = 1.0 / spacing  # any finite wave: the mean is set to zero below
-        spectrum = solid.wave_compliance(qx, qy)
-        spectrum[0, 0] = 0.0
-        return spectrum
-
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Return the displacement due to a pressure; see `HalfSpace.displacement`."""
         # subtracting the mean, which displaces nothing, avoids its rounding error
         values = (pressure - pressure.mean()).astype(self.dtype, copy=False)
         return self.window_transform.filter(values, self._compliance_filter, values)
-
-    def padded_displacement(self, pressure: np.ndarray) -> np.ndarray:
-        """Return `displacement`, whose rounding the solvers have seen."""
-        return self.displacement(pressure)
 
 
 class FreeHalfSpace(HalfSpace):
@@ -352,21 +327,6 @@ class FreeHalfSpace(HalfSpace):
         """Return a fast FFT length of at least ``2n - 1`` in each direction."""
         return fast_length(2 * shape[0] - 1), fast_length(2 * shape[1] - 1)
 
-    @staticmethod
-    def calculate_spectrum(
-        solid: ElasticSolid, spacing: float, grid: tuple[int, int]
-    ) -> np.ndarray:
-        """Transform the cell compliance, wrapped around the grid; see `HalfSpace`."""
-        n, m = grid
-        rows, columns = np.arange(n // 2 + 1)[:, None], np.arange(m // 2 + 1)
-        kernel = np.empty((rows.size, columns.size))
-
-        def calculate(block: slice) -> None:
-            kernel[block] = solid.cell_compliance(rows[block], columns, spacing)
-
-        thread_map(calculate, split(rows.size, _KERNEL_ROWS), workers(kernel.size))
-        return _even_spectrum(_even_spectrum(kernel, m, 1), n, 0)
-
 
 def _by_value(solid: ElasticSolid) -> bool:
     """Return whether a solid is compared by all of its parameters."""
@@ -381,26 +341,8 @@ def _by_value(solid: ElasticSolid) -> bool:
 
 @lru_cache(_KEPT)
 def _spectrum(
-    kind: type[HalfSpace], solid: ElasticSolid, spacing: float, grid: tuple[int, int]
+    solid: ElasticSolid, spacing: float, grid: tuple[int, int], periodic: bool
 ) -> np.ndarray:
-    spectrum = kind.calculate_spectrum(solid, spacing, grid)
+    spectrum = quadrants(solid, spacing, grid, periodic)[0]
     spectrum.flags.writeable = False
     return spectrum
-
-
-def workers(points: int) -> int:
-    """Return the number of threads for transforms of scipy: one for small grids."""
-    return available_threads() if points >= _LEAST_SHARED else 1
-
-
-def _wrapped_distance(n: int) -> np.ndarray:
-    """Return the distances from point 0 to n points on a ring."""
-    return np.minimum(np.arange(n), n - np.arange(n))
-
-
-def _even_spectrum(half: np.ndarray, n: int, axis: int) -> np.ndarray:
-    """Transform n values that are even, ``f(k) = f(n - k)``, given the first half."""
-    options: dict[str, Any] = {"axis": axis, "workers": workers(half.size)}
-    if n % 2 == 0:
-        return dct(half, 1, overwrite_x=True, **options)
-    return rfft(half.take(_wrapped_distance(n), axis), **options).real

@@ -15,17 +15,23 @@ with the same odd functions :math:`C_a`, as an elastic energy
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
-from scipy.fft import fft, ifft, irfft, rfft, rfft2
+from scipy.fft import fft, ifft, irfft, rfft
 
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.circulant import padded_box
 from ase_roughcontact.elasticity.greens import ElasticSolid
-from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, workers
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
+from ase_roughcontact.elasticity.spectra import (
+    CROSS,
+    LATERAL,
+    half_planes,
+    quadrants,
+    workers,
+)
 
 # Compliance of a uniform traction of a periodic half space, which displaces nothing,
 # relative to the largest one, so that matrices are definite.
@@ -34,8 +40,10 @@ _UNIFORM = 1e-10
 _SOFTEST = 1e-6
 
 
-class _Response(ABC):
+class _Response:
     """Response of a window of surface cells; the parameters of `LateralHalfSpace`."""
+
+    _kind: str
 
     def __init__(
         self,
@@ -63,21 +71,8 @@ class _Response(ABC):
         ndarray, shape (components, N, M//2 + 1)
             Real (length/pressure).
         """
-        if self.periodic:
-            qx = 2 * np.pi * np.fft.fftfreq(grid[0], self.spacing)[:, None]
-            qy = 2 * np.pi * np.fft.rfftfreq(grid[1], self.spacing) + 0.0 * qx
-            qy[0, 0] = 1.0 / self.spacing  # any finite wave: the mean is set below
-            return self._of_waves(qx, qy)
-        i, j = (np.fft.fftfreq(n, 1.0 / n).round() for n in grid)
-        return self._of_cells(i[:, None], j)
-
-    @abstractmethod
-    def _of_waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return the spectrum of a periodic half space."""
-
-    @abstractmethod
-    def _of_cells(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        """Return the spectrum of a free half space, of lattice vectors (i, j)."""
+        parts = quadrants(self.solid, self.spacing, grid, self.periodic, self._kind)
+        return half_planes(parts, self._kind, grid)
 
 
 class LateralHalfSpace(_Response):
@@ -109,7 +104,15 @@ class LateralHalfSpace(_Response):
         If the solid has no lateral components.
     """
 
+    _kind = LATERAL
     pairs = 0.0
+
+    def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
+        """Return the Fourier transform of the Green's function; its mean is small."""
+        spectrum = super().spectrum(grid)
+        if self.periodic:
+            spectrum[:2, 0, 0] = _UNIFORM * spectrum[:2].max()
+        return spectrum
 
     @cached_property
     def self_compliance(self) -> float:
@@ -187,17 +190,6 @@ class LateralHalfSpace(_Response):
         inverse = _inverse(self.spectrum(self._wrapped) / self.self_compliance)
         return inverse.astype(np.float32)
 
-    def _of_waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        spectrum = self.solid.lateral_wave_compliance(qx, qy)
-        least = _UNIFORM * float(spectrum[:2].max())
-        spectrum[:, 0, 0] = least, least, 0.0
-        return _without_edges(spectrum, self.grid, (2, 0), (2, 1))
-
-    def _of_cells(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        cells = self.solid.lateral_cell_compliance(i, j, self.spacing)
-        cells = _without_edges(cells, cells.shape[1:], (2, 0), (2, 1))
-        return rfft2(cells).real
-
     def _multiplied(
         self, values: np.ndarray, matrix: np.ndarray, grid: tuple[int, int]
     ) -> np.ndarray:
@@ -234,6 +226,8 @@ class CrossResponse(_Response):
         If the solid has no coupled components.
     """
 
+    _kind = CROSS
+
     def lateral(self, pressure: np.ndarray) -> np.ndarray:
         """Return the displacement along x and y by a pressure.
 
@@ -264,25 +258,6 @@ class CrossResponse(_Response):
             return 1j * (self._compliance * spectra).sum(axis=0)
 
         return _filtered(tractions, multiply, self.grid)
-
-    def _of_waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        spectrum = self.solid.cross_wave_compliance(qx, qy)
-        spectrum[:, 0, 0] = 0.0  # the mean displaces nothing
-        return _without_edges(spectrum, self.grid, (0, 0), (1, 1))
-
-    def _of_cells(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        cells = self.solid.cross_cell_compliance(i, j, self.spacing)
-        return rfft2(cells).imag  # of the odd part
-
-
-def _without_edges(
-    values: np.ndarray, grid: tuple[int, ...], *odd: tuple[int, int]
-) -> np.ndarray:
-    """Set odd components, along an axis, to zero where the ends of a period meet."""
-    for component, axis in odd:
-        if grid[axis] % 2 == 0:
-            values[component].swapaxes(0, axis)[grid[axis] // 2] = 0.0
-    return values
 
 
 def _inverse(spectrum: np.ndarray) -> np.ndarray:

@@ -91,7 +91,3 @@ class ReducedHalfSpace(FreeHalfSpace):
             f"{self.max_iterations} iterations: a residual of "
             f"{abs(residual).max():.2g} is left of {abs(displacement).max():.2g}"
         )
-
-    def padded_displacement(self, pressure: np.ndarray) -> np.ndarray:
-        """Return the displacement of the window; see `HalfSpace`."""
-        return self.displacement(pressure)
