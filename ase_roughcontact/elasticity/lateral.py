@@ -15,7 +15,7 @@ with the same odd functions :math:`C_a`, as an elastic energy
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -139,7 +139,7 @@ class LateralHalfSpace(_Response):
         ndarray, shape (2, n, m)
             Along x and y (length); its mean is zero if periodic.
         """
-        return self._multiplied(tractions, self._compliance, self.grid)
+        return self._multiplied(self._compliance, tractions, self.grid)
 
     def tractions(self, displacement: np.ndarray) -> np.ndarray:
         """Return the tractions that cause a displacement of the grid: one FFT pair.
@@ -155,11 +155,11 @@ class LateralHalfSpace(_Response):
             Pressure; if periodic their mean is zero, and that of the displacement has
             no effect.
         """
-        return self._multiplied(displacement, self._stiffness, self.grid)
+        return self._multiplied(self._stiffness, displacement, self.grid)
 
     def relative_displacement(self, tractions: np.ndarray) -> np.ndarray:
         """Return `displacement` over the self-compliance, in single precision."""
-        return self._multiplied(tractions, self._relative_compliance, self.grid)
+        return self._multiplied(self._relative_compliance, tractions, self.grid)
 
     def relative_stiffness(self, displacement: np.ndarray) -> np.ndarray:
         """Return approximate tractions that cause a relative displacement.
@@ -168,7 +168,7 @@ class LateralHalfSpace(_Response):
         symmetric and positive definite; it takes and returns arrays (2, n, m) of single
         precision.
         """
-        return self._multiplied(displacement, self._relative_stiffness, self._wrapped)
+        return self._multiplied(self._relative_stiffness, displacement, self._wrapped)
 
     @property
     def _wrapped(self) -> tuple[int, int]:
@@ -191,22 +191,12 @@ class LateralHalfSpace(_Response):
         return inverse.astype(np.float32)
 
     def _multiplied(
-        self, values: np.ndarray, matrix: np.ndarray, grid: tuple[int, int]
+        self, matrix: np.ndarray, values: np.ndarray, grid: tuple[int, int]
     ) -> np.ndarray:
         """Multiply two fields by symmetric matrices of their spectra on a grid."""
-
-        def multiply(spectra: np.ndarray) -> np.ndarray:
-            x, y = spectra
-            xx, yy, xy = matrix
-            products = np.empty_like(spectra)
-            np.multiply(xx, x, out=products[0])
-            np.multiply(yy, y, out=products[1])
-            spectra *= xy
-            products += spectra[::-1]
-            return products
-
+        xx, yy, xy = matrix
         self.pairs += math.prod(grid) / math.prod(self.grid)
-        return _filtered(values, multiply, grid)
+        return _filtered([[xx, xy], [xy, yy]], values, grid)
 
 
 class CrossResponse(_Response):
@@ -239,7 +229,8 @@ class CrossResponse(_Response):
         -------
         ndarray, shape (2, n, m)
         """
-        return _filtered(pressure, lambda p: 1j * self._compliance * p, self.grid)
+        x, y = self._compliance
+        return _filtered([[x], [y]], pressure[None], self.grid, 1j)
 
     def normal(self, tractions: np.ndarray) -> np.ndarray:
         """Return the upward displacement by tractions along x and y.
@@ -253,11 +244,7 @@ class CrossResponse(_Response):
         -------
         ndarray, shape (n, m)
         """
-
-        def multiply(spectra: np.ndarray) -> np.ndarray:
-            return 1j * (self._compliance * spectra).sum(axis=0)
-
-        return _filtered(tractions, multiply, self.grid)
+        return _filtered([list(self._compliance)], tractions, self.grid, 1j)[0]
 
 
 def _inverse(spectrum: np.ndarray) -> np.ndarray:
@@ -274,14 +261,22 @@ def _inverse(spectrum: np.ndarray) -> np.ndarray:
 
 
 def _filtered(
+    matrix: Sequence[Sequence[np.ndarray]],
     values: np.ndarray,
-    multiply: Callable[[np.ndarray], np.ndarray],
     grid: tuple[int, int],
+    factor: complex = 1.0,
 ) -> np.ndarray:
-    """Apply an operation to the spectra of fields on a window of a grid."""
+    """Multiply the spectra of fields on a window of a grid by a matrix and a factor."""
     (n, m), threads = values.shape[-2:], workers(math.prod(grid))
     # rows first: those of the padding are zero
-    rows = rfft(values, grid[1], workers=threads)
-    products = multiply(fft(rows, grid[0], -2, workers=threads))
+    spectra = rfft(values, grid[1], workers=threads)
+    spectra = fft(spectra, grid[0], -2, workers=threads)
+    products = np.empty((len(matrix), *spectra.shape[1:]), spectra.dtype)
+    for product, (first, *others) in zip(products, matrix, strict=True):
+        np.multiply(first, spectra[0], out=product)
+        for entry, spectrum in zip(others, spectra[1:], strict=True):
+            product += entry * spectrum
+    if factor != 1.0:
+        products *= factor
     rows = ifft(products, axis=-2, workers=threads, overwrite_x=True)[..., :n, :]
     return irfft(rows, grid[1], workers=threads)[..., :m]
