@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from ase_roughcontact.ensemble import case_of, read_ensemble
-from ase_roughcontact.theory import Hertz
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"
@@ -77,23 +76,6 @@ def test_largest_contacts_are_those_of_hertz(examples, table):
     for curve in curves:
         area = np.nanmean(curve.areas[-1])
         assert area == pytest.approx(curve.hertz[-1], rel=0.02)
-
-
-def test_curves_have_a_row_a_load_and_a_column_a_realisation(examples):
-    table = {
-        "kind": np.array(["hard"] * 3),
-        "radius": np.full(3, 100.0),
-        "rms_slope": np.full(3, 0.1),
-        "work_of_adhesion": np.full(3, np.nan),
-        "target": np.array([2.0, 1.0, 2.0]),
-        "seed": np.array([0, 0, 1]),
-        "contact_area": np.array([7.0, 5.0, 8.0]),
-        "continuum_area": np.array([6.0, 4.5, np.nan]),
-    }
-    (curve,) = examples["paper"].curves(table)
-    np.testing.assert_array_equal(curve.areas, [[5.0, np.nan], [7.0, 8.0]])
-    np.testing.assert_array_equal(curve.corrected, [[4.5, np.nan], [6.0, np.nan]])
-    np.testing.assert_allclose(curve.hertz, Hertz(100.0, 1.0).contact_area([1.0, 2.0]))
 
 
 def test_figure_1_is_drawn_from_maps_that_are_kept(examples, tmp_path):

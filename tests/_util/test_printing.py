@@ -1,8 +1,6 @@
 """Printed numbers and tables."""
 
 import math
-import subprocess
-import sys
 
 import pytest
 
@@ -50,9 +48,3 @@ def test_long_texts_are_wrapped_at_80_columns_and_brackets_are_kept():
     text = plain("[sphere] radius " * 20, entries([("wall", "repulsive " * 30)]))
     assert max(map(len, text.splitlines())) <= 80
     assert text.count("[sphere]") == 20
-
-
-def test_printing_is_not_imported_before_it_is_needed():
-    code = "import sys, ase_roughcontact._util.printing; print('rich' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.stdout == "False\n"

@@ -90,12 +90,14 @@ def test_rows_of_other_programs_are_not_checked(whole, database):
     assert_same(read_ensemble(database), whole[1])
 
 
-@pytest.mark.parametrize("content", ["", "S"])
-def test_an_empty_file_is_not_taken_for_an_ensemble_without_steps(tmp_path, content):
+@pytest.mark.parametrize("content", [None, "", "S"])
+def test_no_file_or_an_empty_one_is_no_ensemble_without_steps(tmp_path, content):
     database = tmp_path / "e.db"
-    database.write_text(content)
-    with pytest.raises(ValueError, match=rf"{database}, or it is empty"):
+    if content is not None:
+        database.write_text(content)
+    with pytest.raises(ValueError, match=rf"there is no .*{database}, or it is empty"):
         read_ensemble(database)
+    assert database.exists() == (content is not None)
 
 
 @pytest.mark.parametrize("size", [50, 5000, 20_000])

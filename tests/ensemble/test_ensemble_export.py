@@ -1,7 +1,6 @@
 """Load steps of ensembles as arrays and as CSV files."""
 
 import numpy as np
-import pytest
 from ensemble_scenes import SCENES, STEPS, rows
 
 from ase_roughcontact._util.files import table_rows
@@ -33,9 +32,3 @@ def test_csv_has_ten_digits(undisturbed, tmp_path):
             np.testing.assert_allclose(written.astype(float), values, rtol=5e-10)
         else:
             np.testing.assert_array_equal(written, values.astype(str))
-
-
-def test_reading_does_not_create_a_database(tmp_path):
-    with pytest.raises(ValueError, match="there is no database"):
-        read_ensemble(tmp_path / "e.db")
-    assert not list(tmp_path.iterdir())

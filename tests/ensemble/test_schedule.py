@@ -10,8 +10,8 @@ from ensemble_scenes import Here
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensemble
 from ase_roughcontact.ensemble.columns import scene_columns
-from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
-from ase_roughcontact.scene import InteractionConfig, PathConfig, Scene
+from ase_roughcontact.ensemble.progress import ProgressMeter
+from ase_roughcontact.scene import InteractionConfig, Scene
 
 SCENE = Scene.parse(
     """
@@ -80,12 +80,6 @@ def test_failed_and_complete_cases_are_not_expected_to_take_time():
     progress = meter.progress()
     assert not meter.unfinished()
     assert str(progress) == "1/2 steps, 1 failed, about 0:00:00 left"
-
-
-def test_large_loads_are_expected_to_cost_more():
-    path = PathConfig("load", values=(1.0, 1e6))
-    light, heavy = expected_costs(replace(SCENE, path=path)).values()
-    assert heavy > 2 * light
 
 
 @pytest.mark.parametrize("control", ["load", "height"])
