@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from ase_roughcontact.contact import Contact, Problem
+from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, step_timer, thinned
 from ase_roughcontact.paths.record import text_of
 from ase_roughcontact.theory import Hertz
-from ase_roughcontact.topography import BoundedSurface, RoughSphere
-from ase_roughcontact.topography.facts import IndenterFacts
+from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.auto import CONTACT_WINDOW_SIZE, AutoWindow
-from ase_roughcontact.windows.expected import ExpectedContact, contact_radius_on
+from ase_roughcontact.windows.expected import (
+    LARGEST_DOMAIN,
+    ExpectedContact,
+    coarsened,
+    contact_radius_on,
+)
 from ase_roughcontact.windows.fixed import at_edge
 from ase_roughcontact.windows.footprint import BeyondSurfaceError
 from ase_roughcontact.windows.memory import available_memory, memory_of
@@ -39,9 +45,6 @@ def plan_path(
     control: str,
     targets: Sequence[float] | np.ndarray,
     window: str,
-    *,
-    indenter: BoundedSurface | None = None,
-    spacing: float | None = None,
 ) -> Plan:
     """Plan a path without calculating it; see `load_path` for the parameters.
 
@@ -54,31 +57,27 @@ def plan_path(
     targets : sequence of float
         The path.
     window : {"fixed", "auto"}
-    indenter : BoundedSurface, optional
-        Of the path; by default that of the problem.
-    spacing : float, optional
-        Of the path (length); by default that of the problem, which may be larger.
 
     Returns
     -------
     Plan
         Of at most 500 steps of the path. Windows at loads are those of Hertzian
-        contacts; the ones of rough spheres differ a little. A step can't be calculated
+        contacts; the ones of rough spheres differ a little. Very large ones are planned
+        on a coarser lattice, without short waves. A step can't be calculated
         if atoms could touch where the surface is not defined, or if a Hertzian contact,
         which is never wider than a rough one, is wider than a fixed window of a free
         half space.
     """
     wall, solid = problem.wall, problem.solid
-    surface: Any = indenter or problem.indenter
-    spacing = spacing or problem.spacing
-    points = IndenterFacts(surface).points(spacing)
+    indenter: Any = problem.indenter
+    points = problem.facts.points(problem.spacing)
     seconds = step_timer(problem.halfspace(start.shape), wall)
     left_out = _left_out(problem, window)
     if window == "auto" and not problem.periodic:
-        ratio = problem.spacing / spacing
-        windows = AutoWindow(problem, max(round(CONTACT_WINDOW_SIZE / ratio**2), 1))
-        shapes = partial(_auto_shapes, windows, ratio, control)
+        shapes = _auto_shapes(problem, control)
     else:
+        if points > LARGEST_DOMAIN**2 and isinstance(indenter, RoughSphere):
+            problem = replace(problem, indenter=replace(indenter, roughness=None))
         contact = problem.contact(start)
         shapes = partial(_fixed_shapes, problem, contact, control)
         if not problem.periodic and _misses_first_contact(problem, contact):
@@ -86,19 +85,14 @@ def plan_path(
                 "THE ATOM THAT IS TOUCHED FIRST: the indenter is lowest outside the "
                 f"window of {text_of(start.shape)} atoms: give a larger shape"
             )
-    expected = None
-    if window == "auto" and isinstance(surface, RoughSphere):
-        expected = ExpectedContact(surface, wall, solid, spacing)
     steps: list[PlannedStep] = []
     beyond: list[BeyondSurfaceError] = []
     listed, counts = thinned(targets)
     for target, count in zip(listed.tolist(), counts.tolist(), strict=True):
         try:
-            if expected:
-                expected.check(control, target, memory=False)
             shape, grid = shapes(target)
         except BeyondSurfaceError as error:
-            beyond.append(BeyondSurfaceError(surface, spacing, error.radius))
+            beyond.append(BeyondSurfaceError(indenter, problem.spacing, error.radius))
             steps.append(PlannedStep(target, count, problem=beyond[-1].problem))
             continue
         except ValueError as error:
@@ -112,13 +106,41 @@ def plan_path(
     return Plan(tuple(steps), tuple(left_out), available_memory(), *advice)
 
 
-def _auto_shapes(
-    windows: AutoWindow, ratio: float, control: str, target: float
-) -> Shapes:
-    """Return the shapes of the expected window and of its FFT grid."""
-    n, m = windows.forecast(control, target).shape
-    shape = round(ratio * n), round(ratio * m)
-    return shape, FreeHalfSpace.padded_shape(shape)
+def _auto_shapes(problem: Problem, control: str) -> Callable[[float], Shapes]:
+    """Return a function of the target: the expected window, and its FFT grid."""
+    indenter, expected = problem.indenter, None
+    if isinstance(indenter, RoughSphere):
+        parts = indenter, problem.wall, problem.solid, problem.spacing
+        expected = ExpectedContact(*parts)
+
+    @cache
+    def windows(coarsening: int) -> tuple[AutoWindow, float]:
+        lattice = _coarser(problem, coarsening)
+        ratio = lattice.spacing / problem.spacing
+        return AutoWindow(lattice, max(round(CONTACT_WINDOW_SIZE / ratio**2), 1)), ratio
+
+    def shapes(target: float) -> Shapes:
+        coarsening = 1
+        if expected:
+            expected.check(control, target, memory=False)
+            coarsening = expected.coarsening(control, target)
+        window, ratio = windows(coarsening)
+        n, m = window.forecast(control, target).shape
+        shape = round(ratio * n), round(ratio * m)
+        return shape, FreeHalfSpace.padded_shape(shape)
+
+    return shapes
+
+
+def _coarser(problem: Problem, ratio: int) -> Problem:
+    """Return a problem on a coarser lattice, on which windows are about as large."""
+    if ratio == 1 or not isinstance(problem.indenter, RoughSphere):
+        return problem
+    indenter, spacing = coarsened(problem.indenter, problem.spacing, ratio)
+    solid = problem.solid  # a crystal has only the spacing of its own
+    if isinstance(solid, Crystal):
+        solid = Isotropic(solid.contact_modulus)
+    return Problem(indenter, solid, problem.wall, spacing)
 
 
 def _fixed_shapes(

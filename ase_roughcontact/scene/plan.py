@@ -4,31 +4,22 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.contact import Problem
-from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
-from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
+from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_kinds import PathKind
 from ase_roughcontact.theory.maugis import edge_zone
-from ase_roughcontact.topography.facts import IndenterFacts
-from ase_roughcontact.windows.expected import (
-    LARGEST_DOMAIN,
-    ExpectedContact,
-    coarsened,
-)
+from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.memory import frame_memory, friction_memory
 
 # Part of the necessary zone at the edge below which there is a warning: surfaces jump
@@ -120,20 +111,23 @@ def check_path(scene: Any) -> None:
     """
     if scene.shape:
         return
-    expected, control, targets = _expected(scene), scene.control, scene.targets
+    problem, control, targets = scene.problem, scene.control, scene.targets
+    expected = ExpectedContact(
+        problem.indenter, problem.wall, problem.solid, problem.spacing
+    )
     # the deepest one last
     steps = np.sort(targets)[:: -1 if control == "heights" else 1]
 
-    def problem(number: int) -> ValueError | MemoryError | None:
+    def error_at(number: int) -> ValueError | MemoryError | None:
         try:
             expected.check(control, float(steps[number]))
         except (ValueError, MemoryError) as error:
             return error
         return None
 
-    worst = problem(len(steps) - 1)  # what the others need is less
+    worst = error_at(len(steps) - 1)  # what the others need is less
     if worst is not None:
-        first = bisect_left(range(len(steps)), True, key=lambda n: bool(problem(n)))
+        first = bisect_left(range(len(steps)), True, key=lambda n: bool(error_at(n)))
         kind = MemoryError if isinstance(worst, MemoryError) else ValueError
         raise kind(_without(scene.path, steps[first:], len(steps), worst)) from worst
 
@@ -151,34 +145,14 @@ def _without(
     return f"{text}; or leave out {these}"
 
 
-def _expected(scene: Any) -> ExpectedContact:
-    """Return bounds for the contact, which are known without the roughness."""
-    spacing = scene.grid_change.spacing(scene.spacing)
-    return ExpectedContact(scene.sampled_surface, scene.wall, scene.solid, spacing)
-
-
 def plan_of(scene: Any) -> Plan:
     """Return the windows, memory and time of the path of a `Scene`.
 
-    Very large automatic windows and roughnesses are planned on a coarser lattice. If
-    the domain of the roughness is too small, the advised one is planned as well, as a
-    larger one may be rougher.
+    If the domain of the roughness is too small, the advised one is planned as well, as
+    a larger one may be rougher.
     """
-    expected, friction = _expected(scene), scene.friction
-    planner = partial(
-        plan_path,
-        start=scene.start,
-        control=scene.control,
-        window=scene.window,
-        indenter=expected.indenter,
-        spacing=expected.spacing,
-    )
-    if not scene.shape:
-        plan = _on_lattices(planner, scene, expected)
-    elif IndenterFacts(expected.indenter).points(expected.spacing) > LARGEST_DOMAIN**2:
-        plan = planner(replace(scene, roughness=None).problem, targets=scene.targets)
-    else:
-        plan = planner(scene.problem, targets=scene.targets)
+    path = scene.start, scene.control, scene.targets, scene.window
+    plan, friction = plan_path(scene.problem, *path), scene.friction
     steps, left_out = list(plan.steps), plan.left_out
     if friction:  # steps with equal targets are one
         counts = dict.fromkeys((step.target for step in steps), 0)
@@ -204,30 +178,3 @@ def plan_of(scene: Any) -> Plan:
     larger = plan_of(scene.with_values({"roughness.domain": f"{side} a0"}))
     advice = f"give the roughness a domain of {side} a0 or more"
     return replace(plan, advice=larger.advice or advice)
-
-
-def _on_lattices(
-    planner: Callable[..., Plan], scene: Any, expected: ExpectedContact
-) -> Plan:
-    """Return the plan of automatic windows, each on a lattice that suits its size."""
-    targets, counts = thinned(scene.targets)
-    coarsening = partial(expected.coarsening, scene.control)
-    ratios = np.array([coarsening(target) for target in targets.tolist()])
-    plans, planned = {}, dict[float, PlannedStep]()
-    for ratio in np.unique(ratios).tolist():
-        lattice = scene.problem if ratio <= 1 else _coarse_problem(expected, ratio)
-        plans[ratio] = planner(lattice, targets=targets[ratios == ratio])
-        planned |= {step.target: step for step in plans[ratio].steps}
-    failing = next((p for p in reversed(plans.values()) if p.advice), plans[ratio])
-    steps = zip(targets.tolist(), counts.tolist(), strict=True)
-    found = tuple(replace(planned[target], count=count) for target, count in steps)
-    return replace(failing, steps=found)
-
-
-def _coarse_problem(expected: ExpectedContact, ratio: int) -> Problem:
-    """Return the problem with which a plan is made on a coarser lattice."""
-    surface, spacing = coarsened(expected.indenter, expected.spacing, ratio)
-    solid = expected.solid  # a crystal has only the spacing of its own
-    if isinstance(solid, Crystal):
-        solid = Isotropic(solid.contact_modulus)
-    return Problem(surface, solid, expected.wall, spacing)

@@ -189,10 +189,10 @@ class Scene(SceneFile):
         """Part of the rms slope that a coarse grid can't resolve, and that is lost."""
         return lost_slope(self.surface, self.sampled_surface)
 
-    @cached_property
+    @property
     def sampled_surface(self) -> Any:
         """Surface of the indenter without waves that a coarse grid can't resolve."""
-        return self.grid_change.surface(self.surface, self.spacing)
+        return self.problem.indenter
 
     def check(self, name: str = "scene") -> None:
         """Raise an error if a value can't be used; see `SceneFile.check`."""

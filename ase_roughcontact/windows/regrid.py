@@ -180,7 +180,6 @@ def on_grid(problem: Problem, window: Box, change: GridChange) -> tuple[Problem,
     shape, origin = change.shape(window.shape), problem.origin(window)
     spacing = change.spacing(problem.spacing)
     indenter = change.surface(problem.indenter, problem.spacing)
-    indenter.heights((1, 1), spacing, origin)  # raises if it can't be sampled
     offset = lattice_offsets(origin, spacing)
     new = replace(problem, indenter=indenter, spacing=spacing, offset=offset)
     return new, new.window(shape, origin)

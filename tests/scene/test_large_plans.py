@@ -9,6 +9,8 @@ from ase_roughcontact._util.printing import plain
 from ase_roughcontact.cli import main
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.windows.auto import AutoWindow
+from ase_roughcontact.windows.memory import memory_of
 
 HUGE_LOAD = "path = { values = [1e12] }"
 LONG_RANGE = """
@@ -72,13 +74,27 @@ def test_windows_planned_on_a_coarser_lattice_are_about_the_same(length):
         path = {{ control = "penetration", values = [20.0, 200.0] }}
         """
     )
-    coarse = scene.plan()
-    path = scene.problem, scene.start, scene.control, scene.targets
-    exact = plan_path(*path, scene.window)
-    for found, step in zip(coarse.steps, exact.steps, strict=True):
-        assert 0.8 < points(found.window) / points(step.window) < 1.25
-    memory = exact.memory + 200 * points(exact.steps[-1].window)
-    assert coarse.memory == pytest.approx(memory, rel=0.05)
+    exact, plan = AutoWindow(scene.problem), scene.plan()
+    for step, target in zip(plan.steps, scene.targets, strict=True):
+        n, m = exact.forecast(scene.control, target).shape
+        assert 0.8 < points(step.window) / (n * m) < 1.25
+    domain = scene.problem.facts.points(scene.spacing)
+    memory = memory_of((n, m), scene.wall, scene.solid, points=domain) + 200 * n * m
+    assert plan.memory == pytest.approx(memory, rel=0.05)
+
+
+def test_a_large_random_flat_is_planned_without_its_heights():
+    flat = """
+    substrate = { contact_modulus = 100.0, model = "continuum", refine = 1 }
+    sphere = { radius = inf }
+    roughness = { domain = 2560.0 }
+    interaction = { kind = "hard" }
+    path = { values = ["10 MPa"] }
+    """
+    start = time.perf_counter()
+    (step,) = Scene.parse(flat).plan().steps
+    assert time.perf_counter() - start < 5.0
+    assert points(step.window) == 2560**2 and step.memory > 80 * 2560**2
 
 
 def test_long_paths_are_listed_in_part():
