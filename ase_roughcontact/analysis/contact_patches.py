@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,10 +60,9 @@ def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
     """
     structure = ndimage.generate_binary_structure(2, 2 if diagonal else 1)
     pieces, count = ndimage.label(contact_map.contact, structure)
-    patch_of, cells = np.arange(count + 1), np.zeros((count + 1, 2))
-    around = np.zeros((count + 1, 2), dtype=bool)
-    if contact_map.periodic:
-        patch_of, cells, around = _merge(count, _seams(pieces, diagonal))
+    periodic = contact_map.periodic
+    links = _seams(pieces, diagonal) if periodic else np.zeros((0, 4), dtype=int)
+    patch_of, cells, around = _merge(count, links)
 
     kept, patch_of = np.unique(patch_of, return_inverse=True)
     labels = patch_of[pieces]
@@ -76,12 +74,12 @@ def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
     i, j = np.nonzero(contact_map.contact)
     patch = labels[i, j] - 1
     position = np.column_stack((i, j)) + cells[pieces[i, j]] * labels.shape
-    edges = open_sides(contact_map.contact, contact_map.periodic)[i, j]
+    edges = open_sides(contact_map.contact, periodic)[i, j]
     centroid = np.column_stack(
         [np.bincount(patch, along, len(size)) / size for along in position.T]
     )
     centroid = contact_map.origin + contact_map.spacing * centroid
-    if contact_map.periodic:
+    if periodic:
         centroid = nearest_image(centroid, np.array(labels.shape) * contact_map.spacing)
         centroid[around[kept]] = np.nan
     return Patches(
@@ -106,26 +104,19 @@ def _seams(pieces: np.ndarray, diagonal: bool) -> np.ndarray:
 
 
 def _merge(count: int, links: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return patch and periodic cell of each piece, and the directions of wrapping."""
+    """Return patch and periodic cell of each piece, and the directions of wrapping.
+
+    A patch has the number of its first piece, from which the cells are counted.
+    """
     patch_of, cells = np.arange(count + 1), np.zeros((count + 1, 2), dtype=int)
     around = np.zeros((count + 1, 2), dtype=bool)
-    neighbours = defaultdict(list)
-    for one, other, *step in links.tolist():
-        neighbours[one].append((other, np.array(step)))
-        neighbours[other].append((one, -np.array(step)))
-    seen: set[int] = set()
-    for root in neighbours:
-        reached = [] if root in seen else [root]
-        seen.add(root)
-        while reached:
-            piece = reached.pop()
-            for other, step in neighbours[piece]:
-                cell = cells[piece] + step
-                if other in seen:
-                    # two paths to one piece that end in different periodic cells
-                    around[root] |= cell != cells[other]
-                    continue
-                seen.add(other)
-                patch_of[other], cells[other] = root, cell
-                reached.append(other)
+    links = np.concatenate([links, links[:, [1, 0, 2, 3]] * [1, 1, -1, -1]])
+    one, other, step = links[:, 0], links[:, 1], links[:, 2:]
+    while (later := patch_of[one] < patch_of[other]).any():
+        for piece, neighbour, *way in links[later].tolist():
+            if patch_of[piece] < patch_of[neighbour]:
+                patch_of[neighbour] = patch_of[piece]
+                cells[neighbour] = cells[piece] + way
+    # two paths to one piece that end in different periodic cells
+    np.logical_or.at(around, patch_of[one], cells[one] + step != cells[other])
     return patch_of, cells, around

@@ -167,11 +167,8 @@ def radial_average(
     def total(radii: FloatArray, values: FloatArray | None = None) -> np.ndarray:
         return np.histogram(radii, edges, weights=values)[0]
 
-    pressure, sites, contacts = (
-        contact_map.pressure,
-        total(every),
-        total(distance[mask]),
-    )
+    pressure, sites = contact_map.pressure, total(every)
+    contacts = total(distance[mask])
     with np.errstate(invalid="ignore"):  # rings without any
         return RadialAverage(
             radius=total(every, every) / sites,

@@ -146,7 +146,7 @@ class SurfaceGrid:
         lattice = positions[:-1].reshape(n, m, 3)
         lattice[..., 0] = self.spacing * np.arange(n)[:, None]
         lattice[..., 1] = self.spacing * np.arange(m)
-        positions[-1] = *np.negative(self.origin), height
+        positions[-1] = *np.subtract(0.0, self.origin), height
         return Atoms(
             numbers=np.append(np.full(n * m, number), 0),
             positions=positions,

@@ -69,14 +69,14 @@ def read_frames(file: PathName) -> Iterator[Atoms]:
     RuntimeWarning
         In the end, if frames are cut off at the end of the file.
     """
-    name, cut = os.fspath(file), list[int]()
+    name, cut = os.fspath(file), 0
     with _opened(file) as frames:
         for number in range(len(frames)):
             try:
                 frame = frames[number]
                 expected, found = frame.info.get(_CHECKSUM), checksum(frame)
             except ValueError:  # as arrays and texts that end too early
-                cut.append(number)
+                cut += 1
                 continue
             except Exception:  # of any kind: what is damaged can be anything
                 expected, found = None, 0
@@ -87,13 +87,13 @@ def read_frames(file: PathName) -> Iterator[Atoms]:
                         "no checksum. Delete it, or give another file or folder"
                     )
             if cut or found != expected:
-                raise ValueError(_damage(name, *cut, number))
+                raise ValueError(_damage(name, number - cut))
             yield frame
-        if 0 in cut:
+        if 0 < cut == len(frames):
             raise _unreadable(name, "all frames are incomplete")
         if cut:
             warnings.warn(
-                f"the last {len(cut)} of the {len(frames)} frames of {name} are cut "
+                f"the last {cut} of the {len(frames)} frames of {name} are cut "
                 "off: they are left out",
                 RuntimeWarning,
                 stacklevel=2,
@@ -236,8 +236,8 @@ def _unreadable(name: str, cause: object) -> ValueError:
     )
 
 
-def _damage(name: str, number: int, *_: int) -> str:
-    """Return the message about a damaged frame, the first of some."""
+def _damage(name: str, number: int) -> str:
+    """Return the message about the first damaged frame."""
     advice = "delete it to begin again"
     if number:
         advice = (

@@ -19,10 +19,7 @@ from ase_roughcontact.theory.rough_flats import (
     inverse_kappa,
     mean_contact_pressure,
 )
-from ase_roughcontact.theory.self_affine import (
-    Roughness,
-    numbers_of,
-)
+from ase_roughcontact.theory.self_affine import Roughness, numbers_of
 from ase_roughcontact.theory.smooth_sphere import SphereTheory
 
 

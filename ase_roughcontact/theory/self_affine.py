@@ -70,9 +70,7 @@ def band_of(roughness: Roughness) -> tuple[float, float, float | None]:
 
 
 def wavelength_ratios(
-    short_wavelength: float,
-    long_wavelength: float,
-    longest_wavelength: float | None,
+    short_wavelength: float, long_wavelength: float, longest_wavelength: float | None
 ) -> tuple[float, float]:
     """Return lambda_s/lambda_L and lambda_L/lambda_max, one without a roll-off.
 

@@ -221,11 +221,7 @@ class HeightMap:
         ((20.0, 60.0), -30.0)
         """
         scan, steps, factor = scan_in_angstrom(
-            topography,
-            spacing=spacing,
-            unit=unit,
-            channel=channel,
-            transpose=transpose,
+            topography, spacing=spacing, unit=unit, channel=channel, transpose=transpose
         )
         repeats = scan.periodic if periodic is None else bool(periodic)
         missing = int(np.isnan(scan.heights).sum())
@@ -257,8 +253,9 @@ class HeightMap:
     def copies(self) -> dict[str, list[HeightMap]]:
         """Return copies of a scan that show its errors; see `Measurement.copies`."""
         groups = self.measurement.copies() if self.measurement else {}
+        same = self.periodic, self.center
         return {
-            kind: [HeightMap(*each, self.periodic, self.center) for each in group]
+            kind: [HeightMap(each.pressed, each.spacing, *same) for each in group]
             for kind, group in groups.items()
         }
 

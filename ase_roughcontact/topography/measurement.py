@@ -119,8 +119,15 @@ class Measurement:
 
     @cached_property
     def pressed(self) -> FloatArray:
-        """The heights after the filter."""
-        return self._filtered(self.heights)
+        """The heights without short waves, by a Gaussian filter (ISO 16610-61).
+
+        It transmits a half of the height of a wave of the cutoff wavelength.
+        """
+        if not self.cutoff:
+            return self.heights
+        width = [_DEVIATION * self.cutoff / step for step in self.spacing]
+        mode = "wrap" if self.periodic else "reflect"
+        return ndimage.gaussian_filter(self.heights, width, mode=mode)
 
     @cached_property
     def statistics(self) -> Statistics:
@@ -130,7 +137,7 @@ class Measurement:
     @cached_property
     def noise_slope(self) -> float:
         """Rms slope of the noise as it is pressed."""
-        noise = next(self.noisy()) - self.pressed
+        noise = next(self.noisy()).pressed - self.pressed
         return pressed_statistics(noise, self.spacing, self.periodic).rms_slope
 
     @cached_property
@@ -147,8 +154,8 @@ class Measurement:
         )
         return 1.0 - math.sqrt(max(after, 0.0) / before) if before > after else 0.0
 
-    def copies(self) -> dict[str, list[tuple[FloatArray, Point]]]:
-        """Return heights and spacings of copies that show the errors of the scan.
+    def copies(self) -> dict[str, list[Measurement]]:
+        """Return copies that show the errors of the scan.
 
         "coarser" ones have half and a quarter of the pixels along each side, "noisy"
         ones as much noise again, none if there is hardly any, and "seamless" ones edges
@@ -156,16 +163,17 @@ class Measurement:
         """
         noisy, seamless, pressed = [], [], self.pressed
         if self.noise_slope > _LEAST_NOISE * self.statistics.rms_slope:
-            noisy = [(each, self.spacing) for each in self.noisy()]
+            noisy = list(self.noisy())
         if self.periodic and has_edge_step(pressed):
-            seamless = [(pressed - smooth_component(pressed), self.spacing)]
+            heights = pressed - smooth_component(pressed)
+            seamless = [replace(self, heights=heights, cutoff=0.0)]
         return {"coarser": list(self.coarser()), "noisy": noisy, "seamless": seamless}
 
-    def noisy(self) -> Iterator[FloatArray]:
-        """Yield the heights with as much noise again as they have."""
+    def noisy(self) -> Iterator[Measurement]:
+        """Yield copies with as much noise again as there is."""
         for seed in range(NOISY):
             noise = self.noise.sample(self.heights.shape, seed)
-            yield self._filtered(self.heights + noise)
+            yield replace(self, heights=self.heights + noise)
 
     @property
     def noise_is_distinct(self) -> bool:
@@ -190,8 +198,8 @@ class Measurement:
         q, density = q[density.argmax() :], density[density.argmax() :]
         return 2.0 * math.pi / float(np.append(q[density < 2.0 * noise], q[-1])[0])
 
-    def coarser(self) -> Iterator[tuple[FloatArray, Point]]:
-        """Yield the heights at half as many pixels, a quarter, and their spacings.
+    def coarser(self) -> Iterator[Measurement]:
+        """Yield copies with half as many pixels and a quarter.
 
         Both are sampled between the same edges, where that needs it by interpolation.
         """
@@ -208,19 +216,7 @@ class Measurement:
                 values = interpolated(values, places, axis, self.periodic)
                 spacing.append(step * (n - last) / count)
             x, y = spacing
-            coarse = replace(self, heights=values, spacing=(x, y))
-            yield coarse.pressed, (x, y)
-
-    def _filtered(self, heights: FloatArray) -> FloatArray:
-        """Return heights without short waves, by a Gaussian filter (ISO 16610-61).
-
-        It transmits a half of the height of a wave of the cutoff wavelength.
-        """
-        if not self.cutoff:
-            return heights
-        width = [_DEVIATION * self.cutoff / step for step in self.spacing]
-        mode = "wrap" if self.periodic else "reflect"
-        return ndimage.gaussian_filter(heights, width, mode=mode)
+            yield replace(self, heights=values, spacing=(x, y))
 
 
 def outliers(heights: FloatArray) -> NDArray[np.bool_]:

@@ -187,21 +187,13 @@ def test_bad_rings_are_refused(bins):
 
 
 def test_patches_have_area_perimeter_and_centroid():
-    found = patches(
-        drawn(
-            "##....",
-            "##..#.",
-            ".#....",
-            origin=(10.0, -20.0),
-        )
-    )
+    found = patches(drawn("##....", "##..#.", ".#....", origin=(10.0, -20.0)))
     np.testing.assert_allclose(found.area / A0**2, [5, 1])
     np.testing.assert_allclose(found.perimeter / A0, [10, 4])
     place = (found.centroid - (10.0, -20.0)) / A0
     np.testing.assert_allclose(place, [[0.8, 0.6], [1.0, 4.0]])
     np.testing.assert_array_equal(
-        found.labels,
-        [[1, 1, 0, 0, 0, 0], [1, 1, 0, 0, 2, 0], [0, 1, 0, 0, 0, 0]],
+        found.labels, [[1, 1, 0, 0, 0, 0], [1, 1, 0, 0, 2, 0], [0, 1, 0, 0, 0, 0]]
     )
 
 
@@ -324,23 +316,20 @@ def test_rough_sphere_touches_at_its_lowest_site():
     assert found.height == pytest.approx(heights.min())
 
 
-def test_map_of_heights_too_small_for_the_first_contact_is_refused():
-    heights = np.zeros((9, 9))
-    heights[0, 0] = -5.0
-    sphere = rc.RoughSphere(radius=100.0, roughness=rc.HeightMap(heights, 1.0))
-    # the sphere rises by 5 at a distance of 32
-    with pytest.raises(ValueError, match="defined up to"):
-        first_contact(sphere, 1.0)
+LOW = rc.HeightMap(np.where(np.arange(81).reshape(9, 9), 0.0, -5.0), 1.0)
 
 
-def test_flat_indenter_has_no_first_contact():
-    flat = rc.SelfAffine(
-        rms_slope=0.1, hurst=0.8, short_wavelength=4.0, long_wavelength=64.0
-    )
-    with pytest.raises(
-        ValueError, match="first_contact need an indenter with a method reach"
-    ):
-        first_contact(flat, 1.0)
+@pytest.mark.parametrize(
+    "indenter, message",
+    [
+        # the sphere rises by 5 at a distance of 32
+        (rc.RoughSphere(radius=100.0, roughness=LOW), "defined up to"),
+        (rc.SelfAffine(0.1, 0.8, 4.0, 64.0), "need an indenter with a method reach"),
+    ],
+)
+def test_indenters_of_unknown_first_contact_are_refused(indenter, message):
+    with pytest.raises(ValueError, match=message):
+        first_contact(indenter, 1.0)
 
 
 # Distributions

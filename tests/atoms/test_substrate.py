@@ -192,13 +192,6 @@ def test_snapshot_has_contact_as_tags_and_pressure_as_charges():
     np.testing.assert_allclose(pressure, state.pressure.ravel(), rtol=1e-14)
 
 
-def test_snapshot_does_not_change_the_atoms():
-    atoms = relaxed_atoms()
-    rc.snapshot(atoms, step=1)
-    assert not atoms.get_tags().any() and not atoms.get_initial_charges().any()
-    assert set(atoms.info) == {"indenter"}
-
-
 def test_restored_window_equals_that_of_an_unrelaxed_frame(rng):
     atoms = relaxed_atoms()
     atoms.positions[:-1, 2] += rng.normal(0.0, 0.1, len(atoms) - 1)

@@ -135,14 +135,15 @@ def test_columns_of_a_frame_have_no_gap_without_its_indenter():
     assert "gap" not in with_columns(rc.snapshot(relaxed())).arrays
 
 
-def test_views_do_not_change_the_atoms():
+def test_frames_and_views_do_not_change_the_atoms():
     atoms = relaxed()
     before = atoms.positions.copy()
-    for view in (with_indenter, with_columns):
+    for view in (rc.snapshot, with_indenter, with_columns):
         view(atoms)
     np.testing.assert_array_equal(atoms.positions, before)
     assert not atoms.get_tags().any()
     assert set(atoms.arrays) <= {"numbers", "positions", "tags"}
+    assert set(atoms.info) == {"indenter"}
 
 
 @pytest.mark.parametrize(

@@ -78,12 +78,6 @@ def test_jkr_least_force_is_the_pull_off_force_at_the_documented_radius():
     assert_allclose(least.x**3, 9 * np.pi * W * R**2 / (8 * E), rtol=1e-6)
 
 
-def test_jkr_area_at_zero_load_is_johnsons():
-    a0 = np.cbrt(9 * np.pi * W * R**2 / (2 * E))
-    assert_allclose(JKR.contact_area(0.0), np.pi * a0**2, rtol=1e-14)
-    assert_allclose(JKR.force(a0), 0.0, atol=1e-13)
-
-
 @pytest.mark.parametrize("rounding", [0.0, 1e-14])
 def test_jkr_and_dmt_accept_their_own_pull_off_force_with_its_rounding(rounding):
     factor = 1 + rounding
@@ -96,8 +90,10 @@ def test_jkr_and_dmt_accept_their_own_pull_off_force_with_its_rounding(rounding)
 
 def test_dmt_contact_is_hertz_with_the_pull_off_force_added():
     forces = np.array([-9.0, 0.0, 5.0])
-    shifted = HERTZ.contact_radius(forces + 2 * np.pi * W * R)
-    assert_allclose(DMT.contact_radius(forces), shifted, rtol=1e-14)
+    radii = DMT.contact_radius(forces)
+    assert_allclose(radii, HERTZ.contact_radius(forces + 2 * np.pi * W * R), rtol=1e-14)
+    assert_allclose(DMT.force(radii), forces, rtol=1e-13, atol=1e-13)
+    assert_allclose(DMT.penetration(radii), HERTZ.penetration(radii), rtol=1e-14)
 
 
 # Maugis-Dugdale
@@ -127,8 +123,7 @@ def test_maugis_state_solves_the_contact_problem_with_a_cohesive_zone(stress, ra
 
 
 @pytest.mark.parametrize(
-    ("parameter", "expected", "rtol"),
-    [(1e-4, 2.0, 1e-5), (1e3, 1.5, 1e-5)],
+    ("parameter", "expected", "rtol"), [(1e-4, 2.0, 1e-5), (1e3, 1.5, 1e-5)]
 )
 def test_maugis_pull_off_goes_from_dmt_to_jkr(parameter, expected, rtol):
     pull_off = maugis(parameter).pull_off_force
@@ -183,26 +178,6 @@ def test_jkr_radius_from_a_large_penetration_keeps_its_digits():
     depths = np.geomspace(1e-3, 1e15, 19)
     radii = JKR.contact_radius_from_penetration(depths)
     assert_allclose(JKR.penetration(radii), depths, rtol=1e-12)
-
-
-def test_jkr_force_at_the_least_penetration_is_five_ninths_of_pull_off():
-    # Johnson, Kendall and Roberts: at fixed grips the contact is lost at -(5/6) pi w R.
-    depth = JKR.pull_off_penetration
-    a = JKR.contact_radius_from_penetration(depth)
-    assert_allclose(JKR.force(a), -5 / 6 * np.pi * W * R, rtol=1e-6)
-
-
-def test_dmt_force_inverts_the_radius():
-    forces = np.array([-9.0, 0.0, 5.0])
-    radii = DMT.contact_radius(forces)
-    assert_allclose(DMT.force(radii), forces, rtol=1e-13, atol=1e-13)
-
-
-def test_dmt_penetration_is_that_of_hertz_with_the_pull_off_force_added():
-    depth = DMT.penetration(DMT.contact_radius(1.0))
-    hertz = theory.Hertz(R, E)
-    expected = hertz.penetration(hertz.contact_radius(1.0 + 2 * np.pi * W * R))
-    assert_allclose(depth, expected, rtol=1e-14)
 
 
 @pytest.mark.parametrize("parameter", [0.3, 1.0, 4.0])
