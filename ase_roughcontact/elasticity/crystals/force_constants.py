@@ -217,10 +217,20 @@ def couplings(
 def _rows(atoms: Atoms, sources: Sequence[int], displacement: float) -> np.ndarray:
     """Return the couplings of one atom of each source."""
     if displacement == 0.0:
-        rows = _hessian(atoms, sources)
+        if not hasattr(atoms.calc, "get_hessian"):
+            raise ValueError(
+                f"{type(atoms.calc).__name__} has no method get_hessian: give a "
+                "displacement that is not 0"
+            )
+        index = (3 * np.array(sources)[:, None] + np.arange(3)).ravel()
+        hessian = atoms.calc.get_hessian(atoms, format="sparse").tocsr()[index]
     else:
+        # its import takes as long as a small contact
+        from matscipy.numerical import numerical_hessian
+
         positive(displacement=displacement)
-        rows = _differences(atoms, sources, displacement)
+        hessian = numerical_hessian(atoms, displacement, sources)
+    rows = hessian.toarray().reshape(len(sources), 3, len(atoms), 3).swapaxes(1, 2)
     if not np.isfinite(rows).all():
         raise ValueError("the calculator returns forces that are not finite")
     return rows
@@ -239,36 +249,6 @@ def _pairs(slab: Atoms, size: int, sources: Sequence[int]) -> tuple[np.ndarray, 
     positions = slab.positions[:, :2]
     offset = positions[target] - positions[source] + steps @ slab.cell[:2, :2]
     return source, target, offset, steps
-
-
-def _differences(
-    atoms: Atoms, sources: Sequence[int], displacement: float
-) -> np.ndarray:
-    """Return the rows of some atoms by differences of forces."""
-    rows = np.empty((len(sources), len(atoms), 3, 3))
-    for row, atom in zip(rows, sources, strict=True):
-        for axis in range(3):
-            forces = []
-            for sign in (1.0, -1.0):
-                moved = atoms.copy()
-                moved.calc = atoms.calc
-                moved.positions[atom, axis] += sign * displacement
-                forces.append(moved.get_forces())
-            row[:, axis] = (forces[1] - forces[0]) / (2.0 * displacement)
-    return rows
-
-
-def _hessian(atoms: Atoms, sources: Sequence[int]) -> np.ndarray:
-    """Return the rows of some atoms of the calculator's Hessian."""
-    if not hasattr(atoms.calc, "get_hessian"):
-        raise ValueError(
-            f"{type(atoms.calc).__name__} has no method get_hessian: give a "
-            "displacement that is not 0"
-        )
-    index = (3 * np.array(sources)[:, None] + np.arange(3)).ravel()
-    matrix = atoms.calc.get_hessian(atoms, format="sparse").tocsr()[index]
-    rows = matrix.toarray().reshape(len(sources), 3, len(atoms), 3)
-    return rows.swapaxes(1, 2)
 
 
 def _asymmetry(rows: np.ndarray, layers: int, size: int) -> float:

@@ -22,6 +22,8 @@ Phys. Rev. B 86, 075459 (2012).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import astuple
+from itertools import product
 
 import numpy as np
 
@@ -56,33 +58,17 @@ class LatticeGreensFunction:
     """
 
     def __init__(self, constants: ForceConstants, layers: int = 0) -> None:
-        self.spacing = constants.spacing
-        self._reach, bulk = constants.reach, constants.bulk
-        self.sublattices = constants.sublattices
+        self.spacing, self.sublattices = constants.spacing, constants.sublattices
+        self._bulk, self._reach = constants.bulk, constants.reach
         # layers that are not decimated: all that couple to one above the bulk
-        self.layers = max(bulk + self._reach, layers)
-        # half of the average over both atoms as sources
-        ends = np.stack([constants.source, constants.target])
-        source, target = np.concatenate([ends, ends[::-1]], axis=1)
-        offset = np.concatenate([constants.offset, -constants.offset])
-        matrix = constants.matrix / 2
-        # of these, only the upper one of the atoms has been a source
-        matrix[(constants.source < bulk) & (constants.target >= bulk)] *= 2
-        matrix = np.concatenate([matrix, matrix.swapaxes(1, 2)])
-        is_deep = np.tile(constants.source >= bulk, 2)
-        top = ~is_deep
-        upper = [(source[top], target[top], offset[top], matrix[top])]
-        sublattice, shift = source % self.sublattices, target - source
-        for layer in range(bulk, self.layers):
-            here = is_deep & (sublattice == layer % self.sublattices)
-            here &= layer + shift >= bulk
-            above = np.full(here.sum(), layer)
-            upper.append((above, above + shift[here], offset[here], matrix[here]))
-        arrays = [np.concatenate(each) for each in zip(*upper, strict=True)]
-        known = arrays[1] < self.layers + self._reach
-        self._upper = _with_sum_rule([each[known] for each in arrays], self.layers)
-        deep = sublattice, sublattice + shift, offset, matrix
-        self._deep = _with_sum_rule([each[is_deep] for each in deep], self.sublattices)
+        self.layers = max(self._bulk + self._reach, layers)
+        self._couplings = astuple(constants)[:4]
+        self._itself = np.zeros((self.layers + 2 * self._reach, 3, 3))
+        totals = self._matrices(np.zeros((1, 2)))[0].real.sum(axis=1)
+        # the last layers lack couplings to those below: those above are the same
+        deep = self.layers + np.arange(2 * self._reach) % self.sublattices
+        totals[self.layers :] = totals[deep]
+        self._itself = -(totals + totals.swapaxes(1, 2)) / 2
 
     def __call__(self, q: np.ndarray) -> np.ndarray:
         """Return the Green's function of waves along the surface.
@@ -135,46 +121,41 @@ class LatticeGreensFunction:
             If the crystal below is not stable.
         """
         q = np.asarray(q, dtype=float)
-        reach, layers = self._reach, self.layers
-        bulk = dynamical_matrices(q, self._deep)
-        zero = np.zeros_like(bulk[0, 0])
-        rows = [(a, (layers + a) % self.sublattices) for a in range(reach)]
-        within, below, above = (
-            _blocks(
-                [
-                    [bulk.get((s, s + shift + b - a), zero) for b in range(reach)]
-                    for a, s in rows
-                ]
-            )
-            for shift in (0, reach, -reach)
-        )
-        surface = _decimated(within, below, above)
-
-        matrices = dynamical_matrices(q, self._upper)
-        top, coupling = (
-            _blocks(
-                [[matrices.get((a, b), zero) for b in columns] for a in range(layers)]
-            )
-            for columns in (range(layers), range(layers, layers + reach))
-        )
+        blocks = self._matrices(q).swapaxes(2, 3)
+        matrix = blocks.reshape(len(q), *(2 * [3 * blocks.shape[1]]))
+        first, second = 3 * self.layers, 3 * (self.layers + self._reach)
+        upper, below = slice(first), slice(first, second)
+        surface = _decimated(matrix[:, below, below], matrix[:, below, second:])
+        top, coupling = matrix[:, upper, upper], matrix[:, upper, below]
         adjoint = coupling.conj().swapaxes(-1, -2)
         top = top - coupling @ np.linalg.solve(surface, adjoint)
-        if number < layers:
+        if number < self.layers:
             n = 3 * number
             relaxed = np.linalg.solve(top[:, n:, n:], top[:, n:, :n])
             top = top[:, :n, :n] - top[:, :n, n:] @ relaxed
         return (top + top.conj().swapaxes(-1, -2)) / 2
 
+    def _matrices(self, q: np.ndarray) -> np.ndarray:
+        """Return dynamical matrices of pairs of layers, shape (n, l, l, 3, 3).
 
-def _with_sum_rule(couplings: list[np.ndarray], layers: int) -> list[np.ndarray]:
-    """Return couplings without a force under a uniform displacement."""
-    source, target, offset, matrix = couplings
-    for layer in range(layers):
-        total = matrix[source == layer].sum(axis=0)
-        itself = (source == layer) & (target == layer)
-        itself &= abs(offset).max(axis=1) == 0.0
-        matrix[np.flatnonzero(itself)[0]] -= (total + total.T) / 2
-    return couplings
+        After the layers that are not decimated come two principal layers.
+        """
+        number, bulk = len(self._itself), self._bulk
+        matrices = np.zeros((len(q), number, number, 3, 3), complex)
+        known = dynamical_matrices(q, self._couplings)
+        for a, b in product(range(number), repeat=2):
+            # the layer of the same sublattice that represents the bulk
+            source = a if a < bulk else bulk + (a - bulk) % self.sublattices
+            matrix = known.get((source, source + b - a))
+            if matrix is None or b < bulk <= a:
+                continue
+            # both atoms are sources, but for one above the bulk and one of it
+            half = matrix if a < bulk <= b else matrix / 2
+            matrices[:, a, b] += half
+            matrices[:, b, a] += half.conj().swapaxes(1, 2)
+        each = np.arange(number)
+        matrices[:, each, each] += self._itself
+        return matrices
 
 
 def dynamical_matrices(
@@ -194,21 +175,17 @@ def dynamical_matrices(
     return matrices
 
 
-def _blocks(blocks: list[list[np.ndarray]]) -> np.ndarray:
-    """Return matrices of blocks, each of shape (n, 3, 3)."""
-    return np.concatenate([np.concatenate(row, axis=-1) for row in blocks], axis=-2)
-
-
-def _decimated(within: np.ndarray, below: np.ndarray, above: np.ndarray) -> np.ndarray:
+def _decimated(within: np.ndarray, below: np.ndarray) -> np.ndarray:
     """Return the stiffness of the first principal layer of a semi-infinite crystal."""
     surface = within
     for _ in range(_MOST_STEPS):
         if abs(below).max() <= _DECOUPLED * abs(within).max():
             return surface
+        above = below.conj().swapaxes(-1, -2)
         to_below, to_above = (np.linalg.solve(within, m) for m in (below, above))
         surface = surface - below @ to_above
         within = within - below @ to_above - above @ to_below
-        below, above = -below @ to_below, -above @ to_above
+        below = -below @ to_below
         if np.linalg.eigvalsh(surface).min() <= 0.0:
             break
     raise ValueError(
