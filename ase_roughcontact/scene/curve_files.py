@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
+from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.units import FORCES, LENGTHS, TIMES, UNITS, quantity
 from ase_roughcontact._util.validation import FloatArray, positive
 from ase_roughcontact.scene.curve_tables import Column, CurveTable, read_table
@@ -38,7 +38,7 @@ _NAMES_IN_TIME = _NAMES | {"time": ("time",)}
 
 
 def read_curve(
-    file: Path,
+    file: PathName,
     branch: str | None = None,
     stiffness: float | None = None,
     sensitivity: str = "",
@@ -104,7 +104,7 @@ def read_curve(
 
 
 def read_in_time(
-    file: Path,
+    file: PathName,
     kind: str,
     branch: str | None = None,
     stiffness: float | None = None,
@@ -143,7 +143,7 @@ def read_in_time(
 
 
 def _found(
-    file: Path,
+    file: PathName,
     table: CurveTable,
     stiffness: float | None,
     sensitivity: str,
@@ -164,7 +164,7 @@ def _found(
 
 
 def _calibration(
-    file: Path, table: CurveTable, stiffness: float | None, sensitivity: str
+    file: PathName, table: CurveTable, stiffness: float | None, sensitivity: str
 ) -> tuple[float | None, float | None]:
     """Return the stiffness of the cantilever, and its deflection per V (Å)."""
     if table.stiffness is not None:
@@ -178,7 +178,7 @@ def _calibration(
 
 
 def _quantities(
-    file: Path,
+    file: PathName,
     columns: Sequence[Column],
     sensitivity: float | None,
     known: Mapping[str, tuple[str, ...]],
@@ -231,7 +231,7 @@ def _away(height: FloatArray, found: Mapping[str, FloatArray]) -> FloatArray:
     return height if max(slopes, key=abs) < 0.0 else -height
 
 
-def _without_units(file: Path, columns: Sequence[Column]) -> str:
+def _without_units(file: PathName, columns: Sequence[Column]) -> str:
     """Return the message for columns that can't be converted."""
     if all(column.unit in ("V", "mV") for column in columns):
         return (
@@ -251,7 +251,9 @@ def _without_units(file: Path, columns: Sequence[Column]) -> str:
     )
 
 
-def _checked(file: Path, found: float, stiffness: float | None, source: str) -> float:
+def _checked(
+    file: PathName, found: float, stiffness: float | None, source: str
+) -> float:
     """Return the stiffness of a cantilever, which a file must not contradict."""
     if stiffness is None:
         return found
@@ -265,7 +267,7 @@ def _checked(file: Path, found: float, stiffness: float | None, source: str) -> 
     return stiffness
 
 
-def _missing(file: Path, table: CurveTable, columns: str) -> str:
+def _missing(file: PathName, table: CurveTable, columns: str) -> str:
     """Return the message for a table without the necessary columns."""
     heads = ", ".join(column.head for column in table.segments[0][1])
     return (

@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ase_roughcontact._util.extras import imported
+from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, finite, shown
 
@@ -58,7 +59,7 @@ class Column:
     unit: str | None
     cells: Sequence[tuple[int, str | float | None]]
 
-    def numbers(self, file: Path) -> FloatArray:
+    def numbers(self, file: PathName) -> FloatArray:
         """Return the values, or raise `ValueError` with the line of a wrong one."""
         numbers = []
         for line, cell in self.cells:
@@ -96,7 +97,7 @@ class CurveTable:
 
 
 def read_table(
-    file: Path, branch: str | None = None, heads: Sequence[str] = ()
+    file: PathName, branch: str | None = None, heads: Sequence[str] = ()
 ) -> CurveTable:
     """Read the columns of a file.
 
@@ -120,7 +121,7 @@ def read_table(
     ImportError
         If the file is not text, and afmformats is missing.
     """
-    data = file.read_bytes()
+    data = Path(file).read_bytes()
     wide = data[:2] in (BOM_UTF16_LE, BOM_UTF16_BE)
     if b"\0" in data[:_FIRST] and not wide:
         table = _of_instrument(file)
@@ -166,7 +167,7 @@ def _rows(lines: dict[int, str]) -> tuple[list[str], dict[int, list[str]]]:
 
 
 def _columns(
-    file: Path, lines: dict[int, str], branch: str | None, heads: Sequence[str]
+    file: PathName, lines: dict[int, str], branch: str | None, heads: Sequence[str]
 ) -> Segments:
     """Return the columns of a table, and of an export of NanoScope."""
     names, rows = _rows(lines)
@@ -253,7 +254,7 @@ def _calibration(text: str) -> tuple[float | None, float | None]:
     return stiffness, nanometres or metres
 
 
-def _of_instrument(file: Path) -> CurveTable:
+def _of_instrument(file: PathName) -> CurveTable:
     """Return the curve of a file in a format of an instrument."""
     need = f"{file} needs the package afmformats"
     afmformats = imported("afmformats", "curves", need, "; or export the curve as text")

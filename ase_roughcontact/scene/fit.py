@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,15 @@ from ase_roughcontact.scene.least_squares import FAR_ABOVE, Callback, Fit, solve
 from ase_roughcontact.scene.residuals import Residuals
 from ase_roughcontact.scene.scene import Scene
 
+# Columns whose signs may be wrong, and factors of heights of the base and forces.
+_SIGNS = (
+    ("", 1.0, 1.0),
+    ("the force", 1.0, -1.0),
+    ("the distance", -1.0, 1.0),
+    ("force and distance", -1.0, -1.0),
+)
+# Mean square of the residuals relative to those of another sign, which is then wrong.
+_BETTER = 0.1
 # Mean of residuals of one sign in a row, relative to its standard error, that is no
 # noise.
 _SYSTEMATIC = 6.0
@@ -85,6 +95,9 @@ def fit_curve(
             'give [interaction] kind = "adhesive", or other free parameters'
         )
     for doubt in curve.doubts:
+        if wrong := _wrong_sign(scene, curve, free):
+            advice = f"Change the sign of {wrong}: the first trial is closer"
+            raise ValueError(f"{doubt} {advice}")
         warnings.warn(doubt, stacklevel=2)
     try:
         problem = Residuals(scene, curve, free)
@@ -100,6 +113,20 @@ def fit_curve(
     found = [*fit.warnings, *curve.doubts, *_warnings(curve, fit, problem.error)]
     found += _jump_warnings(curve, residuals[-2:], compared[-2:])
     return replace(fit, warnings=tuple(found))
+
+
+def _wrong_sign(scene: Scene, curve: ForceCurve, free: Sequence[str]) -> str:
+    """Return which columns have the wrong sign by a trial of each; empty if none."""
+    misfits = {}
+    for name, of_base, of_force in _SIGNS:
+        base, force = of_base * curve.base, of_force * curve.force
+        with suppress(ValueError, RuntimeError):
+            turned = ForceCurve(-base - force / curve.stiffness, force, curve.stiffness)
+            problem = Residuals(scene, turned, free)
+            residuals, _, compared = problem.of(problem.start)
+            misfits[name] = float(np.mean(residuals[compared] ** 2))
+    best = min(misfits, key=misfits.__getitem__, default="")
+    return best if best and misfits[best] < _BETTER * misfits.get("", math.inf) else ""
 
 
 def _warnings(curve: ForceCurve, fit: Fit, error_of_force: float) -> Iterator[str]:

@@ -20,6 +20,8 @@ _RATIOS = (4, 2, 1)
 # that of their points, and a step that does not follow the one before it takes about
 # twice the iterations.
 _PART = 1 / 256
+# Number of steps of a preview on a coarser grid, if the path has more.
+_LEAST_STEPS = 3
 # A run of fewer steps, and of fewer points in all windows, takes tenths of a second and
 # less than ten times as long as one step on any grid.
 _FEW_STEPS, _FEW_POINTS = 10, 100_000
@@ -35,12 +37,12 @@ def preview(scene: Scene) -> Scene:
     """Return a scene that shows the results of another one in a part of its time.
 
     It asks for the continuum on a grid of up to four times the spacing, without the
-    waves that this grid can't resolve, at a sixteenth of the steps or fewer, and at
-    least one: the last one and some before, but not the first, which is the least
-    accurate on such a grid; with a wall whose states depend on those before, also the
-    steps at which the path turns. Of a loop it has the deepest state: on a coarse grid
-    the contact jumps at other depths. A crystal of atoms becomes an isotropic solid of
-    the same contact modulus. A path in time, or of sliding, is previewed as a
+    waves that this grid can't resolve, at a sixteenth of the steps or fewer, but three
+    on a coarser grid: the last one and some before, but not the first, which is the
+    least accurate on such a grid; with a wall whose states depend on those before, also
+    the steps at which the path turns. Of a loop it has the deepest state: on a coarse
+    grid the contact jumps at other depths. A crystal of atoms becomes an isotropic
+    solid of the same contact modulus. A path in time, or of sliding, is previewed as a
     whole. The errors are estimated as in any scene.
 
     Parameters
@@ -73,7 +75,8 @@ def preview(scene: Scene) -> Scene:
     if whole:
         return coarse
     steps = scene.targets / UNITS[scene.path.unit]
-    count = max(1, math.floor(_PART * ratio**2 * len(steps)))
+    least = 1 if ratio == 1 else min(max(len(steps) - 1, 1), _LEAST_STEPS)
+    count = max(least, math.floor(_PART * ratio**2 * len(steps)))
     kept = np.linspace(0, len(steps) - 1, count + 1)[1:].round().astype(int)
     if scene.wall.depends_on_history:  # not without the steps at which the path turns
         turns = np.flatnonzero(np.diff(np.sign(np.diff(steps)))) + 1

@@ -305,7 +305,9 @@ def _of_jump(
     (1/nm).
     """
     last = measured.jump or 0
-    unit = abs(base[last + 1] - base[last]) / math.sqrt(12.0)
+    # both points of a jump may be at one height of the base
+    step = max(abs(base[last + 1] - base[last]), np.ptp(base) / len(base))
+    unit = step / math.sqrt(12.0)
     place = 0.5 * (base[last] + base[last + 1])
     return (jump.base - place) / unit, np.append(jump.derivatives, -_NM) / unit
 

@@ -387,7 +387,7 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
 def test_a_table_has_depths_and_forces(tmp_path):
     file = tmp_path / "curve.csv"
     file.write_text("penetration (Å),normal_force (eV/Å)\n1.5,0.2\n2.0,0.3\n")
-    curve = read_curve(file)  # as in a table of results
+    curve = read_curve(str(file))  # as in a table of results
     np.testing.assert_allclose([curve.depth, curve.force], [[1.5, 2.0], [0.2, 0.3]])
     for rows, line, cell in (("1,2\n\n2,NaN\n", 6, "'NaN'"), ("5\n", 4, "None")):
         file.write_text(f"# tip 3\n\ndepth (nm),force (nN)\n{rows}")
@@ -411,6 +411,17 @@ def test_a_curve_with_a_wrong_sign_is_doubtful(measured):
         assert "is it negative in tension, the distance positive away" in doubt
 
 
+def test_a_wrong_sign_that_a_trial_confirms_is_an_error(measured):
+    away = ForceCurve(
+        measured.base - measured.force / measured.stiffness,
+        measured.force,
+        measured.stiffness,
+    )
+    for name, wrong in (("distance", away), ("force", reversed_force(measured))):
+        with pytest.raises(ValueError, match=f"in tension, .*sign of the {name}: "):
+            fit_curve(scene(), wrong)
+
+
 def test_a_wrong_sign_is_reported_before_the_first_trial(measured):
     small, trials = scene().with_values({"substrate.shape": (2, 2)}), []
     reported = pytest.warns(UserWarning, match="negative in tension")
@@ -418,6 +429,17 @@ def test_a_wrong_sign_is_reported_before_the_first_trial(measured):
     with reported, failed:
         fit_curve(small, reversed_force(measured), callback=trials.append)
     assert not trials
+
+
+def test_the_points_of_a_jump_may_be_at_one_height_of_the_base(measured):
+    base = measured.base.copy()
+    for branch in measured.branches:
+        last = branch.points.start + branch.jump
+        base[last] = base[last + 1]
+    depth = -base - measured.force / measured.stiffness
+    found = fit_curve(scene(), ForceCurve(depth, measured.force, measured.stiffness))
+    assert found.converged
+    assert found.values[0] == pytest.approx(0.1, rel=0.1)
 
 
 def test_a_fit_tells_of_a_free_tip_that_is_not_at_zero_force(fitted, measured):

@@ -30,12 +30,12 @@ def scene(substrate="", path="first = 10.0\nlast = 200.0\nsteps = 12"):
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_preview_has_a_middle_and_the_last_area_within_twice_its_error(seed):
+def test_preview_has_three_areas_within_twice_its_error(seed):
     full = scene().with_values({"roughness.seed": seed, "path.steps": 32})
     coarse = preview(full)
     assert coarse.grid_change.label == "4 a0"
-    np.testing.assert_allclose(coarse.targets, full.targets[[16, 31]])
-    exact = list(full.relax(full.targets[[16, 31]]))
+    np.testing.assert_allclose(coarse.targets, full.targets[[10, 21, 31]])
+    exact = list(full.relax(full.targets[[10, 21, 31]]))
     for step, truth in zip(coarse.relax(validity="ignore"), exact, strict=True):
         error = abs(step.continuum_area - truth.contact_area)
         assert error < 2.0 * step.area_error
@@ -44,10 +44,10 @@ def test_preview_has_a_middle_and_the_last_area_within_twice_its_error(seed):
 @pytest.mark.parametrize(
     "substrate, path, spacing, steps",
     [
-        ('model = "continuum"', MANY, "2 a0", [10.0]),
-        ("shape = [62, 62]", MANY, "2 a0", [10.0]),
+        ('model = "continuum"', MANY, "2 a0", [4.0, 7.0, 10.0]),
+        ("shape = [62, 62]", MANY, "2 a0", [4.0, 7.0, 10.0]),
         ("shape = [61, 61]", MANY, "a0", [10.0]),
-        ("", MANY, "4 a0", [10.0]),
+        ("", MANY, "4 a0", [4.0, 7.0, 10.0]),
         ("", "values = [5e4]", "4 a0", [5e4]),
     ],
 )
@@ -76,7 +76,7 @@ def test_run_of_few_small_steps_is_its_own_preview(values):
     short = scene(path=MANY.replace(", 10.0", "")).with_values(values)
     assert preview(short) is short
     coarse = preview(scene(path=MANY).with_values(values))
-    assert len(coarse.targets) == 1
+    assert len(coarse.targets) < 4
 
 
 @pytest.mark.parametrize(
@@ -99,9 +99,9 @@ def test_tolerance_of_forces_is_not_kept():
     assert preview(tight).solver.fmax is None
 
 
-def test_built_in_scene_is_planned_in_a_tenth_of_its_time():
+def test_built_in_scene_is_planned_in_a_fifth_of_its_time():
     full = Scene.default()
-    assert preview(full).plan().seconds < 0.1 * full.plan().seconds
+    assert preview(full).plan().seconds < 0.2 * full.plan().seconds
 
 
 @pytest.mark.parametrize("radius, spacing", [(100.0, "a0"), (20_000.0, "4 a0")])
