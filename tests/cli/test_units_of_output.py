@@ -5,19 +5,27 @@ JSON lines are compared with the factor by which a value changes when lengths ar
 doubled and moduli are quadrupled.
 """
 
-import io
 import json
 import re
-from contextlib import redirect_stdout
 
 import numpy as np
 import pytest
+from command_cases import (
+    CASES,
+    MODULUS,
+    RADIUS,
+    ROUGH,
+    WORK,
+    hertz_area,
+    printed,
+    text_of,
+)
 from scipy.special import erf
 
-from ase_roughcontact._util.files import table_rows
+from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.cli import main
 
+pytestmark = pytest.mark.usefixtures("no_pictures")
 # Columns of curve.csv by the words of printed headings.
 COLUMNS = {
     "load": "normal_force",
@@ -46,42 +54,6 @@ ERRORS = {
     "penetration_error": "penetration",
 }
 COSTS = {"memory": "bytes", "seconds": "s", "elapsed": "s", "left": "s"}
-
-SCENE = """
-[substrate]
-spacing = {length}
-contact_modulus = {modulus}
-[sphere]
-radius = 60.0
-[interaction]
-{wall}
-[path]
-control = "{control}"
-values = {values}
-"""
-ROUGH = "[roughness]\nlong_wavelength = 16.0\n"
-WALLS = {
-    "hard": 'kind = "hard"',
-    "repulsive": 'kind = "repulsive"',
-    "sticky": 'kind = "adhesive"\nwork_of_adhesion = 0.5',
-}
-CASES = {
-    "loads on a rough sphere": ("repulsive", "load", [2.0, 30.0], ROUGH),
-    "depths of a rough sphere": ("hard", "penetration", [0.5, 1.5], ROUGH),
-    "heights of a sticky sphere": ("sticky", "height", [2.0, 0.5], ""),
-}
-
-
-def text_of(wall, control, values, more="", length=2.5, modulus=100.0):
-    given = {"wall": WALLS[wall], "control": control, "values": values}
-    return SCENE.format(length=length, modulus=modulus, **given) + more
-
-
-def printed(*arguments):
-    """Run the command and return its output."""
-    with redirect_stdout(io.StringIO()) as out:
-        assert main(list(map(str, arguments))) == 0
-    return out.getvalue()
 
 
 def lines_of_json(*arguments):
@@ -126,103 +98,74 @@ def unit_of(name):
     return found.groups() if found else (name, None)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def no_pictures():
-    """Skip the figures, which would take most of the time."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("ase_roughcontact.cli.figures.draw", lambda *_: [])
-        yield
-
-
-@pytest.fixture(scope="module", params=CASES.values(), ids=CASES.keys())
-def case(request, tmp_path_factory):
-    """Wall, control, scene file, printed output and results of a run."""
-    wall, control, *_ = request.param
-    folder = tmp_path_factory.mktemp("run")
-    file = folder / "scene.toml"
-    file.write_text(text_of(*request.param))
-    text = printed("run", file, "--out", folder / "out")
-    table = (folder / "out" / "curve.csv").read_text()
-    records = list(table_rows(table.splitlines()))
-    return wall, control, file, text, records
-
-
-def column(records, name):
-    return numbers_of(record[name] for record in records)
-
-
 # Printed
 
 
 def test_columns_of_the_printed_table_are_those_of_curve_csv(case):
-    _, control, _, text, records = case
     seen = set()
-    for name, texts in table_of(text).items():
+    for name, texts in table_of(case.text).items():
         word, unit = unit_of(name)
         if unit is None:
             continue
-        expected = column(records, COLUMNS[word]) / UNITS[unit]
+        expected = case.column(COLUMNS[word]) / UNITS[unit]
         np.testing.assert_allclose(
             numbers_of(texts), expected, rtol=6e-4, atol=0.006, err_msg=name
         )
         seen.add(COLUMNS[word])
-    expected = "largest_pressure" if control == "load" else control
+    expected = "largest_pressure" if case.control == "load" else case.control
     assert {"normal_force", "contact_area", "seconds", expected} <= seen
 
 
 def test_printed_ratios_are_those_of_the_formulas(case):
-    wall, _, _, text, records = case
-    table = table_of(text)
+    wall, table = case.wall, table_of(case.text)
     if wall == "sticky":  # the law of Maugis and Dugdale is no formula
         assert "A/A_Hertz" not in table and "theory" not in table
         return
-    radius, modulus = 60.0 * 2.5, 100.0 * UNITS["GPa"]
-    force, area = column(records, "normal_force"), column(records, "contact_area")
-    hertz = np.pi * (0.75 * force * radius / modulus) ** (2.0 / 3.0)
-    found = numbers_of(table["A/A_Hertz"])
-    np.testing.assert_allclose(found, area / hertz, rtol=3e-4)
+    force, area = case.column("normal_force"), case.column("contact_area")
+    hertz = hertz_area(force)
+    assert table["A/A_Hertz"] == list(map(number, area / hertz))
     if wall == "repulsive":
-        ratio = erf(np.sqrt(np.pi) / 2.0 * force / hertz * 2.9 / (0.1 * modulus))
-        np.testing.assert_allclose(numbers_of(table["theory"]), ratio, rtol=3e-4)
+        ratio = erf(np.sqrt(np.pi) / 2.0 * force / hertz * 2.9 / (0.1 * MODULUS))
+        assert table["theory"] == list(map(number, ratio))
 
 
 def test_values_of_scene_and_results_are_printed_with_their_units(case):
-    wall, control, _, text, records = case
-    expected = {("spacing", "Å"): 2.5, ("radius", "nm"): 150.0}
-    expected["E[*]", "GPa"] = 100.0 * UNITS["GPa"]
+    wall, control, text = case.wall, case.control, case.text
+    expected = {("spacing", "Å"): 2.5, ("radius", "nm"): RADIUS}
+    expected["E[*]", "GPa"] = MODULUS
     assert ("first contact" in text) == (control == "height")
     if control == "height":
-        touch = column(records, "height") + column(records, "penetration")
+        touch = case.column("height") + case.column("penetration")
         expected["first contact", "Å"] = touch[0]
     assert ("J/m²" in text) == ("ull-off" in text) == (wall == "sticky")
     if wall == "sticky":
-        expected["w =", "J/m²"] = 0.5 * UNITS["J/m²"]
-        expected["tension", "nN"] = -min(column(records, "normal_force"))
-        scale = np.pi * 0.5 * UNITS["J/m²"] * 150.0  # between DMT and JKR
+        expected["w =", "J/m²"] = WORK
+        expected["tension", "nN"] = -min(case.column("normal_force"))
+        scale = np.pi * WORK * RADIUS  # between DMT and JKR
         assert 1.5 * scale < stated(text, "[Pp]ull-off", "nN") < 2.0 * scale
     for (word, unit), value in expected.items():
         assert stated(text, word, unit) == pytest.approx(value, rel=1e-3)
 
 
 def test_memory_is_printed_in_gigabytes_and_residual_forces_in_ase_s_unit(case):
-    _, _, file, _, records = case
+    file = case.file
     text = printed("run", file, "--out", file.parent / "out", "--verbose")
-    number = r"([0-9.]+(?:e[+-]?\d+)?)"
+    digits = r"([0-9.]+(?:e[+-]?\d+)?)"
     for name, pattern in {
-        "memory": rf"{number} GB;",
-        "max_force": rf"force {number} eV/Å",
-        "tolerance": rf"tolerance {number} eV/Å",
+        "memory": rf"{digits} GB;",
+        "max_force": rf"force {digits} eV/Å",
+        "tolerance": rf"tolerance {digits} eV/Å",
     }.items():
         unit = UNITS["GB"] if name == "memory" else 1.0
         found = numbers_of(re.findall(pattern, " ".join(text.split()))) * unit
-        np.testing.assert_allclose(found, column(records, name), rtol=0.05)
+        np.testing.assert_allclose(found, case.column(name), rtol=0.05)
     planned = [line["memory"] for line in lines_of_json("plan", file)]
     shown = next(v for k, v in table_of(printed("plan", file)).items() if "GB" in k)
     np.testing.assert_allclose(numbers_of(shown) * UNITS["GB"], planned, atol=6e6)
 
 
 def test_targets_of_a_plan_are_those_of_the_path(case):
-    _, control, file, *_ = case
+    control, file = case.control, case.file
     given = {name: values for _, name, values, _ in CASES.values()}[control]
     unit = "nN" if control == "load" else "Å"
     name, texts = next(iter(table_of(printed("plan", file)).items()))
@@ -286,8 +229,7 @@ def test_values_in_json_scale_as_their_units(wall, control, tmp_path):
 
 
 def test_json_lines_have_the_columns_of_curve_csv(case):
-    _, _, file, _, records = case
-    lines = lines_of_json("run", file, "--out", file.parent / "out")
-    for line, record in zip(lines, records, strict=True):
+    lines = lines_of_json("run", case.file, "--out", case.file.parent / "out")
+    for line, record in zip(lines, case.records, strict=True):
         line.pop("units")
         assert {name: str(value) for name, value in line.items()} == record

@@ -3,67 +3,17 @@
 The figures are inspected instead of being saved.
 """
 
-import io
 import re
-from contextlib import redirect_stdout
-from pathlib import Path
 
 import numpy as np
 import pytest
-from ase.io import read
+from command_cases import MODULUS, RADIUS, WORK, hertz_area, keep_figure
 from matplotlib.figure import Figure
 
-from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 
 NN, GPA, NM = UNITS["nN"], UNITS["GPa"], UNITS["nm"]
-RADIUS, MODULUS, WORK = 150.0, 100.0 * GPA, 0.5 * UNITS["J/m²"]
-
-SCENE = """
-substrate = {{ spacing = 2.5, contact_modulus = 100.0 }}
-sphere = {{ radius = 60.0 }}
-interaction = {{ {wall} }}
-path = {{ control = "{control}", values = {values} }}
-"""
-STICKY = 'kind = "adhesive", work_of_adhesion = 0.5'
-CASES = {
-    "load": ('kind = "repulsive"', [20.0, 60.0]),
-    "penetration": ('kind = "hard"', [1.0, 2.5]),
-    "height": (STICKY, [1.5, -1.0, 1.0]),
-}
-
-
-def keep_figure(figures):
-    """Function that keeps a figure by its name in place of writing it."""
-
-    def saved(figure, file, **_):
-        figures[Path(file).name.removesuffix(".new")] = figure
-        Path(file).touch()
-
-    return saved
-
-
-@pytest.fixture(scope="module", params=CASES)
-def run(request, tmp_path_factory):
-    """Control, results, frames and figures of a run."""
-    control, (wall, values) = request.param, CASES[request.param]
-    folder, figures = tmp_path_factory.mktemp("run"), {}
-    (folder / "scene.toml").write_text(
-        SCENE.format(wall=wall, control=control, values=values)
-    )
-    with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()):
-        patch.setattr(Figure, "savefig", keep_figure(figures))
-        out = str(folder / "out")
-        assert main(["run", str(folder / "scene.toml"), "--out", out]) == 0
-    table = (folder / "out" / "curve.csv").read_text()
-    records = list(table_rows(table.splitlines()))
-    frames = read(folder / "out" / "sweep.traj", ":")
-    return control, records, frames, figures
-
-
-def column(records, name):
-    return np.array([float(record[name]) for record in records])
 
 
 def points(axes, label):
@@ -73,19 +23,14 @@ def points(axes, label):
     return np.concatenate([line.get_xydata() for line in lines])
 
 
-def hertz_area(force):
-    return np.pi * (0.75 * RADIUS * force / MODULUS) ** (2.0 / 3.0)
-
-
 def dmt_area(force):
     return hertz_area(force + 2.0 * np.pi * WORK * RADIUS)
 
 
-def test_areas_are_relative_to_hertz_and_loads_in_nanonewton(run):
-    _, records, _, figures = run
-    upper, axes = figures["curve.png"].axes
+def test_areas_are_relative_to_hertz_and_loads_in_nanonewton(case):
+    upper, axes = case.figures["curve.png"].axes
     assert axes.get_xlabel().endswith("(nN)")
-    force, area = column(records, "normal_force"), column(records, "contact_area")
+    force, area = case.column("normal_force"), case.column("contact_area")
     push = force > 0.0
     x, y = points(axes, "simulation").T
     np.testing.assert_allclose(x, force[push] / NN)
@@ -98,11 +43,14 @@ def test_areas_are_relative_to_hertz_and_loads_in_nanonewton(run):
     np.testing.assert_allclose(y, hertz_area(x * NN) / NM**2, rtol=1e-6)
 
 
-def test_lines_of_theory_are_in_the_units_of_the_axes(run):
-    control, _, _, figures = run
-    upper, axes = figures["curve.png"].axes
-    if control != "height":
+def test_lines_of_theory_are_in_the_units_of_the_axes(case):
+    upper, axes = case.figures["curve.png"].axes
+    if case.control != "height":
         assert not any("DMT" in line.get_label() for line in axes.get_lines())
+        label = "Eq. (4)" if case.control == "load" else "simulation"
+        x, y = points(upper, label).T
+        relative = points(axes, label)[:, 1]
+        np.testing.assert_allclose(y, relative * hertz_area(x * NN) / NM**2)
         return
     x, y = points(upper, "DMT").T
     np.testing.assert_allclose(y, dmt_area(x * NN) / NM**2, rtol=1e-6)
@@ -110,17 +58,15 @@ def test_lines_of_theory_are_in_the_units_of_the_axes(run):
     np.testing.assert_allclose(y, dmt_area(x * NN) / hertz_area(x * NN), rtol=1e-6)
 
 
-def test_forces_are_drawn_against_the_controlled_quantity(run):
-    control, records, _, figures = run
+def test_forces_are_drawn_against_the_controlled_quantity(case):
+    control, figures = case.control, case.figures
     if control == "load":
         assert "force.png" not in figures
         return
     (axes,) = figures["force.png"].axes
     assert axes.get_xlabel().endswith("(Å)") and control in axes.get_xlabel()
     assert axes.get_ylabel().endswith("(nN)")
-    expected = np.column_stack(
-        [column(records, control), column(records, "normal_force") / NN]
-    )
+    expected = np.column_stack([case.column(control), case.column("normal_force") / NN])
     if control == "height":  # in, and out again from the deepest step
         found = [points(axes, way) for way in ("approach", "retraction")]
         np.testing.assert_allclose(found[0], expected[:2])
@@ -129,15 +75,15 @@ def test_forces_are_drawn_against_the_controlled_quantity(run):
         np.testing.assert_allclose(points(axes, "simulation"), expected)
 
 
-def test_forces_of_theory_are_those_at_the_drawn_depths(run):
-    control, records, _, figures = run
+def test_forces_of_theory_are_those_at_the_drawn_depths(case):
+    control, figures = case.control, case.figures
     if control == "load":
         assert figures.keys() == {"curve.png", "contact.png"}
         return
     (axes,) = figures["force.png"].axes
     name, work = ("DMT", WORK) if control == "height" else ("Hertz", 0.0)
     x, y = points(axes, name).T
-    touch = float(records[0]["height"]) + float(records[0]["penetration"])
+    touch = (case.column("height") + case.column("penetration"))[0]
     depth = touch - x if control == "height" else x
     assert depth.min() >= -1e-9 and depth.max() > 1.0
     a = np.sqrt(RADIUS * depth.clip(0.0))
@@ -145,9 +91,9 @@ def test_forces_of_theory_are_those_at_the_drawn_depths(run):
     np.testing.assert_allclose(y, force / NN, rtol=1e-6, atol=1e-9)
 
 
-def test_maps_show_the_pressure_in_gigapascal_at_the_positions_of_the_atoms(run):
-    _, records, frames, figures = run
-    *panels, bar = figures["contact.png"].axes
+def test_maps_show_the_pressure_in_gigapascal_at_the_positions_of_the_atoms(case):
+    records, frames = case.records, case.frames
+    *panels, bar = case.figures["contact.png"].axes
     assert bar.get_ylabel() == "pressure (GPa)"
     touching = [i for i, row in enumerate(records) if int(row["repulsive_atoms"])]
     assert len(panels) == len(touching)
@@ -169,8 +115,8 @@ def test_maps_show_the_pressure_in_gigapascal_at_the_positions_of_the_atoms(run)
         assert x == pytest.approx(-0.5 * 2.5)
 
 
-def test_circles_of_theory_have_the_radius_of_the_contact(run):
-    control, records, _, figures = run
+def test_circles_of_theory_have_the_radius_of_the_contact(case):
+    control, records, figures = case.control, case.records, case.figures
     panels = figures["contact.png"].axes[:-1]
     for panel, record in zip(panels, records, strict=True):
         label = {"height": "Maugis"}.get(control, "Hertz")
@@ -184,8 +130,8 @@ def test_circles_of_theory_have_the_radius_of_the_contact(run):
             np.testing.assert_allclose(found, np.sqrt(limits[0] / np.pi), rtol=1e-6)
 
 
-def test_titles_of_maps_state_force_and_target(run):
-    control, records, _, figures = run
+def test_titles_of_maps_state_force_and_target(case):
+    control, records, figures = case.control, case.records, case.figures
     panels = figures["contact.png"].axes[:-1]
     assert len({panel.get_xlim() for panel in panels}) == 1
     for panel, record in zip(panels, records, strict=True):
