@@ -13,12 +13,13 @@ mean force is larger.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.paths.accuracy import accuracy_of
-from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
+from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.step_options import StepOptions
 from ase_roughcontact.solvers.newton import default_relaxer
 from ase_roughcontact.solvers.relaxation import Run, Start, Support, largest_error
@@ -59,10 +60,10 @@ class StepRelaxer:
         contact: Contact,
         state: State,
         support: Support,
-        statistics: SolverStatistics,
+        earlier: Run | None = None,
         start: Start | None = None,
     ) -> Run:
-        """Relax a contact from a state, and add its cost to the statistics."""
+        """Relax a contact from a state; the cost is that of earlier runs, too."""
         # a single atom carries no more than the load
         load = support.load if support.load > 0.0 else math.inf
         tolerance = self._given or self._for(min(_MARGIN * self._mean_force, load))
@@ -70,7 +71,7 @@ class StepRelaxer:
             run = self._relaxer(
                 contact, state, support, tolerance, self._max_steps, start
             )
-            statistics.add(run, tolerance)
+            run = earlier = _with_cost_of(earlier, run, tolerance)
             required = self._required(run.fields)
             if self._given or not run.converged or tolerance <= required:
                 return run
@@ -90,22 +91,28 @@ class StepRelaxer:
     def _for(self, mean_force: float) -> float:
         return max(self._relative * mean_force, self._smallest)
 
-    def check(self, relaxed: RelaxedStep, softness: float = 1.0) -> None:
-        """Mark a step as not converged whose forces, gaps or load are not as required.
+    def checked(self, relaxed: RelaxedStep, softness: float) -> RelaxedStep:
+        """Return a step, marked if its forces, gaps or load are not as required.
 
         Over a time step the solid is softer than between steps.
         """
-        statistics = relaxed.statistics
-        if statistics.converged and self._given is None:
-            statistics.mark(_lost_load(relaxed))
-        if statistics.converged:
-            statistics.mark(_remaining_force(relaxed, softness))
+        if self._given is None:
+            relaxed = relaxed.marked(_lost_load(relaxed))
+        return relaxed.marked(_remaining_force(relaxed, softness))
+
+
+def _with_cost_of(earlier: Run | None, run: Run, tolerance: float) -> Run:
+    """Return a run to a tolerance with the cost of an earlier one added."""
+    if earlier is None:
+        return replace(run, tolerance=tolerance)
+    iterations, pairs = run.iterations + earlier.iterations, run.pairs + earlier.pairs
+    return replace(run, tolerance=tolerance, iterations=iterations, pairs=pairs)
 
 
 def _lost_load(relaxed: RelaxedStep) -> str:
     """Return that a load is lost in the rounding of forces; empty if it is not."""
     load, unbalanced = abs(relaxed.run.support.load), relaxed.run.unbalanced
-    carried = relaxed.statistics.tolerance <= _UNCARRIED_PART * load
+    carried = relaxed.run.tolerance <= _UNCARRIED_PART * load
     if carried or not 0.0 < _UNCARRIED_PART * load < unbalanced:
         return ""
     return (
@@ -118,7 +125,7 @@ def _remaining_force(relaxed: RelaxedStep, softness: float) -> str:
     """Return that forces or gaps are above the tolerance; empty if they are not."""
     halfspace, state = relaxed.halfspace, relaxed.fields
     stiffness = halfspace.cell_area / (softness * halfspace.self_compliance)
-    limit = relaxed.statistics.tolerance
+    limit = relaxed.run.tolerance
     if not relaxed.contact.interaction.hard and state.pressure.any():
         limit = min(limit, largest_error(relaxed.contact, state.pressure))
     left = max(relaxed.run.max_force, stiffness * relaxed.gap_error)

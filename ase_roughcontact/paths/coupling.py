@@ -107,13 +107,13 @@ class Coupling:
         depths: list[tuple[np.ndarray, np.ndarray]] = []
         for number in range(1, _MOST + 1):
             depth, change = self._changed(relaxed, lateral)
-            if change <= self._agreed or not relaxed.statistics.converged:
+            if change <= self._agreed or not relaxed.run.converged:
                 lateral = slid(relaxed, lateral)  # to its own tolerance
                 depth, change = self._changed(relaxed, lateral)
-            if change <= self._agreed or not relaxed.statistics.converged:
+            if change <= self._agreed or not relaxed.run.converged:
                 break
             if number == _MOST:
-                relaxed.statistics.mark(
+                relaxed = relaxed.marked(
                     f"normal and lateral motion do not agree after {number} "
                     "alternations: the depth by the tractions changes by "
                     f"{change:.2g} of the largest displacement (strong friction, or a "

@@ -163,10 +163,10 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     relaxation = _relaxation(step)
     compliance = _cell_compliance(step)
     shift = _cell_shift(step)
-    if step.continuum:
+    if step.options.continuum:
         shift += _grid_height(step, softness) + _kept_shape(step)
     area = _cell_area(step) + _area_change(step, relaxation) + _undecided_area(step)
-    if step.continuum:
+    if step.options.continuum:
         area += continuum_area_error(step) + _area_change(step, _attraction_force(step))
     area += _unknown_surroundings(step)
     if not step.run.support.fixed:
@@ -209,7 +209,7 @@ def continuum_area_error(step: RelaxedContact) -> float:
         wall = step.contact.interaction
         softness = step.halfspace.contact_modulus / wall.stiffness_at_contact
         of_grid = grid_error(step.perimeter, step.fields.cell_area, softness)
-    return of_grid + step.lost_slope * step.fields.contact_area
+    return of_grid + step.options.lost_slope * step.fields.contact_area
 
 
 def _relaxation(step: RelaxedContact) -> float:
@@ -345,7 +345,7 @@ def _profile_factor(step: RelaxedContact) -> float:
 
 def _lowest_point(step: RelaxedContact) -> float:
     """Return the error of the lowest point of the indenter by the grid (Å)."""
-    if not step.continuum:
+    if not step.options.continuum:
         return 0.0
     return lowest_point_error(step.contact.heights, step.halfspace.periodic)
 

@@ -87,7 +87,8 @@ def failed_checks(validity: str) -> dict[str, Check]:
 
 def _mean_pressure(step: RelaxedStep) -> float:
     # rounding may make the mean of equal pressures larger than any of them
-    return min(step.mean_pressure, float(step.fields.pressure.max())) / step.hardness
+    pressure = min(step.mean_pressure, float(step.fields.pressure.max()))
+    return pressure / step.options.hardness
 
 
 def _contact_radius(step: RelaxedStep) -> float:
@@ -185,7 +186,7 @@ CHECKS = (
     Check(
         "largest pressure/hardness > 1",
         "the highest asperities deform plastically",
-        lambda s: float(s.fields.pressure.max()) / s.hardness,
+        lambda s: float(s.fields.pressure.max()) / s.options.hardness,
     ),
     Check(
         "contact radius/R > 0.2",

@@ -87,7 +87,7 @@ def _continuum_area(step: RelaxedStep) -> float:
 
 
 def _mean_pressure(step: RelaxedStep) -> float:
-    if step.continuum and (area := _continuum_area(step)):
+    if step.options.continuum and (area := _continuum_area(step)):
         return step.mean_pressure * step.fields.contact_area / area
     return step.mean_pressure
 
@@ -158,7 +158,7 @@ class LoadStep:
         "area",
     )
     area_column: str = column(
-        lambda s: "continuum_area" if s.continuum else "contact_area",
+        lambda s: "continuum_area" if s.options.continuum else "contact_area",
         "which of the two areas is asked for, and has the `area_error`",
     )
     area_error: float = column(
@@ -241,21 +241,19 @@ class LoadStep:
         "Å",
     )
     converged: bool = column(
-        lambda s: s.statistics.converged,
+        lambda s: s.run.converged,
         "whether the optimizer has converged, and forces and gaps confirm it",
     )
-    message: str = column(lambda s: s.statistics.message, "why it did not, else empty")
+    message: str = column(lambda s: s.run.message, "why it did not, else empty")
     validity: str = column(
         violations, "limits of the model that the step exceeds, else empty"
     )
     tolerance: float = column(
-        lambda s: s.statistics.tolerance, "tolerance of the force on any atom", "eV/Å"
+        lambda s: s.run.tolerance, "tolerance of the force on any atom", "eV/Å"
     )
-    iterations: int = column(
-        lambda s: s.statistics.iterations, "steps of the optimizer"
-    )
+    iterations: int = column(lambda s: s.run.iterations, "steps of the optimizer")
     pairs: float = column(
-        lambda s: s.statistics.pairs,
+        lambda s: s.run.pairs,
         "forward/inverse FFT pairs, normalised to one full-grid pair",
     )
     window: str = column(

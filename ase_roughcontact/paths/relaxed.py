@@ -1,11 +1,9 @@
-"""Relaxed step of a path, from which the columns of its result are calculated."""
+"""Relaxed step of a path with its errors, and its lateral state."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -13,40 +11,6 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.errors import Errors, estimated_errors
 from ase_roughcontact.paths.relaxed_contact import RelaxedContact
 from ase_roughcontact.solvers.friction import FrictionSolution
-from ase_roughcontact.solvers.relaxation import Run
-
-
-@dataclass
-class SolverStatistics:
-    """Outcome and cost of relaxing a step; summed over its runs of the optimizer.
-
-    Attributes
-    ----------
-    converged : bool
-    message : str
-    tolerance : float
-    iterations : int
-    pairs : float
-        See `LoadStep`.
-    """
-
-    converged: bool = False
-    message: str = ""
-    tolerance: float = np.inf
-    iterations: int = 0
-    pairs: float = 0.0
-
-    def add(self, run: Run, tolerance: float) -> None:
-        """Add a run of the optimizer to a tolerance."""
-        self.converged, self.message = run.converged, run.message
-        self.tolerance = tolerance
-        self.iterations += run.iterations
-        self.pairs += run.pairs
-
-    def mark(self, message: str) -> None:
-        """Mark the step as not converged, for a reason that is not empty."""
-        if message:
-            self.converged, self.message = False, message
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,45 +84,17 @@ class LateralState:
         return 0.5 * self.cell_area * float((self.solution.tractions * work).sum())
 
 
-@dataclass(frozen=True, kw_only=True)
 class RelaxedStep(RelaxedContact):
-    """Relaxed contact of a step, with what it cost.
-
-    Attributes
-    ----------
-    number : int
-        Number of the step, from zero.
-    first_contact : float
-        Height at which the indenter begins to repel the flat substrate (Å).
-    statistics : SolverStatistics
-    seconds : float
-        Wall-clock time of the relaxation.
-    time : float
-        Of the step, NaN unless the solid creeps.
-    base : float
-        Height of the base of the cantilever; NaN without one (Å).
-    hardness : float
-        Of the substrate, infinity or NaN if pressures are not limited (eV/Å^3).
-    lateral : LateralState or None
-        Under friction, of a sliding path.
-    scan_errors : ScanErrors or None
-        Adds errors by the scan that is pressed.
-    """
-
-    number: int
-    first_contact: float
-    statistics: SolverStatistics
-    seconds: float
-    time: float = np.nan
-    base: float = np.nan
-    hardness: float = np.nan
-    lateral: Any = None  # so that the columns of sliding paths need no check
-    scan_errors: Callable[[RelaxedStep], Errors] | None = None
+    """Relaxed contact of a step, with the estimated errors of its results."""
 
     @cached_property
     def errors(self) -> Errors:
-        """Estimated errors of area, force and height."""
-        errors = estimated_errors(self)
-        if self.scan_errors is None:
-            return errors
-        return Errors(*np.add(errors, self.scan_errors(self)).tolist())
+        """Estimated errors, those by the scan that is pressed included."""
+        errors, of_scan = estimated_errors(self), self.options.scan_errors
+        return Errors(*np.add(errors, of_scan(self)).tolist()) if of_scan else errors
+
+    def marked(self, message: str) -> RelaxedStep:
+        """Return the step, which has not converged for a reason that is not empty."""
+        if not (message and self.run.converged):
+            return self
+        return replace(self, run=replace(self.run, converged=False, message=message))

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ase_roughcontact.contact import Contact, ContactState, Problem
 from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.paths.step_options import StepOptions
 from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.solvers.response import HeightResponse, height_response
 from ase_roughcontact.theory.counted_area import open_sides
@@ -22,7 +24,7 @@ _RESIDUAL = 1e-2
 
 @dataclass(frozen=True, kw_only=True)
 class RelaxedContact:
-    """Relaxed contact, and the quantity of interest.
+    """Relaxed contact of a step.
 
     Attributes
     ----------
@@ -30,21 +32,36 @@ class RelaxedContact:
     contact : Contact
         On the window of the state.
     run : Run
-        State, fields and forces, and what holds the indenter.
-    control : {"penetrations", "heights", "loads"}
+        State, fields and forces, what holds the indenter, and what it cost.
+    control : {"penetrations", "heights", "loads", "bases"}
         What the path prescribes.
-    continuum : bool
-        Whether the continuum is asked for, and not the model of atoms.
-    lost_slope : float
-        Part of the rms slope that a coarse grid can't resolve, and that is lost.
+    options : StepOptions
+        Of the path, such as whether the continuum is asked for.
+    number : int
+        Number of the step, from zero.
+    first_contact : float
+        Height at which the indenter begins to repel the flat substrate (Å).
+    seconds : float
+        Wall-clock time of the relaxation.
+    time : float
+        Of the step, NaN unless the solid creeps.
+    base : float
+        Height of the base of the cantilever; NaN without one (Å).
+    lateral : LateralState or None
+        Under friction, of a sliding path.
     """
 
     problem: Problem
     contact: Contact
     run: Run
     control: str = "heights"
-    continuum: bool = False
-    lost_slope: float = 0.0
+    options: StepOptions = field(default_factory=StepOptions)
+    number: int = 0
+    first_contact: float = math.nan
+    seconds: float = 0.0
+    time: float = math.nan
+    base: float = math.nan
+    lateral: Any = None  # so that the columns of sliding paths need no check
 
     @property
     def height(self) -> float:
@@ -89,7 +106,7 @@ class RelaxedContact:
         that does not end at the edge of a free window.
         """
         contact, fields, halfspace = self.contact, self.fields, self.halfspace
-        if not (self.continuum and contact.interaction.hard and self.touches):
+        if not (self.options.continuum and contact.interaction.hard and self.touches):
             return None
         if not halfspace.periodic and at_edge(fields.contact):
             return None

@@ -155,9 +155,9 @@ class _Result(list):
 
     @classmethod
     def of(cls, step: RelaxedStep) -> Any:
-        if not step.statistics.converged:
+        if not step.run.converged:
             return cls(_UNKNOWN)
-        area = "continuum_area" if step.continuum else "contact_area"
+        area = "continuum_area" if step.options.continuum else "contact_area"
         names, columns = (area, "normal_force", "height", "penetration"), columns_of()
         return cls(columns[name].value(step) for name in names)
 

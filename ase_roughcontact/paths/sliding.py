@@ -193,8 +193,7 @@ class SlidingSteps(NumberedSteps):
                 state = slid(relaxed)
             stiffness = state.cell_area * self._stiffness(state.bounds > 0.0)
             state = replace(state, stiffness=stiffness)
-            if relaxed.statistics.converged:
-                relaxed.statistics.mark(state.solution.message)
+            relaxed = relaxed.marked(state.solution.message)
             self._displacement, self._dissipated = state.displacement, state.dissipated
             self._fields = self._on_window(state, relaxed.run.state)
             return replace(relaxed, lateral=state, seconds=perf_counter() - begun)

@@ -21,7 +21,7 @@ from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.paths.convergence import StepRelaxer
 from ase_roughcontact.paths.extrapolation import Extrapolation
 from ase_roughcontact.paths.record import LoadStep, Step
-from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
+from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.step_options import CONTROLS, FREE, StepOptions
 from ase_roughcontact.paths.surface_history import SurfaceHistory
 from ase_roughcontact.solvers.relaxation import External, Run, Support, fields_of
@@ -193,7 +193,7 @@ class Stepper:
         Parameters
         ----------
         relaxed : RelaxedStep
-            Whose statistics go on.
+            Whose cost is added.
         target : float
         **history : ndarray, shape (n, m)
             See `remember`.
@@ -204,7 +204,7 @@ class Stepper:
         """
         for key, values in history.items():
             self.remember(key, values)
-        return self._relaxed(relaxed.number, target, relaxed.time, relaxed.statistics)
+        return self._relaxed(relaxed.number, target, relaxed.time, relaxed.run)
 
     def restart_from(self, state: State, target: float | None = None) -> None:
         """Continue from a state, as if a step had ended there.
@@ -256,10 +256,9 @@ class Stepper:
         number: int,
         target: float,
         moment: float,
-        repeated: SolverStatistics | None = None,
+        repeated: Run | None = None,
     ) -> RelaxedStep:
         begun = time.perf_counter()
-        statistics = repeated or SolverStatistics()
         if self.problem.wall.purely_hard:  # only the pressure is needed again
             self.state = replace(self.state, displacement=None)
         self.run = None
@@ -271,10 +270,10 @@ class Stepper:
         # without a load nothing holds a sphere
         if (target or support.fixed) and repeated is None:
             start = self._extrapolation.start(state.window, along)
-        run = self._relax(self.contact, state, support, statistics, start)
+        run = self._relax(self.contact, state, support, repeated, start)
         while wider := self.windows.enlarged(run, self.contact):
             wider = self._surface.on(wider)
-            run = self._relax(self.contact, wider, support, statistics)
+            run = self._relax(self.contact, wider, support, run)
         softness, run = self._surface.softness, self._surface.ended(run)
         self.state, self.run = run.state, run
         relaxed = RelaxedStep(
@@ -283,18 +282,14 @@ class Stepper:
             run=run,
             number=number,
             first_contact=self.windows.first_contact,
-            statistics=statistics,
             seconds=time.perf_counter() - begun,
             time=moment,
             base=target if self.control == "bases" else math.nan,
-            hardness=self.options.hardness,
             control=self.control,
-            continuum=self.options.continuum,
-            lost_slope=self.options.lost_slope,
-            scan_errors=self.options.scan_errors,
+            options=self.options,
         )
-        self._relax.check(relaxed, softness)
-        if statistics.converged and self._continuous and repeated is None:
+        relaxed = self._relax.checked(relaxed, softness)
+        if relaxed.run.converged and self._continuous and repeated is None:
             self._extrapolation.add(along, run.state, run.fields.pressure)
         return relaxed
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.contact import Contact, State
 from ase_roughcontact.paths.accuracy import accuracy_of
-from ase_roughcontact.paths.errors import Errors
-from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.solvers.relaxation import Run, Start, Support
 
 #: What a path prescribes: that of the indenter, or of the base of its cantilever.
@@ -45,7 +43,7 @@ class StepOptions:
         Stiffness of the spring between the indenter and a base whose height is given
         (force/length).
     scan_errors : ScanErrors, optional
-        Adds errors by the scan that is pressed.
+        Returns the errors of a `RelaxedStep` by the scan that is pressed.
 
     Raises
     ------
@@ -62,7 +60,7 @@ class StepOptions:
     continuum: bool = False
     lost_slope: float = 0.0
     cantilever: float = 0.0
-    scan_errors: Callable[[RelaxedStep], Errors] | None = None
+    scan_errors: Callable[[Any], tuple[float, ...]] | None = None
 
     def __post_init__(self) -> None:
         """Check the options."""

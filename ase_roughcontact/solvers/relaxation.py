@@ -106,6 +106,8 @@ class Run:
     iterations : int
     pairs : float
         FFT pairs; see `Relaxation`.
+    tolerance : float
+        Largest force that it allowed.
     """
 
     state: State
@@ -118,6 +120,7 @@ class Run:
     message: str = ""
     iterations: int = 0
     pairs: float = 0.0
+    tolerance: float = math.inf
 
     @classmethod
     def of(
