@@ -73,11 +73,6 @@ class CirculantModel:
             memory = halfspace.window_transform
             self._transform = RealFFT2(self.box.shape, grid, **fft, memory=memory)
 
-    @property
-    def work(self) -> int:
-        """Grid points transformed so far, forward and back."""
-        return math.prod(self._transform.grid) * self._transform.pairs
-
     @cached_property
     def _compliance(self) -> np.ndarray:
         return self._transform.multiplier(self._spectrum)

@@ -14,6 +14,7 @@ spectrum of the padded grid is never stored as a whole.
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -60,6 +61,20 @@ class Blocking:
     column_block: int = 8
     column_height: int = 14000
     whole_grid_bytes: int = 8 << 20
+
+
+class _Work(threading.local):
+    """Grid points that `RealFFT2.filter` has transformed in a thread."""
+
+    points = 0
+
+
+_WORK = _Work()
+
+
+def transformed_points() -> int:
+    """Return the grid points that this thread has transformed forward and back."""
+    return _WORK.points
 
 
 def fast_length(minimum: int) -> int:
@@ -231,6 +246,7 @@ class RealFFT2:
         if values.shape != self.window:
             raise ValueError(f"expected the shape {self.window}, got {values.shape}")
         self.pairs += 1
+        _WORK.points += math.prod(self.grid)
         if out is None:
             out = np.empty(self.window, self.dtype)
         if self._whole:

@@ -22,6 +22,7 @@ pressures.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Generator, Iterator
 from dataclasses import replace
 
@@ -31,7 +32,7 @@ from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.contact.state import without_rounding
 from ase_roughcontact.elasticity.circulant import covering_model
-from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.solvers.coarsening import (
     can_coarsen,
     coarsen,
@@ -46,6 +47,7 @@ from ase_roughcontact.solvers.relaxation import (
     External,
     Relaxation,
     checked_start,
+    counts_pairs,
     force_per_gap,
     gap_tolerance,
 )
@@ -61,6 +63,7 @@ _LARGEST_CROP = 0.5
 _DEFAULTS = ActiveSetOptions()
 
 
+@counts_pairs
 def active_set(
     contact: Contact,
     *,
@@ -181,66 +184,47 @@ def _solve(
     options: ActiveSetOptions,
 ) -> Iterator[Relaxation]:
     """Solve on a window, cropped where possible."""
-    halfspace, shape, pairs = contact.halfspace, contact.halfspace.shape, 0.0
-    height, load = hold.height, hold.load  # the height is a guess under a load
+    halfspace, load = contact.halfspace, hold.load
+    height = hold.height  # a guess under a load
     if start is None and load is not None:
-        start, pairs = _full_contact(contact, load)
+        start = _full_contact(contact, load)
     if start is None and can_coarsen(contact, options.coarsest):
-        coarse, gap = _coarse_solution(contact, hold, options)
-        pairs += coarse.pairs
-        start = refine(coarse.pressure, shape)
+        gap = 2.0 * _COARSE_GAP * halfspace.spacing
+        states = _solve(coarsen(contact), hold, None, gap, options)
+        coarse = deque(states, maxlen=1).pop()
+        start = refine(coarse.pressure, halfspace.shape)
         if load is not None or hold.softness:
             height = coarse.height - gap
         del coarse  # its memory is needed
     elif start is not None:
         height += hold.softness * halfspace.cell_area * float(start.sum())
     can_crop = not (halfspace.periodic or halfspace.solid.bulges)
-    box = window = Box((0, 0), shape)
+    box = window = Box((0, 0), halfspace.shape)
     if start is not None and can_crop:
         box = reachable(contact, height, start)
         capacity = contact.interaction.hardness * box.size * halfspace.cell_area
         carries = load is None or load <= capacity
         box = _worthwhile(box, window) if carries else window
     while True:
-        required, cropped = box, crop(contact, box)
         part = None if start is None else start[box.slices]
-        states = defect_correction(cropped, hold, part, tolerance, options)
+        states = defect_correction(crop(contact, box), hold, part, tolerance, options)
         del part, start  # their memory is needed
         for state in states:
+            needed = box
             if state.converged and can_crop:
-                required = box.union(reachable(contact, state.height))
-            state = replace(
-                state,
-                pressure=_padded(state.pressure, box, shape),
-                converged=state.converged and required == box,
-                pairs=_share(cropped, contact) * state.pairs + pairs,
-            )
-            yield state
-            pairs = 0.0
-        if required == box:
+                needed = box.union(reachable(contact, state.height))
+            pressure = state.pressure
+            if box != window:
+                pressure = carried(pressure, box, window)
+            converged = state.converged and needed == box
+            yield replace(state, pressure=pressure, converged=converged)
+        if needed == box:
             return
-        start = state.pressure
-        box = _worthwhile(required, window)
+        start, box = pressure, _worthwhile(needed, window)
 
 
-def _coarse_solution(
-    contact: Contact, hold: Hold, options: ActiveSetOptions
-) -> tuple[Relaxation, float]:
-    """Return the state on a coarser grid, with all its pairs, and its tolerance."""
-    coarse, pairs = coarsen(contact), 0.0
-    gap = _COARSE_GAP * coarse.halfspace.spacing
-    for state in _solve(coarse, hold, None, gap, options):
-        pairs += _share(coarse, contact) * state.pairs
-    return replace(state, pairs=pairs), gap
-
-
-def _share(part: Contact, contact: Contact) -> float:
-    """Return the points of a grid in units of those of another one."""
-    return math.prod(part.halfspace.grid) / math.prod(contact.halfspace.grid)
-
-
-def _full_contact(contact: Contact, load: float) -> tuple[np.ndarray | None, float]:
-    """Return the pressure of a full contact without its tension, and the FFT pairs.
+def _full_contact(contact: Contact, load: float) -> np.ndarray | None:
+    """Return the pressure of a full contact without its tension.
 
     None if not nearly all of it is elastic; it is not calculated if the load is too
     small to close all gaps.
@@ -249,26 +233,15 @@ def _full_contact(contact: Contact, load: float) -> tuple[np.ndarray | None, flo
     mean = load / (halfspace.cell_area * heights.size)
     depth = mean * halfspace.self_compliance * max(heights.shape)
     if depth < np.ptp(heights):
-        return None, 0.0
+        return None
     model = covering_model(halfspace, Box((0, 0), heights.shape))
-    before = model.work
     uneven = model.stiffness(heights - heights.mean()) / model.self_compliance
-    pairs = (model.work - before) / math.prod(halfspace.grid)
     pressure = (mean - uneven).astype(float)
     elastic = (pressure > 0.0) & (pressure <= contact.interaction.hardness)
     full = np.count_nonzero(elastic) >= _FULL_CONTACT * pressure.size
-    return (pressure.clip(0.0) if full else None), pairs
+    return pressure.clip(0.0) if full else None
 
 
 def _worthwhile(box: Box, window: Box) -> Box:
     """Return a box that is small enough to crop the window to it, or the window."""
     return box if box.size <= _LARGEST_CROP * window.size else window
-
-
-def _padded(pressure: np.ndarray, box: Box, shape: tuple[int, int]) -> np.ndarray:
-    """Return a pressure on a box as one on the window."""
-    if pressure.shape == shape:
-        return pressure
-    padded = np.zeros(shape)
-    padded[box.slices] = pressure
-    return padded

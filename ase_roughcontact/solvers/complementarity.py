@@ -48,25 +48,21 @@ import numpy as np
 from ase_roughcontact._util.kernels import (
     dot,
     dots,
-    inner,
     linear_combination,
     rowwise,
     scale,
     total,
 )
 from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.solvers.bounds import with_sum
 
-# Part of the violation that the conjugate gradients leave before an update of the sets,
-# in elastic and in plastic contact.
-_FORCING, _PLASTIC_FORCING = 0.4, 0.25
+# Part of the violation that the conjugate gradients leave before an update of the sets.
+_FORCING = 0.4
 # Number of updates with this part; it is halved at each further one.
 _LOOSE_UPDATES = 6
 # Largest number of updates and steps of conjugate gradients.
 _STEPS = 300
-# Of a start, atoms are in plastic contact from this ratio of their pressure to what is
-# missing to the hardness: far from the solution many gaps are wrong.
-_FLOW = 9.0
 # Atoms that enter the set together carry at most the change of load times this factor.
 _MARGIN = 2
 
@@ -105,25 +101,21 @@ class ComplementarityProblem:
     ) -> None:
         self._model, self._hardness = model, hardness
         self._yielding = yielding / model.self_compliance
-        self._bounded = hardness < math.inf
         self._required_sum, self._loaded = required_sum, required_sum is not None
         self._window, self._unit = pressure, violation / model.self_compliance
         self._pressure = self._on_box(pressure, 1.0 / self._unit)
-        self._missing: np.ndarray | float = math.inf  # to the hardness
         self._gap = self._on_box(gap, 1.0 / violation)  # g + C x
         contact = self._pressure > self._gap
-        self._plastic = np.zeros(contact.shape, bool)
-        self._forcing = _FORCING
-        if self._bounded:
+        self._missing: np.ndarray | float = math.inf  # to the hardness
+        self._plastic: np.ndarray | None = None
+        if hardness < math.inf:
             self._missing = self._on_box(hardness - pressure, 1.0 / self._unit)
-            self._plastic = (self._gap <= -self._missing) & (
-                self._pressure >= _FLOW * self._missing
-            )
+            self._plastic = self._pressure >= self._missing
+            self._plastic &= self._gap <= -self._missing
             contact &= ~self._plastic
-            self._forcing = _PLASTIC_FORCING
         self._contact = contact.astype(model.dtype)
         self._height_change = 0.0
-        self._steps = _STEPS  # that are left
+        self._forcing, self._steps = _FORCING, _STEPS  # steps that are left
 
     def solve(self, target: float) -> np.ndarray:
         """Return a pressure that satisfies the conditions of contact for the model.
@@ -166,7 +158,7 @@ class ComplementarityProblem:
         if self._loaded or not (singular and self._contact.all()):
             return
         pressure, missing = self._pressure + self._change, self._missing - self._change
-        if not self._bounded or self._gap.mean() > 0.0:
+        if self._plastic is None or self._gap.mean() > 0.0:
             self._change -= pressure.min()
             self._contact[pressure <= pressure.min()] = 0.0
         else:
@@ -191,22 +183,20 @@ class ComplementarityProblem:
             opening += raised
         return opening
 
-    def _clipped(self) -> np.ndarray:
+    def _clipped(self, extend: bool = True) -> np.ndarray:
         """Return the change clipped to the bounds; under a load, of no total."""
         clipped = self._within_bounds()
-        if not self._loaded:
+        gained = total(clipped) if self._loaded else 0.0
+        if not gained:
             return clipped
-        gained = total(clipped)
+        bounded = self._plastic is not None
         available = self._available(clipped, gained)
         most = total(available)
-        if self._bounded and abs(gained) > most:
+        if bounded and abs(gained) > most and extend:
             self._extend(gained, abs(gained) - most)
-            clipped = self._within_bounds()
-            gained = total(clipped)
-            available = self._available(clipped, gained)
-            most = total(available)
+            return self._clipped(extend=False)
         if most:
-            share = max(min(gained / most, 1.0), -1.0 if self._bounded else -math.inf)
+            share = max(min(gained / most, 1.0), -1.0 if bounded else -math.inf)
             linear_combination([(1.0, clipped), (-share, available)], out=clipped)
         return clipped
 
@@ -216,7 +206,7 @@ class ComplementarityProblem:
         np.negative(self._pressure, out=lowest)
         np.maximum(self._change, lowest, out=clipped)
         np.copyto(clipped, lowest, where=self._contact == 0.0)
-        if self._bounded:
+        if self._plastic is not None:
             np.minimum(clipped, self._missing, out=clipped)
             np.copyto(clipped, self._missing, where=self._plastic)
         return clipped
@@ -227,16 +217,17 @@ class ComplementarityProblem:
         Without a hardness they rise by multiples of themselves.
         """
         available = self._fields[2]
-        if gained > 0.0 or not self._bounded:
+        if gained > 0.0 or self._plastic is None:
             np.add(self._pressure, change, out=available)
         else:
             np.subtract(self._missing, change, out=available)
-        if self._bounded:  # else there is none out of contact
+        if self._plastic is not None:  # else there is none out of contact
             available *= self._contact
         return available
 
     def _extend(self, gained: float, lacking: float) -> None:
         """Add atoms to ``A`` that can take up a change of the total."""
+        assert self._plastic is not None
         if gained > 0.0:
             candidates, order = self._plastic.copy(), -self._gap
         else:
@@ -266,16 +257,13 @@ class ComplementarityProblem:
         if not count:
             return self._exchange(target)
         residual, direction, buffer = self._fields
-        opened = dot(self._gap, self._contact)
-        largest, last_work = self._set_residual(residual, opened / count), math.inf
-        wrong = _largest_wrong_gap(self._gap, *self._state)
-        stage = max(target, self._forcing * max(largest, wrong))
-        while self._steps > 0:
-            if largest <= stage:
-                if self._exchange(target):
-                    return True
-                if largest <= target:
-                    return False
+        largest, last_work = self._set_residual(count), math.inf
+        stage = max(target, self._forcing * largest)
+        while True:
+            if largest <= stage or self._steps <= 0:
+                changed = self._exchange(target)
+                if changed or largest <= target or self._steps <= 0:
+                    return changed
                 stage = max(target, self._forcing * largest)
             z = self._model.stiffness(residual, buffer)
             work, mean = dots([(z, residual), (z, self._contact)])
@@ -285,134 +273,69 @@ class ComplementarityProblem:
             linear_combination([(work / last_work, direction), (1.0, z)], out=direction)
             opening = self._opened(direction, buffer)
             length, last_work = work / dot(direction, opening), work
-            opened = _advance(
-                self._change, self._gap, length, direction, opening, self._contact
-            )
-            largest = self._set_residual(residual, opened / count)
+            for values, change in ((self._change, direction), (self._gap, opening)):
+                linear_combination([(1.0, values), (length, change)], out=values)
+            largest = self._set_residual(count)
             self._steps -= 1
-        return self._exchange(target)
 
-    def _set_residual(self, residual: np.ndarray, mean_gap: float) -> float:
-        """Set ``r = -(g + C x + s)`` in contact; return its largest magnitude."""
+    def _set_residual(self, count: float) -> float:
+        """Set ``r = -(g + C x + s)`` in contact, and ``s``; return ``max |r|``."""
         if self._loaded:
-            self._height_change = -mean_gap
-        return _set_residual(residual, self._gap, self._height_change, self._contact)
-
-    @property
-    def _state(self) -> tuple[float, np.ndarray, np.ndarray, bool]:
-        """Change of the height, the sets, and whether the pressure is bounded."""
-        return self._height_change, self._contact, self._plastic, self._bounded
+            self._height_change = -dot(self._gap, self._contact) / count
+        return _set_residual(
+            self._fields[0], self._gap, self._height_change, self._contact
+        )
 
     def _exchange(self, target: float) -> bool:
         """Update the sets; return whether one has changed."""
-        bounds = self._pressure, self._missing
-        return _exchange(self._gap, *self._state, self._change, *bounds, target)
+        sets, bounds = (self._contact, self._plastic), (self._pressure, self._missing)
+        shift = self._height_change
+        return _exchange(self._gap, shift, self._change, *sets, *bounds, target)
 
     def _result(self) -> np.ndarray:
         """Return the new pressure on the window; under a load of its total."""
-        inside, change = self._model.box.slices, self._clipped()
+        box, window = self._model.box, Box((0, 0), self._window.shape)
+        change, old = self._clipped(), self._window[box.slices]
         del self._fields, self._change, self._contact  # their memory is needed
-        new = np.zeros(self._window.shape)
-        _add_change(
-            new[inside],
-            self._window[inside],
-            self._unit,
-            change,
-            self._pressure,
-            self._hardness,
-        )
-        push = np.zeros(1)
-        if self._bounded:
-            np.copyto(new[inside], self._hardness, where=self._plastic)
-            push = np.zeros(self._window.shape)
-            push[inside] = -self._unit * self._gap
+        pressure = linear_combination([(1.0, old), (self._unit, change)])
+        np.clip(pressure, 0.0, self._hardness, out=pressure)
+        pressure *= change > -self._pressure
+        if self._plastic is not None:
+            np.copyto(pressure, self._hardness, where=self._plastic)
+        if box != window:
+            pressure = carried(pressure, box, window)
         if self._required_sum is None:
-            return new
-        return with_sum(new, self._required_sum, self._hardness, push)
-
-
-def _wrong_gaps(
-    gap: np.ndarray, height_change: float, plastic: np.ndarray, bounded: bool
-) -> np.ndarray:
-    """Return overlaps; of atoms in plastic contact, gaps."""
-    wrong = -height_change - gap
-    if bounded:
-        np.negative(wrong, out=wrong, where=plastic)
-    return wrong
-
-
-@rowwise(np.maximum)
-def _largest_wrong_gap(
-    gap: np.ndarray,
-    height_change: float,
-    contact: np.ndarray,
-    plastic: np.ndarray,
-    bounded: bool,
-) -> float:
-    """Return the largest wrong gap of atoms out of `A`, or zero."""
-    wrong = _wrong_gaps(gap, height_change, plastic, bounded)
-    return float(wrong.max(initial=0.0, where=contact == 0.0))
+            return pressure
+        push = np.zeros(1)
+        if self._plastic is not None:
+            push = carried(-self._unit * self._gap, box, window)
+        return with_sum(pressure, self._required_sum, self._hardness, push)
 
 
 @rowwise(np.logical_or)
 def _exchange(
     gap: np.ndarray,
     height_change: float,
-    contact: np.ndarray,
-    plastic: np.ndarray,
-    bounded: bool,
     change: np.ndarray,
+    contact: np.ndarray,
+    plastic: np.ndarray | None,
     pressure: np.ndarray,
     missing: np.ndarray | float,
     target: float,
 ) -> bool:
     """Update the sets in elastic and plastic contact; return whether one changes."""
     inside = contact > 0.0
-    wrong = _wrong_gaps(gap, height_change, plastic, bounded) > target
-    elastic = np.where(inside, change >= -pressure, wrong)
-    if bounded:
+    wrong = -height_change - gap  # overlaps; of atoms in plastic contact, gaps
+    if plastic is not None:
+        np.negative(wrong, out=wrong, where=plastic)
+    elastic = np.where(inside, change >= -pressure, wrong > target)
+    if plastic is not None:
         above = inside & (change > missing)
         elastic &= ~above
         plastic &= ~elastic
         plastic |= above
     contact[:] = elastic
     return bool((elastic != inside).any())
-
-
-@rowwise()
-def _add_change(
-    new: np.ndarray,
-    old: np.ndarray,
-    unit: float,
-    change: np.ndarray,
-    pressure: np.ndarray,
-    hardness: float,
-) -> None:
-    """Set ``old + unit x`` within its bounds, zero where ``p + x`` is."""
-    # in an array of its own: operations on parts of rows take much longer
-    result = np.multiply(change, unit, dtype=new.dtype)
-    result += old
-    np.maximum(result, 0.0, out=result)
-    np.minimum(result, hardness, out=result)
-    result *= change > -pressure
-    new[:] = result
-
-
-@rowwise(np.add)
-def _advance(
-    change: np.ndarray,
-    gap: np.ndarray,
-    length: float,
-    direction: np.ndarray,
-    opening: np.ndarray,
-    contact: np.ndarray,
-) -> float:
-    """Set ``x += a t`` and ``g += a C t``, overwriting ``C t``; return ``g . A``."""
-    opening *= length
-    gap += opening
-    np.multiply(direction, length, out=opening)
-    change += opening
-    return inner(gap, contact)
 
 
 @rowwise(np.maximum)

@@ -110,7 +110,6 @@ class _DefectCorrection:
         area = self._halfspace.cell_area
         self._total = None if hold.load is None else hold.load / area
         self._yielding = hold.softness * area  # of a spring to the sum of pressures
-        self._pairs = 0.0
         self._pressure = initial_pressure(contact, hold.load, start)
         self._opening = self._opened(self._pressure)
         self._model: CirculantModel | None = None
@@ -121,14 +120,13 @@ class _DefectCorrection:
     def evaluate(self) -> Relaxation:
         """Calculate the gap; return the present state."""
         gap = self._contact.heights + self._opening
-        in_contact = rigid = gap[self._pressure > 0.0]
-        highest = float(in_contact.max(initial=-math.inf))
-        lowest = float(gap.min())
-        if self._hardness < math.inf:  # atoms under the hardness may overlap
-            rigid = gap[self._pressure < self._hardness]
-            lowest = float(rigid.min(initial=math.inf))
+        touching = self._pressure > 0.0
+        rigid = self._pressure < self._hardness  # others may overlap
+        highest = float(gap.max(where=touching, initial=-math.inf))
+        lowest = float(gap.min(where=rigid, initial=math.inf))
         if self._total is not None:
-            lower = float(rigid.min(initial=math.inf))
+            among = touching if self._hardness == math.inf else rigid
+            lower = float(gap.min(where=among, initial=math.inf))
             self._height = -(highest + min(lower, highest)) / 2.0
         gap += self._height
         # the maximum of NumPy returns NaN if there is one
@@ -136,7 +134,6 @@ class _DefectCorrection:
         violation = float(np.max([0.0, *errors]))
         self._violations.append(violation)
         converged = violation <= self._tolerance
-        pairs, self._pairs = self._pairs, 0.0
         rise = self._yielding * total(self._pressure)
         energy = 0.5 * (
             dot(self._pressure, self._opening) - rise * total(self._pressure)
@@ -151,7 +148,6 @@ class _DefectCorrection:
             error=violation * force_per_gap(self._halfspace),
             converged=converged,
             message="" if converged else self._obstacle(),
-            pairs=pairs,
         )
 
     def correct(self) -> None:
@@ -207,7 +203,6 @@ class _DefectCorrection:
         """Return the pressure that the model finds."""
         gap = self._gap
         model = self._covering_model(gap, violation)
-        before = model.work
         contraction = self._options.contraction
         if model.exact:
             contraction = _EXACT_CONTRACTION * float(np.finfo(model.dtype).eps)
@@ -221,9 +216,7 @@ class _DefectCorrection:
             self._yielding,
         )
         del gap  # its memory is needed
-        trial = problem.solve(max(0.3 * self._tolerance / violation, contraction))
-        self._pairs += (model.work - before) / math.prod(self._halfspace.grid)
-        return trial
+        return problem.solve(max(0.3 * self._tolerance / violation, contraction))
 
     def _covering_model(self, gap: np.ndarray, violation: float) -> CirculantModel:
         """Return a model of all atoms that may touch, the last one if it suffices."""
@@ -235,8 +228,7 @@ class _DefectCorrection:
         return self._model
 
     def _opened(self, pressure: np.ndarray) -> np.ndarray:
-        """Return ``G p``, with that of a spring, and count its transforms."""
-        self._pairs += 1.0
+        """Return ``G p``, with that of a spring."""
         opening = self._halfspace.displacement(pressure)
         scale(opening, opening, -1.0)
         if self._yielding:

@@ -33,7 +33,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import dot, max_abs, scale
+from ase_roughcontact._util.kernels import (
+    dot,
+    dots,
+    linear_combination,
+    max_abs,
+    scale,
+    total,
+)
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction, scaled_attraction
@@ -47,53 +54,6 @@ _STIFFNESS = 5.0
 # The same at least in units of the negative stiffness of the attraction at contact,
 # without which the constrained minimum would not be one of the augmented Lagrangian.
 _CURVATURES = 3.0
-
-
-@dataclass(frozen=True)
-class EnergyState:
-    """Energy and gradient at a pressure and a height.
-
-    Attributes
-    ----------
-    pressure, opening : ndarray, shape (n, m)
-        Elastic pressure ``q`` and the opening ``G q`` of the gap (length).
-    height : float
-        Height of the indenter (length).
-    box : Box
-        Bounding box of the atoms in range of the wall or under pressure; at least one
-        atom.
-    stiffness, residual : ndarray, shape (n, m)
-        Stiffness ``V''`` of the wall and residual ``p - q``.
-    load_residual : float
-        Upward force on the indenter; zero if the height is fixed.
-    surface_error : float
-        Largest force on an atom of the surface.
-    energy, rounding : float
-        Energy and an estimate of its rounding error.
-    exact : bool
-        Whether the opening comes from a convolution of this pressure.
-    residual_norm : float
-        Norm of the scaled residual if the wall is linearised at the gaps at which it
-        has the pressures ``q``; infinite if it is linearised at the present gaps.
-    """
-
-    pressure: np.ndarray
-    opening: np.ndarray
-    height: float
-    box: Box
-    stiffness: np.ndarray
-    residual: np.ndarray
-    load_residual: float
-    surface_error: float
-    energy: float
-    rounding: float
-    exact: bool
-    residual_norm: float
-
-    @property
-    def error(self) -> float:
-        """Largest force on an atom or the indenter."""
-        return max(self.surface_error, abs(self.load_residual))
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,23 +71,27 @@ class ContactEnergy:
         D of a hard wall (pressure per length); zero for others.
     reaction : ndarray, shape (n, m), or None
         lambda (pressure); None stands for zero.
+    inverse : bool
+        Whether the wall, which must have an inverse, is linearised at the gaps at which
+        it has the pressures ``q``; by default at the present gaps.
     """
 
     contact: Contact
     support: External | None
     stiffness: float = 0.0
     reaction: np.ndarray | None = None
+    inverse: bool = False
 
     @classmethod
     def of(cls, contact: Contact, support: External | None) -> ContactEnergy:
-        """Return the energy without a reaction."""
+        """Return the energy without a reaction, by the inverse of the wall if known."""
         wall, stiffness = contact.interaction, 0.0
         if wall.hard:
             factor = 1.0 if contact.adhesion is None else float(contact.adhesion.max())
             curvature = -factor * float(wall.evaluate(np.zeros(1))[2][0])
             least = _STIFFNESS / contact.halfspace.self_compliance
             stiffness = max(least, _CURVATURES * curvature)
-        return cls(contact, support, stiffness)
+        return cls(contact, support, stiffness, inverse=wall.invertible)
 
     @property
     def wall(self) -> Interaction:
@@ -149,97 +113,12 @@ class ContactEnergy:
         scale(displacement, displacement, -1.0)
         return displacement
 
-    def state(
-        self,
-        pressure: np.ndarray,
-        height: float,
-        opening: np.ndarray | None = None,
-        *,
-        exact: bool = False,
-        by_pressure: bool = False,
-    ) -> EnergyState:
-        """Evaluate the energy and its gradient.
-
-        Parameters
-        ----------
-        pressure : ndarray, shape (n, m)
-        height : float
-        opening : ndarray, shape (n, m), optional
-            That of `opening`; by default it is calculated.
-        exact : bool
-            Whether a given opening comes from a convolution.
-        by_pressure : bool
-            Whether to linearise the wall, which must have an inverse, at the gaps at
-            which it has the given pressures; by default at the present gaps.
-
-        Returns
-        -------
-        EnergyState
-        """
-        if opening is None:
-            opening, exact = self.opening(pressure), True
-        gap = self._gap(opening, height)
-        active = gap < self.wall.cutoff
-        active |= pressure != 0.0
-        near = np.flatnonzero(active)
-        g, q = gap.take(near), pressure.take(near)
-        energies, wall_pressure, d = self._profile(g, near)
-        r, norm = wall_pressure - q, math.inf
-        error = float(abs(r).max(initial=0.0))
-        if by_pressure:
-            r, d, norm = self._linearised_at(q, g)
-        residual, stiffness = np.zeros((2, *gap.shape))
-        residual.put(near, r)
-        stiffness.put(near, d)
-        if self.contact.halfspace.periodic and active.all() and not by_pressure:
-            # the energy does not depend on the mean of q: set it to that of p
-            shift = float(residual.mean())
-            pressure, residual = pressure + shift, residual - shift
-        elastic = 0.5 * self.area * dot(pressure, opening)
-        stored = self.area * (float(energies.sum()) - self._constant)
-        magnitude = self.area * (float(abs(energies).sum()) + self._constant)
-        outside, force = self.external(height)
-        unbalanced = force + self.area * float(wall_pressure.sum())
-        return EnergyState(
-            pressure=pressure,
-            opening=opening,
-            height=height,
-            box=Box.bounding(active) or _lowest(gap),
-            stiffness=stiffness,
-            residual=residual,
-            load_residual=unbalanced if self.support else 0.0,
-            surface_error=self.area * error,
-            energy=elastic + stored + outside,
-            rounding=_ROUNDING * (elastic + magnitude + abs(outside)),
-            exact=exact,
-            residual_norm=norm,
-        )
-
-    def reevaluated(
-        self,
-        state: EnergyState,
-        height: float | None = None,
-        *,
-        by_pressure: bool = False,
-    ) -> EnergyState:
-        """Return the state of the same surface, without a convolution.
-
-        The height, the reaction of the wall or its linearisation may have changed.
-        """
-        return self.state(
-            state.pressure,
-            state.height if height is None else height,
-            state.opening,
-            exact=state.exact,
-            by_pressure=by_pressure,
-        )
-
     def with_reaction(self, state: EnergyState) -> ContactEnergy:
         """Return the energy with the reaction of a hard wall that balances a pressure.
 
         That is ``max(q - p_a, 0)``, with the attraction ``p_a`` at ``max(g, 0)``.
         """
-        gap = np.maximum(self._gap(state.opening, state.height), 0.0)
+        gap = np.maximum(state.gap(), 0.0)
         attraction = scaled_attraction(self.wall, gap, self.contact.adhesion)[1]
         return replace(self, reaction=np.maximum(state.pressure - attraction, 0.0))
 
@@ -255,15 +134,14 @@ class ContactEnergy:
         """
         if self.reaction is None:
             return self, 0.0
-        gap = self._gap(state.opening, state.height)
-        reaction = np.maximum(self.reaction - self.stiffness * gap, 0.0)
+        reaction = np.maximum(self.reaction - self.stiffness * state.gap(), 0.0)
         change = max_abs(reaction - self.reaction)
         return replace(self, reaction=reaction), change / self.stiffness
 
     def wall_force(self, shape: np.ndarray, height: float) -> float:
         """Return the force of the wall at the gaps ``Z + shape``."""
         near = np.flatnonzero(shape < self.wall.cutoff - height)
-        pressure = self._profile(height + shape.take(near), near)[1]
+        pressure = self.profile(height + shape.take(near), near)[1]
         return self.area * float(pressure.sum())
 
     def spring_stiffness(self, height: float) -> float:
@@ -273,18 +151,13 @@ class ContactEnergy:
         return max(difference / (2.0 * d), 0.0)
 
     @cached_property
-    def _constant(self) -> float:
+    def constant(self) -> float:
         """Sum of ``lambda^2/2D``."""
         if self.reaction is None:
             return 0.0
         return dot(self.reaction, self.reaction) / (2.0 * self.stiffness)
 
-    def _gap(self, opening: np.ndarray, height: float) -> np.ndarray:
-        gap = self.contact.heights + opening
-        gap += height
-        return gap
-
-    def _profile(self, gap: np.ndarray, atoms: np.ndarray) -> Profile:
+    def profile(self, gap: np.ndarray, atoms: np.ndarray) -> Profile:
         """Return energy, without its constant, pressure and stiffness at some atoms."""
         if not gap.size:
             return gap, gap, gap
@@ -304,7 +177,7 @@ class ContactEnergy:
             np.where(core > 0.0, self.stiffness, stiffness),
         )
 
-    def _linearised_at(
+    def linearised_at(
         self, q: np.ndarray, g: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float]:
         """Return residual, stiffness and norm of a wall linearised at its pressures.
@@ -325,7 +198,154 @@ class ContactEnergy:
         return r, d, dot(r / (1.0 + compliance * d), r) ** 0.5
 
 
-def _lowest(gap: np.ndarray) -> Box:
-    """Return a box with the atom of the smallest gap."""
-    i, j = np.unravel_index(gap.argmin(), gap.shape)
-    return Box((int(i), int(j)), (1, 1))
+class EnergyState:
+    """Energy and gradient at a pressure and a height.
+
+    Parameters
+    ----------
+    function : ContactEnergy
+    pressure : ndarray, shape (n, m)
+    height : float
+    opening : ndarray, shape (n, m), optional
+        That of `ContactEnergy.opening`; by default it is calculated.
+    exact : bool
+        Whether a given opening comes from a convolution of this pressure.
+
+    Attributes
+    ----------
+    pressure, opening : ndarray, shape (n, m)
+        Elastic pressure ``q`` and the opening ``G q`` of the gap (length).
+    height : float
+        Height of the indenter (length).
+    exact : bool
+        Whether the opening comes from a convolution of this pressure.
+    box : Box
+        Bounding box of the atoms in range of the wall or under pressure; at least one
+        atom.
+    stiffness, residual : ndarray, shape (n, m)
+        Stiffness ``V''`` of the wall and residual ``p - q``.
+    load_residual : float
+        Upward force on the indenter; zero if the height is fixed.
+    surface_error : float
+        Largest force on an atom of the surface.
+    error : float
+        Largest force on an atom or the indenter.
+    energy, rounding : float
+        Energy and an estimate of its rounding error.
+    residual_norm : float
+        Norm of the scaled residual by the inverse of the wall; infinite without.
+    """
+
+    def __init__(
+        self,
+        function: ContactEnergy,
+        pressure: np.ndarray,
+        height: float,
+        opening: np.ndarray | None = None,
+        exact: bool = False,
+    ) -> None:
+        self.function, self.height = function, height
+        self.exact = exact or opening is None
+        self.opening = function.opening(pressure) if opening is None else opening
+        area, gap = function.area, self.gap()
+        active = gap < function.wall.cutoff
+        active |= pressure != 0.0
+        near = np.flatnonzero(active)
+        g, q = gap.take(near), pressure.take(near)
+        energies, wall_pressure, d = function.profile(g, near)
+        r, self.residual_norm = wall_pressure - q, math.inf
+        self.surface_error = area * float(abs(r).max(initial=0.0))
+        if function.inverse:
+            r, d, self.residual_norm = function.linearised_at(q, g)
+        self.residual, self.stiffness = np.zeros((2, *gap.shape))
+        self.residual.put(near, r)
+        self.stiffness.put(near, d)
+        periodic = function.contact.halfspace.periodic
+        if periodic and not function.inverse and active.all():
+            # the energy does not depend on the mean of q: set it to that of p
+            shift = float(self.residual.mean())
+            pressure, self.residual = pressure + shift, self.residual - shift
+        self.pressure = pressure
+        lowest = divmod(int(gap.argmin()), gap.shape[1])
+        self.box = Box.bounding(active) or Box(lowest, (1, 1))
+        elastic = 0.5 * area * dot(pressure, self.opening)
+        stored = area * (float(energies.sum()) - function.constant)
+        magnitude = area * (float(abs(energies).sum()) + function.constant)
+        outside, force = function.external(height)
+        self.energy = elastic + stored + outside
+        self.rounding = _ROUNDING * (elastic + magnitude + abs(outside))
+        self.load_residual = 0.0
+        if function.support:
+            self.load_residual = force + area * float(wall_pressure.sum())
+        self.error = max(self.surface_error, abs(self.load_residual))
+
+    def gap(self) -> np.ndarray:
+        """Return the gap ``Z + h + G q``."""
+        gap = self.function.contact.heights + self.opening
+        gap += self.height
+        return gap
+
+    def again(
+        self,
+        function: ContactEnergy | None = None,
+        height: float | None = None,
+    ) -> EnergyState:
+        """Return a state of the same surface, evaluated without a convolution."""
+        return EnergyState(
+            function or self.function,
+            self.pressure,
+            self.height if height is None else height,
+            self.opening,
+            self.exact,
+        )
+
+    def moved(self, increment: Increment, length: float) -> EnergyState:
+        """Return the state after an increment times a length."""
+        return EnergyState(
+            self.function,
+            linear_combination([(1.0, self.pressure), (length, increment.pressure)]),
+            self.height + length * increment.height,
+            linear_combination([(1.0, self.opening), (length, increment.opening)]),
+        )
+
+    def slope(self, increment: Increment) -> float:
+        """Return the first derivative of the energy along an increment."""
+        work = self.function.area * dot(self.residual, increment.opening)
+        return -work - increment.height * self.load_residual
+
+    def hessian(self, increments: list[Increment]) -> np.ndarray:
+        """Return the second derivatives along increments, shape (k, k)."""
+        area = self.function.area
+        spring = self.function.spring_stiffness(self.height)
+        result = np.empty((len(increments), len(increments)))
+        for i, one in enumerate(increments):
+            stressed = self.stiffness * (one.opening + one.height)
+            force = total(stressed) + spring * one.height / area
+            before = increments[: i + 1]
+            elastic = dots([(one.pressure, other.opening) for other in before])
+            wall = dots([(stressed, other.opening) for other in before])
+            for j, other in enumerate(before):
+                curvature = elastic[j] + wall[j] + force * other.height
+                result[i, j] = result[j, i] = area * curvature
+        return result
+
+    def on_window(self, change: np.ndarray) -> np.ndarray:
+        """Return the pressures of a change on the box as an array, shape (n, m)."""
+        pressure = np.zeros(self.pressure.shape)
+        pressure[self.box.slices] = change[:-1].reshape(self.box.shape)
+        return pressure
+
+
+@dataclass(frozen=True)
+class Increment:
+    """Change of the pressure, the opening that it causes, and change of the height."""
+
+    pressure: np.ndarray
+    opening: np.ndarray
+    height: float
+
+    @classmethod
+    def of(cls, state: EnergyState, change: np.ndarray) -> Increment:
+        """Return the increment of a change: see `NewtonEquations`; one convolution."""
+        pressure = state.on_window(change)
+        return cls(pressure, state.function.opening(pressure), float(change[-1]))

@@ -22,10 +22,10 @@ _SEARCH_STEPS = 100
 _LOAD_STEPS = 3
 
 
-def supports_indenter(energy: ContactEnergy, state: EnergyState) -> bool:
+def supports_indenter(state: EnergyState) -> bool:
     """Return whether the wall or a spring resists a change of height."""
     repulsive = bool((state.stiffness > 0.0).any())
-    return repulsive or energy.spring_stiffness(state.height) > 0.0
+    return repulsive or state.function.spring_stiffness(state.height) > 0.0
 
 
 def carrying_height(
@@ -89,27 +89,15 @@ def first_height(energy: ContactEnergy, height: float) -> float:
     return height if carrying is None else carrying
 
 
-def balance_load(
-    energy: ContactEnergy, state: EnergyState, tolerance: float
-) -> EnergyState:
+def balance_load(state: EnergyState, tolerance: float) -> EnergyState:
     """Move the indenter alone where only its force exceeds the tolerance.
 
     By Newton's method for the height, ``z = F / (a0^2 sum V'' + U'')``, without a
     convolution, as long as the energy falls. It spreads what is missing of the load
     over the atoms in contact. Not for walls with attraction: there a fixed surface may
     hold an indenter that is unstable on an elastic one.
-
-    Parameters
-    ----------
-    energy : ContactEnergy
-    state : EnergyState
-    tolerance : float
-        Largest force that may be left.
-
-    Returns
-    -------
-    EnergyState
     """
+    energy = state.function
     for _ in range(_LOAD_STEPS):
         force = state.load_residual
         only_load = state.surface_error <= tolerance < abs(force)
@@ -120,8 +108,7 @@ def balance_load(
         stiffness += energy.spring_stiffness(state.height)
         if not stiffness > 0.0:
             break
-        height = state.height + force / stiffness
-        moved = energy.reevaluated(state, height)
+        moved = state.again(height=state.height + force / stiffness)
         rises = moved.energy > state.energy + state.rounding
         if rises or not moved.error < state.error:
             break

@@ -21,6 +21,7 @@ J. Nocedal, S. J. Wright, Numerical Optimization (2006), Ch. 7 (inexact Newton m
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Generator, Iterator
 from dataclasses import replace
 from itertools import islice
@@ -45,6 +46,7 @@ from ase_roughcontact.solvers.relaxation import (
     Relaxation,
     SolverRelaxer,
     checked_start,
+    counts_pairs,
     force_per_gap,
     gap_tolerance,
     indenter_stiffness,
@@ -75,6 +77,7 @@ _TOO_SLOW = "the energy decreases too slowly to matter"
 _DEFAULTS = NewtonKrylovOptions()
 
 
+@counts_pairs
 def newton_krylov(
     contact: Contact,
     *,
@@ -127,22 +130,15 @@ def newton_krylov(
     if contact.interaction.hard and external is None:
         check_height(contact, height)
     start = checked_start(contact, start)
-    energy, pairs = ContactEnergy.of(contact, external), 0.0
-    state = None
-    if start is not None:
-        state = energy.state(start, height, by_pressure=contact.interaction.invertible)
-        pairs = 1.0
-    if state is None or _is_far(energy, state, options):
-        state, coarse_pairs = _cold_start(energy, height, options)
-        pairs += coarse_pairs
+    energy = ContactEnergy.of(contact, external)
+    state = None if start is None else EnergyState(energy, start, height)
+    if state is None or _is_far(state, options):
+        state = _cold_start(energy, height, options)
     if contact.interaction.hard:
-        energy = energy.with_reaction(state)
-        state = energy.reevaluated(state)
-    states = _relax(energy, state, tolerance, options)
+        state = state.again(energy.with_reaction(state))
+    states = _relax(state, tolerance, options)
     del state  # its arrays may be large
-    for relaxation in states:
-        yield replace(relaxation, pairs=relaxation.pairs + pairs)
-        pairs = 0.0
+    yield from states
 
 
 def default_relaxer(wall: Interaction) -> SolverRelaxer:
@@ -150,10 +146,9 @@ def default_relaxer(wall: Interaction) -> SolverRelaxer:
     return SolverRelaxer(active_set if wall.purely_hard else newton_krylov)
 
 
-def _is_far(
-    energy: ContactEnergy, state: EnergyState, options: NewtonKrylovOptions
-) -> bool:
+def _is_far(state: EnergyState, options: NewtonKrylovOptions) -> bool:
     """Return whether coarser grids are a better start, since the load differs much."""
+    energy = state.function
     if energy.support is None:
         return False
     if energy.wall.attractive:
@@ -165,90 +160,73 @@ def _is_far(
 
 def _cold_start(
     energy: ContactEnergy, height: float, options: NewtonKrylovOptions
-) -> tuple[EnergyState, float]:
-    """Return the state found on coarser grids, and the FFT pairs that it costs."""
-    contact, pairs = energy.contact, 0.0
-    if can_coarsen(contact, options.coarsest):
-        coarse = ContactEnergy.of(coarsen(contact), energy.support)
-        state, pairs = _cold_start(coarse, height, options)
-        halfspace = coarse.contact.halfspace
-        tolerance = _COARSE_RESIDUAL * halfspace.contact_modulus * halfspace.cell_area
-        for relaxed in islice(_relax(coarse, state, tolerance, options), _COARSE_STEPS):
-            pairs += relaxed.pairs
-        pairs *= relaxed.pressure.size / contact.heights.size
-        pressure = refine(relaxed.pressure, contact.heights.shape)
-        height = relaxed.height
-    else:
-        pressure = np.zeros(contact.heights.shape)
-        if energy.support is not None:
-            height = first_height(energy, height)
-    invertible = energy.wall.invertible
-    return energy.state(pressure, height, by_pressure=invertible), pairs + 1.0
+) -> EnergyState:
+    """Return the state found on coarser grids."""
+    shape = energy.contact.halfspace.shape
+    pressure = np.zeros(shape)
+    if can_coarsen(energy.contact, options.coarsest):
+        coarse = ContactEnergy.of(coarsen(energy.contact), energy.support)
+        state = _cold_start(coarse, height, options)
+        tolerance = _COARSE_RESIDUAL * coarse.area
+        tolerance *= coarse.contact.halfspace.contact_modulus
+        states = islice(_relax(state, tolerance, options), _COARSE_STEPS)
+        found = deque(states, maxlen=1).pop()
+        height, pressure = found.height, refine(found.pressure, shape)
+    elif energy.support is not None:
+        height = first_height(energy, height)
+    return EnergyState(energy, pressure, height)
 
 
 def _relax(
-    energy: ContactEnergy,
-    state: EnergyState,
-    tolerance: float,
-    options: NewtonKrylovOptions,
+    state: EnergyState, tolerance: float, options: NewtonKrylovOptions
 ) -> Iterator[Relaxation]:
     """Relax on one grid."""
-    newton = NewtonStepper(energy.contact, options)
-    reported = newton.pairs
-
-    def report(converged: bool = False, message: str = "") -> Relaxation:
-        nonlocal reported
-        before, reported = reported, newton.pairs
-        return Relaxation(
-            pressure=state.pressure,
-            height=state.height,
-            energy=state.energy,
-            error=state.error,
-            converged=converged,
-            message=message,
-            pairs=reported - before,
-        )
-
-    progress = _Progress(state)
-    restarted = False
-    reaction = _ReactionUpdates(energy, tolerance, options)
+    halfspace = state.function.contact.halfspace
+    newton = NewtonStepper(halfspace, options)
+    updates = _ReactionUpdates(state.function, tolerance, options)
+    progress, restarted = _Progress(state), False
     while True:
-        if state.error <= reaction.target == tolerance and not state.exact:
-            state = energy.state(state.pressure, state.height)
-            state = balance_load(energy, state, tolerance)
+        if state.error <= updates.target == tolerance and not state.exact:
+            state = EnergyState(state.function, state.pressure, state.height)
+            state = balance_load(state, tolerance)
             progress.keep(state)
-        if state.error <= reaction.target:
-            energy, finished = reaction.updated(energy, state)
-            if finished:
-                yield report(converged=True)
+        if state.error <= updates.target:
+            updated = updates.updated(state)
+            if updated is None or updates.stuck:
+                message = f"stalled: {_VIOLATED}" if updated else ""
+                yield _relaxation(state, not message, message)
                 return
-            if reaction.stuck:
-                yield report(message=f"stalled: {_VIOLATED}")
-                return
-            state = energy.reevaluated(state)
-            progress = _Progress(state)
+            state, progress = updated, _Progress(updated)
             continue
-        yield report()
-        new = newton.step(energy, state, tolerance)
-        if new is None:
-            held = energy.support is None or supports_indenter(energy, state)
-            progress.obstacle = (
-                "no step lowers the energy" if held else "nothing holds the indenter"
-            )
-        else:
-            new = balance_load(energy, new, tolerance)
+        yield _relaxation(state)
+        new = newton.step(state, tolerance)
+        if new is not None:
+            new = balance_load(new, tolerance)
             progress.add(state, new)
             state = new
+        elif state.function.support is None or supports_indenter(state):
+            progress.obstacle = "no step lowers the energy"
+        else:
+            progress.obstacle = "nothing holds the indenter"
         if progress.obstacle:
-            state = energy.state(*progress.best)
+            function = replace(state.function, inverse=False)
+            state = EnergyState(function, *progress.best)
             if restarted and not state.error <= tolerance:
                 break
             newton.restart()
             progress, restarted = _Progress(state), True
-    obstacle = progress.obstacle + precision_advice(energy.contact.halfspace)
+    obstacle = progress.obstacle + precision_advice(halfspace)
     if not math.isfinite(state.error):
         obstacle = "energy or pressure of the wall are not finite"
-    yield report(message=f"stalled at a force of {state.error:.2g}: {obstacle}")
+    message = f"stalled at a force of {state.error:.2g}: {obstacle}"
+    yield _relaxation(state, message=message)
+
+
+def _relaxation(
+    state: EnergyState, converged: bool = False, message: str = ""
+) -> Relaxation:
+    values = state.pressure, state.height, state.energy, state.error
+    return Relaxation(*values, converged, message)
 
 
 class _ReactionUpdates:
@@ -272,17 +250,16 @@ class _ReactionUpdates:
         if energy.reaction is not None:
             self._aim(_FIRST_VIOLATION * halfspace.spacing)
 
-    def updated(
-        self, energy: ContactEnergy, state: EnergyState
-    ) -> tuple[ContactEnergy, bool]:
-        """Return the updated energy, and whether it and the state were the solution."""
-        energy, violation = energy.updated(state)
+    def updated(self, state: EnergyState) -> EnergyState | None:
+        """Return the state with an updated reaction; None if it was the solution."""
+        energy, violation = state.function.updated(state)
         if self._violations and violation > _SLOW_UPDATE * self._violations[-1]:
             energy = replace(energy, stiffness=_STIFFER * energy.stiffness)
         self._violations.append(violation)
-        solved = self.target == self._tolerance and violation <= self._gap
+        if self.target == self._tolerance and violation <= self._gap:
+            return None
         self._aim(violation if violation > self._gap else 0.0)
-        return energy, solved
+        return state.again(energy)
 
     @property
     def stuck(self) -> bool:

@@ -49,7 +49,7 @@ from ase_roughcontact._util.kernels import (
     total,
 )
 from ase_roughcontact.elasticity.circulant import CirculantModel
-from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
+from ase_roughcontact.solvers.energy import EnergyState, Increment
 from ase_roughcontact.solvers.gcr import gcr
 
 # Largest number of Krylov steps with the model, and with the exact Green's function.
@@ -73,7 +73,6 @@ class NewtonEquations:
 
     Parameters
     ----------
-    energy : ContactEnergy
     state : EnergyState
     model : CirculantModel
         Covers the box of the state.
@@ -82,13 +81,9 @@ class NewtonEquations:
     """
 
     def __init__(
-        self,
-        energy: ContactEnergy,
-        state: EnergyState,
-        model: CirculantModel,
-        convex: bool = False,
+        self, state: EnergyState, model: CirculantModel, convex: bool = False
     ) -> None:
-        self._energy, self._state, self._model = energy, state, model
+        self._state, self._model, energy = state, model, state.function
         self._window = state.box.slices
         self._inside = state.box.slices_in(model.box)
         self._free, self._load, self._spring = energy.support is not None, 0.0, 0.0
@@ -155,8 +150,7 @@ class NewtonEquations:
             return change
 
         def apply(change: np.ndarray) -> np.ndarray:
-            opening = self._energy.opening(on_window(self._state, change))
-            return self._applied(change, opening)
+            return self._applied(change, Increment.of(self._state, change).opening)
 
         def precondition(residual: np.ndarray) -> np.ndarray:
             return self._solve(residual, 0.0, reduction)
@@ -251,10 +245,3 @@ class NewtonEquations:
         field = np.zeros(self._model.box.shape, self._model.dtype)
         scale(field[self._inside], values, factor)
         return field.reshape(-1)
-
-
-def on_window(state: EnergyState, change: np.ndarray) -> np.ndarray:
-    """Return the change of the pressure on the window, shape (n, m)."""
-    pressure = np.zeros(state.pressure.shape)
-    pressure[state.box.slices] = change[:-1].reshape(state.box.shape)
-    return pressure

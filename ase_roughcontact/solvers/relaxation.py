@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from functools import wraps
+from typing import Any, ParamSpec, TypeAlias
 
 import numpy as np
 
@@ -13,11 +14,14 @@ from ase_roughcontact._util.kernels import max_abs
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.contact import Contact, ContactState, State
 from ase_roughcontact.contact.state import without_rounding
+from ase_roughcontact.elasticity.fft import transformed_points
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 
 # Largest error of a relaxed state, relative to the largest force of the wall on atoms,
 # and, for rounding, in units of E* a0^2.
 _LARGEST_ERROR, _ROUNDING = 0.01, 1e-13
+
+P = ParamSpec("P")
 
 #: Pressure on the window, shape (n, m), and height of the indenter.
 Start: TypeAlias = "tuple[np.ndarray, float]"
@@ -46,7 +50,7 @@ class Relaxation:
         Why the solver stopped without convergence; empty otherwise.
     pairs : float
         Forward and inverse FFT pairs since the last state, normalised to one pair on
-        the grid of the half space.
+        the grid of the half space; see `counts_pairs`.
     """
 
     pressure: np.ndarray
@@ -55,7 +59,30 @@ class Relaxation:
     error: float
     converged: bool
     message: str
-    pairs: float
+    pairs: float = 0.0
+
+
+def counts_pairs(
+    solver: Callable[P, Iterator[Relaxation]],
+) -> Callable[P, Generator[Relaxation, None, None]]:
+    """Decorate a solver, so that its states have the FFT pairs that they cost."""
+
+    @wraps(solver)
+    def counting(
+        *args: P.args, **kwargs: P.kwargs
+    ) -> Generator[Relaxation, None, None]:
+        contact: Any = args[0]
+        states, points = solver(*args, **kwargs), math.prod(contact.halfspace.grid)
+        while True:
+            before = transformed_points()
+            state = next(states, None)
+            if state is None:
+                return
+            spent = transformed_points() - before
+            yield replace(state, pairs=spent / points)
+            del state  # its memory is needed
+
+    return counting
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import pytest
 from contacts import constant, contact_of, solve, spring
 
 from ase_roughcontact.interactions import LennardJones93
-from ase_roughcontact.solvers.energy import ContactEnergy
+from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
 from ase_roughcontact.solvers.indenter_height import balance_load
 
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
@@ -21,27 +21,28 @@ def scene(wall=REPULSIVE, *, heights=None, **options):
 
 
 def out_of_balance(wall, held, solid):
-    """Energy, and its relaxed state with the indenter slightly too low."""
+    """A state with the indenter slightly too low, and the relaxed one."""
     contact = scene(wall, solid=solid)
     last = solve(contact, held, tolerance=1e-10)
     energy = ContactEnergy.of(contact, held)
-    return energy, energy.state(last.pressure, last.height - 5e-9), last
+    return EnergyState(energy, last.pressure, last.height - 5e-9), last
 
 
 @pytest.mark.parametrize("held", [constant(20.0), spring(3.0, -8.0)])
 def test_the_indenter_is_balanced_alone_and_without_a_convolution(held, solid):
-    energy, state, last = out_of_balance(REPULSIVE, held, solid)
-    pairs = energy.contact.halfspace.pairs
+    state, last = out_of_balance(REPULSIVE, held, solid)
+    halfspace = state.function.contact.halfspace
+    pairs = halfspace.pairs
     assert state.surface_error < 1e-7 < 1e-6 < abs(state.load_residual)
-    balanced = balance_load(energy, state, 1e-7)
+    balanced = balance_load(state, 1e-7)
     assert balanced.error < 1e-7
     assert balanced.height == pytest.approx(last.height, abs=1e-10)
     assert balanced.pressure is state.pressure
-    assert energy.contact.halfspace.pairs == pairs
-    assert balance_load(energy, balanced, 1e-7) is balanced
+    assert halfspace.pairs == pairs
+    assert balance_load(balanced, 1e-7) is balanced
 
 
 def test_the_indenter_is_not_balanced_alone_under_attraction(solid):
-    energy, state, _ = out_of_balance(ADHESIVE, constant(20.0), solid)
+    state, _ = out_of_balance(ADHESIVE, constant(20.0), solid)
     tolerance = 0.9 * abs(state.load_residual)
-    assert balance_load(energy, state, tolerance) is state
+    assert balance_load(state, tolerance) is state
