@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact.contact import Contact, Problem
-from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, step_timer, thinned
@@ -22,7 +21,7 @@ from ase_roughcontact.windows.auto import CONTACT_WINDOW_SIZE, AutoWindow
 from ase_roughcontact.windows.expected import (
     LARGEST_DOMAIN,
     ExpectedContact,
-    coarsened,
+    coarser,
     contact_radius_on,
 )
 from ase_roughcontact.windows.fixed import at_edge
@@ -108,14 +107,12 @@ def plan_path(
 
 def _auto_shapes(problem: Problem, control: str) -> Callable[[float], Shapes]:
     """Return a function of the target: the expected window, and its FFT grid."""
-    indenter, expected = problem.indenter, None
-    if isinstance(indenter, RoughSphere):
-        parts = indenter, problem.wall, problem.solid, problem.spacing
-        expected = ExpectedContact(*parts)
+    is_sphere = isinstance(problem.indenter, RoughSphere)
+    expected = ExpectedContact(problem) if is_sphere else None
 
     @cache
     def windows(coarsening: int) -> tuple[AutoWindow, float]:
-        lattice = _coarser(problem, coarsening)
+        lattice = problem if coarsening == 1 else coarser(problem, coarsening)
         ratio = lattice.spacing / problem.spacing
         return AutoWindow(lattice, max(round(CONTACT_WINDOW_SIZE / ratio**2), 1)), ratio
 
@@ -130,17 +127,6 @@ def _auto_shapes(problem: Problem, control: str) -> Callable[[float], Shapes]:
         return shape, FreeHalfSpace.padded_shape(shape)
 
     return shapes
-
-
-def _coarser(problem: Problem, ratio: int) -> Problem:
-    """Return a problem on a coarser lattice, on which windows are about as large."""
-    if ratio == 1 or not isinstance(problem.indenter, RoughSphere):
-        return problem
-    indenter, spacing = coarsened(problem.indenter, problem.spacing, ratio)
-    solid = problem.solid  # a crystal has only the spacing of its own
-    if isinstance(solid, Crystal):
-        solid = Isotropic(solid.contact_modulus)
-    return Problem(indenter, solid, problem.wall, spacing)
 
 
 def _fixed_shapes(

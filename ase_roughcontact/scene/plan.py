@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections import Counter
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.path_kinds import PathKind
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.memory import frame_memory, friction_memory
@@ -111,38 +110,29 @@ def check_path(scene: Any) -> None:
     """
     if scene.shape:
         return
-    problem, control, targets = scene.problem, scene.control, scene.targets
-    expected = ExpectedContact(
-        problem.indenter, problem.wall, problem.solid, problem.spacing
-    )
+    expected, path = ExpectedContact(scene.problem), scene.path
     # the deepest one last
-    steps = np.sort(targets)[:: -1 if control == "heights" else 1]
+    steps = np.sort(scene.targets)[:: -1 if path.control == "height" else 1]
 
-    def error_at(number: int) -> ValueError | MemoryError | None:
+    def error_at(target: float) -> ValueError | MemoryError | None:
         try:
-            expected.check(control, float(steps[number]))
+            expected.check(scene.control, float(target))
         except (ValueError, MemoryError) as error:
             return error
         return None
 
-    worst = error_at(len(steps) - 1)  # what the others need is less
-    if worst is not None:
-        first = bisect_left(range(len(steps)), True, key=lambda n: bool(error_at(n)))
-        kind = MemoryError if isinstance(worst, MemoryError) else ValueError
-        raise kind(_without(scene.path, steps[first:], len(steps), worst)) from worst
-
-
-def _without(
-    path: PathKind, failing: FloatArray, count: int, problem: Exception
-) -> str:
-    """Return a message that some steps can't be calculated."""
-    first, last = failing[[0, -1]] / UNITS[path.unit]
-    which = f"{first:g}" if first == last else f"{first:g} to {last:g}"
-    text = f"[path] {path.control} of {which} {path.unit}: {problem}"
-    if len(failing) == count:
-        return text
-    these = "this step" if len(failing) == 1 else f"these {len(failing)} steps"
-    return f"{text}; or leave out {these}"
+    worst = error_at(steps[-1])  # what the others need is less
+    if worst is None:
+        return
+    failing = steps[bisect_left(steps, True, key=lambda step: bool(error_at(step))) :]
+    ends = dict.fromkeys(f"{step / UNITS[path.unit]:g}" for step in failing[[0, -1]])
+    text = f"[path] {path.control} of {' to '.join(ends)} {path.unit}: {worst}"
+    if len(failing) < len(steps):
+        these = "this step" if len(failing) == 1 else f"these {len(failing)} steps"
+        text += f"; or leave out {these}"
+    raise (MemoryError if isinstance(worst, MemoryError) else ValueError)(
+        text
+    ) from worst
 
 
 def plan_of(scene: Any) -> Plan:
@@ -155,7 +145,7 @@ def plan_of(scene: Any) -> Plan:
     plan, friction = plan_path(scene.problem, *path), scene.friction
     steps, left_out = list(plan.steps), plan.left_out
     if friction:  # steps with equal targets are one
-        counts = dict.fromkeys((step.target for step in steps), 0)
+        counts = Counter[float]()
         for step in steps:
             counts[step.target] += step.count
         distinct = {step.target: step for step in steps}

@@ -31,7 +31,6 @@ from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import FREE, StepOptions
 from ase_roughcontact.paths.validity import (
     ValidityReport,
-    hardness_for,
     warn_of_lost_slope,
 )
 from ase_roughcontact.scene.bodies import Bodies
@@ -318,14 +317,13 @@ class Scene(SceneFile):
 
         `frames` has the atoms of an optimizer.
         """
-        bodies = self.bodies
         options = StepOptions(
             relaxer=relaxer_of(self.optimizer, self.wall, frames),
             fmax=self.fmax,
             accuracy=self.solver.accuracy,
             max_steps=self.solver.max_steps,
             window=self.window,
-            hardness=hardness_for(bodies.problem, bodies.symbol, bodies.hardness),
+            hardness=self.hardness,
             continuum=self.is_continuum,
             lost_slope=self.lost_slope,
             cantilever=self.cantilever or 0.0,

@@ -97,7 +97,7 @@ class AutoWindow:
             self._adhesion = AdhesionEstimate(indenter, self._wall, solid, spacing)
         self._expected: ExpectedContact | None = None
         if isinstance(indenter, RoughSphere):
-            self._expected = ExpectedContact(indenter, self._wall, solid, spacing)
+            self._expected = ExpectedContact(problem)
         self._level = -np.inf  # for which the window was made
         self._searched = 0.0, 0  # load and factors of the depth predicted last
 

@@ -20,16 +20,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.elasticity.greens import ElasticSolid
+from ase_roughcontact.contact import Problem
+from ase_roughcontact.elasticity import Crystal, ElasticSolid, Isotropic
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.theory.self_affine import rms_height
-from ase_roughcontact.topography import RoughSphere, SelfAffine
+from ase_roughcontact.topography import SelfAffine
 from ase_roughcontact.windows.footprint import BeyondSurfaceError, Footprint
 from ase_roughcontact.windows.memory import check_memory
 
@@ -55,24 +57,20 @@ _CORRECTIONS = 12
 _GAP_BESIDE = 8.0 * math.sqrt(2.0) / 3.0
 
 
-@dataclass(frozen=True)
 class ExpectedContact:
     """Bounds for the contact of a rough sphere.
 
     Parameters
     ----------
-    indenter : RoughSphere
-    wall : Interaction
-    solid : ElasticSolid
-        A homogeneous solid as stiff as its stiffest waves is indented least.
-    spacing : float
-        Of the atoms (length).
+    problem : Problem
+        Of a `RoughSphere`. A homogeneous solid as stiff as the stiffest waves of its
+        solid is indented least.
     """
 
-    indenter: RoughSphere
-    wall: Interaction
-    solid: ElasticSolid
-    spacing: float
+    def __init__(self, problem: Problem) -> None:
+        self.indenter: Any = problem.indenter
+        self.wall, self.solid = problem.wall, problem.solid
+        self.spacing = problem.spacing
 
     def check(self, control: str, target: float, memory: bool = True) -> None:
         """Raise an error if a contact certainly can't be calculated.
@@ -131,7 +129,7 @@ class ExpectedContact:
         return -float(lowest(self.spacing)) if lowest else 0.0
 
     @cached_property
-    def _smooth(self) -> RoughSphere:
+    def _smooth(self) -> Any:
         return replace(self.indenter, roughness=None)
 
     @cached_property
@@ -160,39 +158,37 @@ class ExpectedContact:
         return self._smooth.reach(level, self.spacing)
 
 
-def coarsened(
-    indenter: RoughSphere, spacing: float, factor: int
-) -> tuple[RoughSphere, float]:
-    """Return an indenter without its short waves, and a spacing that resolves it.
+def coarser(problem: Problem, factor: int) -> Problem:
+    """Return a problem on a coarser lattice, on which windows are about as large.
 
-    The long waves, which most of the height is due to, are the same.
+    Short waves are left out; the long ones, which most of the height is due to, are the
+    same.
 
     Parameters
     ----------
-    indenter : RoughSphere
-    spacing : float
-        Of the atoms (length).
+    problem : Problem
+        Of a `RoughSphere`.
     factor : int
-        From `ExpectedContact.coarsening`.
+        From `ExpectedContact.coarsening`: about the ratio of the spacings.
 
     Returns
     -------
-    indenter : RoughSphere
-        Smooth if all waves of the roughness are short.
-    spacing : float
-        About `factor` times as large.
+    Problem
+        With a smooth sphere if all waves of the roughness are short.
     """
-    rough = indenter.roughness
-    if factor == 1 or not isinstance(rough, SelfAffine):
-        return indenter, factor * spacing
-    points = math.ceil(rough.side / spacing / factor)
-    coarse = rough.side / points
-    short = max(rough.short_wavelength, 2.0 * coarse)
-    if short >= rough.long_wavelength:
-        return replace(indenter, roughness=None), coarse
-    longer = replace(rough, short_wavelength=short)
-    slope = rough.rms_slope * rms_height(rough) / rms_height(longer)
-    return replace(indenter, roughness=replace(longer, rms_slope=slope)), coarse
+    indenter: Any = problem.indenter
+    rough, spacing, solid = indenter.roughness, factor * problem.spacing, problem.solid
+    if isinstance(rough, SelfAffine):
+        spacing = rough.side / math.ceil(rough.side / spacing)
+        short, longer = max(rough.short_wavelength, 2.0 * spacing), None
+        if short < rough.long_wavelength:
+            longer = replace(rough, short_wavelength=short)
+            slope = rough.rms_slope * rms_height(rough) / rms_height(longer)
+            longer = replace(longer, rms_slope=slope)
+        indenter = replace(indenter, roughness=longer)
+    if isinstance(solid, Crystal):  # which has only the spacing of its own
+        solid = Isotropic(solid.contact_modulus)
+    return Problem(indenter, solid, problem.wall, spacing)
 
 
 def predicted_depth(
