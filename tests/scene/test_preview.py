@@ -144,7 +144,7 @@ def test_command_writes_a_preview_beside_the_run(run_preview):
     assert "grid of spacing 4 a0 =" in text and "% of the rms slope" in text
     assert "errors of areas " in text and "estimated" in text
     assert Scene.read(folder / "scene.toml") == preview(scene())
-    assert len((folder / "curve.csv").read_text().splitlines()) == 2
+    assert len((folder / "curve.csv").read_text().splitlines()) == 4
 
 
 def test_command_calculates_a_short_run_itself(run_preview):
