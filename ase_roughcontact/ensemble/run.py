@@ -71,8 +71,8 @@ def run_ensemble(
     Raises
     ------
     ValueError
-        If there are no scenes, one of them is invalid, the kind of database has no
-        transactions, or it is damaged.
+        If there are no scenes, one of them is invalid or has no such steps, the kind of
+        database has no transactions, or it is damaged.
     OSError
         If the database can't be used, as its disk is full or has no file locks.
     RuntimeError
@@ -119,6 +119,12 @@ def run_ensemble(
                 'choose their steps as they run: give kind = "steps" or "time"'
             )
         if WHOLE not in costs and numbers is not None:
+            unknown = [step for step in numbers if step not in costs]
+            if unknown:
+                raise ValueError(
+                    f"steps must be numbers of load steps, from 0 to {len(costs) - 1}, "
+                    f"got {unknown[0]}"
+                )
             costs = {step: costs[step] for step in numbers}
         tasks[case_of(scene)] = scene, costs
     shared = EnsembleDatabase(database_address(database))

@@ -98,6 +98,7 @@ def test_a_failed_case_stops_no_other_and_is_tried_again(tmp_path):
         ([SCENE], "e.json", {}, "with transactions.*e.json"),
         ([SCENE], "e.db", {"workers": 0}, "workers must be an integer >= 1"),
         ([SCENE], "e.db", {"interval": 0.0}, "interval must be"),
+        ([SCENE], "e.db", {"steps": [[0, 3]]}, "numbers of load steps, .* 2, got 3"),
         (product(SCENE, {"path.values": [()]}), "e.db", {}, "give either values"),
         (product(SCENE, {"solver.optimizer": ["LFBGS"]}), "e.db", {}, "'LFBGS'"),
     ],
