@@ -15,26 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.elasticity.harmonics import Harmonics
-
-
-def normal_component(contact_modulus: float) -> Harmonics:
-    """Return the component zz of an isotropic half space."""
-    return Harmonics([1.0 / contact_modulus])
-
-
-def lateral_components(contact_modulus: float, poisson: float) -> list[Harmonics]:
-    """Return the components xx, yy and xy of an isotropic half space."""
-    mean, part = 1.0 - 0.5 * poisson, 0.5 * poisson
-    modulus = contact_modulus * (1.0 - poisson)
-    parts = [mean, -part], [mean, part], [0.0, 1j * part]
-    return [Harmonics(np.array(c) / modulus) for c in parts]
-
-
-def cross_components(contact_modulus: float, beta: float) -> list[Harmonics]:
-    """Return the components x and y of the coupling; see `cross_kernel`."""
-    c = beta / contact_modulus
-    return [Harmonics([c], odd=True), Harmonics([-1j * c], odd=True)]
+from ase_roughcontact.elasticity.greens import Isotropic
 
 
 def love_kernel(
@@ -71,8 +52,8 @@ def love_kernel(
     A. E. H. Love, Phil. Trans. R. Soc. A 228, 377 (1929); K. L. Johnson, Contact
     Mechanics (1985), Eq. (3.25).
     """
-    positive(spacing=spacing, contact_modulus=contact_modulus)
-    return spacing * normal_component(contact_modulus).cells(i, j)
+    positive(spacing=spacing)
+    return Isotropic(contact_modulus).cell_compliance(i, j, spacing)
 
 
 def cerruti_kernel(
@@ -103,9 +84,9 @@ def cerruti_kernel(
     V. Cerruti, Atti R. Accad. Lincei 13, 81 (1882); K. L. Johnson, Contact Mechanics
     (1985), Eq. (3.75); J. Li, E. J. Berger, Int. J. Numer. Meth. Eng. 58, 1035 (2003).
     """
-    positive(spacing=spacing, contact_modulus=contact_modulus)
-    components = lateral_components(contact_modulus, poisson)
-    return spacing * np.stack([each.cells(i, j) for each in components])
+    positive(spacing=spacing)
+    solid = Isotropic(contact_modulus, poisson)
+    return solid.lateral_cell_compliance(i, j, spacing)
 
 
 def cross_kernel(
@@ -140,6 +121,6 @@ def cross_kernel(
     ----------
     K. L. Johnson, Contact Mechanics (1985), Eqs. (3.18) and (3.75).
     """
-    positive(spacing=spacing, contact_modulus=contact_modulus)
-    components = cross_components(contact_modulus, beta)
-    return spacing * np.stack([each.cells(i, j) for each in components])
+    positive(spacing=spacing)
+    solid = Isotropic(contact_modulus, poisson=0.0, dundurs=beta)
+    return solid.cross_cell_compliance(i, j, spacing)

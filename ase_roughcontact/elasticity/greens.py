@@ -24,14 +24,8 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.validation import check_poisson, finite, positive
-from ase_roughcontact.elasticity.cell_kernels import (
-    cross_components,
-    lateral_components,
-    love_kernel,
-    normal_component,
-)
 from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.elasticity.harmonics import Component
+from ase_roughcontact.elasticity.harmonics import Component, Harmonics
 
 # Relative difference of directions up to which a response is taken to be even.
 _EVEN = 1e-6
@@ -264,7 +258,7 @@ class ElasticSolid(ABC):
         if self.has_cell_compliance:
             return float(self.cell_compliance(origin, origin, spacing)[0])
         modulus = float(self.wave_modulus(np.pi / spacing))
-        return float(love_kernel(origin, origin, spacing, modulus)[0])
+        return Isotropic(modulus).self_compliance(spacing)
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, which identify the solid in files."""
@@ -393,14 +387,18 @@ class Isotropic(ComponentSolid):
     @cached_property
     def _components(self) -> list[Component]:
         modulus, nu, beta = self.contact_modulus, self.poisson, self.dundurs
+        normal = Harmonics([1.0 / modulus])
         if nu is None:
-            return [normal_component(modulus)]
+            return [normal]
         if beta is None:
             beta = (1.0 - 2.0 * nu) / (2.0 - 2.0 * nu)
+        mean, part = 1.0 - 0.5 * nu, 0.5 * nu
+        lateral = np.array([[mean, -part], [mean, part], [0.0, 1j * part]])
+        cross = np.array([[1.0], [-1j]]) * beta / modulus
         return [
-            normal_component(modulus),
-            *lateral_components(modulus, nu),
-            *cross_components(modulus, beta),
+            normal,
+            *map(Harmonics, lateral / (modulus * (1.0 - nu))),
+            *(Harmonics(c, odd=True) for c in cross),
         ]
 
     def wave_modulus(self, wave_number: np.ndarray | float) -> np.ndarray:

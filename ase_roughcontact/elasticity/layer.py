@@ -23,8 +23,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ase_roughcontact._util.validation import check_poisson, positive
-from ase_roughcontact.elasticity.cell_kernels import love_kernel
-from ase_roughcontact.elasticity.greens import ElasticSolid
+from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 
 # Depths of the images in units of the thickness: this many between these limits for a
 # layer as stiff as its base, and more, and deeper ones, for a stiffer layer.
@@ -160,7 +159,7 @@ class Layer(ElasticSolid):
         images[near] = _image_integral(x[near], y[near], strengths, depths)
         images[~near] = _distant_images(np.hypot(x[~near], y[~near]), strengths, depths)
         images *= spacing / (np.pi * self.layer_modulus)
-        return images + love_kernel(i, j, spacing, self.layer_modulus)
+        return images + Isotropic(self.layer_modulus).cell_compliance(i, j, spacing)
 
     def _factor(self, x: np.ndarray) -> np.ndarray:
         """Return ``F(x)``, the compliance relative to a half space of the layer."""
