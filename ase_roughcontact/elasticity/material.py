@@ -113,7 +113,8 @@ def crystal_constants(symbol: str) -> tuple[float, float, float]:
     if symbol not in CRYSTALS:
         raise ValueError(
             f"the elastic constants of {symbol!r} are not known, but those of "
-            f"{', '.join(CRYSTALS)}: give them, or the contact modulus"
+            f"{', '.join(CRYSTALS)}: give them, or, of an isotropic solid, the contact "
+            "modulus"
         )
     return CRYSTALS[symbol]
 

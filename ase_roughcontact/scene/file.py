@@ -100,7 +100,8 @@ class SceneFile:
         try:
             document = load_toml(text)
         except ValueError as error:
-            raise ValueError(f"{name} is not a TOML file: {error}") from error
+            quotes = 'text, and numbers with a unit, need quotes, as radius = "30 nm"'
+            raise ValueError(f"{name} is not a TOML file: {error}; {quotes}") from error
         sections, problems = dict[str, Any](), Problems(name)
         for title, entries in document.items():
             with problems.of():

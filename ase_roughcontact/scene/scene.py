@@ -211,7 +211,10 @@ class Scene(SceneFile):
             _ = self.friction and self.friction.law
             if self.friction and not issubclass(self.path.record, SlidingStep):
                 kind = self.path.kind
-                raise ValueError(f'needs [path] kind = "sliding", got kind = "{kind}"')
+                raise ValueError(
+                    'needs [path] kind = "sliding" with displacements, forces or '
+                    f'bases, got kind = "{kind}": change the path, or omit [friction]'
+                )
         with problems.of("path"):
             _ = self.planned, self.cantilever
             self.path.check(self.bodies)

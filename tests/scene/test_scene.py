@@ -165,6 +165,11 @@ def test_text_that_is_not_toml_is_an_error(text):
         Scene.parse(text)
 
 
+def test_a_quantity_without_quotes_is_an_error_that_shows_them():
+    with pytest.raises(ValueError, match='need quotes, as radius = "30 nm"$'):
+        Scene.parse("[sphere]\nradius = 30 nm\n")
+
+
 def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
     with pytest.raises(ValueError, match=r"can't read the scene .*absent\.toml"):
         Scene.read(tmp_path / "absent.toml")
@@ -188,15 +193,19 @@ def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
             [
                 "the (100) surface of W is not known: its crystal is neither fcc",
                 "give spacing; the elastic constants of 'W'",
-                "those of Ag, Al, Au, Cu, Ge, Ni, Si",
+                "those of Ag, Al, Au, Cu, Ge, Ni, Si: give them, or, of an isotropic",
                 "; [substrate] shape must be",
             ],
         ),
+        (
+            "substrate = {}\nfriction = { coefficient = 0.3 }\npath = { values = [1.0] }",
+            ["sliding", "displacements, forces or bases", "or omit [friction]"],
+        ),
     ],
-    ids=["types", "values"],
+    ids=["types", "values", "path"],
 )
 def test_independent_errors_are_reported_at_once(text, parts):
-    with pytest.raises(ValueError, match=r"scene: \[substrate\]") as error:
+    with pytest.raises(ValueError, match=r"scene: \[(substrate|friction)\]") as error:
         Scene.parse(text).check()
     assert [part for part in parts if part not in str(error.value)] == []
 
