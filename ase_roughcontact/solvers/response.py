@@ -39,7 +39,7 @@ from ase_roughcontact.solvers.gcr import gcr
 # those of a hard wall.
 _STEPS, _HARD_STEPS = 40, 200
 # Change of the force by the last step under a hard wall, in units of the force and the
-# square of the tolerance: about as much is missing.
+# square of the tolerance. What further steps would add is estimated.
 _LAST_STEP = 30.0
 # Relative residual above which a solution is none.
 _LARGEST_RESIDUAL = 0.05
@@ -89,7 +89,8 @@ def height_response(
     tolerance : float
         Relative residual of the equations. The relative error of `force` grows with its
         square, and with the radius of the contact: with 0.01 and 500 atoms it is 0.003.
-        Under a hard wall without attraction about 30 times its square is missing.
+        Under a hard wall without attraction it was 8e-5 in the median of 16 contacts,
+        8e-4 at most, with 0.01.
 
     Returns
     -------
@@ -141,7 +142,8 @@ def _hard_response(
 
     Solve :math:`-G x = 1` on the atoms in elastic contact, with zero elsewhere, by
     conjugate gradients, preconditioned by the inverse of the model. The force grows by
-    the length times the work of each step.
+    the length times the work of each step. What is missing after the last one is
+    estimated: a geometric series with the mean ratio of the last three.
     """
     box = Box.bounding(hard)
     if box is None:
@@ -155,7 +157,8 @@ def _hard_response(
     inside = hard.astype(dtype)
     residual = inside.copy()
     x, direction, buffer = (np.zeros(hard.shape, dtype) for _ in range(3))
-    force, last_work, part = 0.0, np.inf, model.box.slices
+    growth: list[float] = []
+    last_work, part = np.inf, model.box.slices
     for _ in range(_HARD_STEPS):
         buffer[part] = model.stiffness(residual[part])
         buffer *= inside
@@ -168,14 +171,23 @@ def _hard_response(
         length, last_work = work / dot(direction, opening), work
         linear_combination([(1.0, x), (length, direction)], x)
         linear_combination([(1.0, residual), (-length, opening)], residual)
-        force += length * work
-        if length * work <= _LAST_STEP * tolerance**2 * force:
+        growth.append(length * work)
+        if growth[-1] <= _LAST_STEP * tolerance**2 * sum(growth):
             break
     else:
         return HeightResponse(np.full(hard.shape, np.nan), np.nan, halfspace)
+    force = sum(growth) + _rest(growth[-3:])
     force *= halfspace.cell_area / halfspace.self_compliance
     x *= -1.0 / halfspace.self_compliance
     return HeightResponse(x, -force, halfspace)
+
+
+def _rest(terms: list[float]) -> float:
+    """Return the sum of a series behind some terms, if they fall like a geometric one."""
+    if len(terms) < 2 or not 0.0 < terms[-1] < terms[0]:
+        return 0.0
+    ratio = (terms[-1] / terms[0]) ** (1.0 / (len(terms) - 1))
+    return terms[-1] * ratio / (1.0 - ratio)
 
 
 def _relative_stiffness(
