@@ -183,7 +183,7 @@ def _hard_response(
 
 
 def _rest(terms: list[float]) -> float:
-    """Return the sum of a series behind some terms, if they fall like a geometric one."""
+    """Return the rest of a series behind some terms, if they fall geometrically."""
     if len(terms) < 2 or not 0.0 < terms[-1] < terms[0]:
         return 0.0
     ratio = (terms[-1] / terms[0]) ** (1.0 / (len(terms) - 1))
