@@ -166,7 +166,7 @@ def test_text_that_is_not_toml_is_an_error(text):
 
 
 def test_a_quantity_without_quotes_is_an_error_that_shows_them():
-    with pytest.raises(ValueError, match='need quotes, as radius = "30 nm"$'):
+    with pytest.raises(ValueError, match=r'need quotes, as radius = "30 nm"$'):
         Scene.parse("[sphere]\nradius = 30 nm\n")
 
 
@@ -198,7 +198,7 @@ def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
             ],
         ),
         (
-            "substrate = {}\nfriction = { coefficient = 0.3 }\npath = { values = [1.0] }",
+            "friction = { coefficient = 0.3 }\npath = { values = [1.0] }",
             ["sliding", "displacements, forces or bases", "or omit [friction]"],
         ),
     ],
