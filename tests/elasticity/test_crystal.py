@@ -126,6 +126,8 @@ def test_without_dispersion_it_is_the_continuum(springs, continuum):
 def test_a_grid_finer_than_the_atoms_is_refused(springs):
     with pytest.raises(ValueError, match="spacing of 2"):
         PeriodicHalfSpace((8, 8), 0.9 * SPACING, springs).compliance  # noqa: B018
+    with pytest.raises(ValueError, match="have a spacing of 2"):
+        springs.lateral_cell_compliance(1, 0, 2.0 * SPACING)
 
 
 def test_file(springs, tmp_path):
@@ -134,6 +136,7 @@ def test_file(springs, tmp_path):
     assert same.todict() == springs.todict()
     assert same.figures == springs.figures
     np.testing.assert_array_equal(same.table, springs.table)
+    np.testing.assert_array_equal(same.lateral, springs.lateral)
     json.dumps(springs.todict())
     (tmp_path / "other.json").write_text('{"format": "other"}')
     with pytest.raises(ValueError, match="is not a crystal: its format"):

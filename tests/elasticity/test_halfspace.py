@@ -134,6 +134,7 @@ def test_pickled_half_space_gives_the_same_answers(kind):
         copy.displacement(pressure), solid.displacement(pressure), atol=1e-5
     )
     assert_array_equal(copy.compliance, solid.compliance)
+    assert len(pickle.dumps(solid)) < 1000  # no kernels
 
 
 @both
@@ -148,26 +149,21 @@ def test_single_precision_keeps_six_digits(kind):
 # Errors
 
 
-@pytest.mark.parametrize("bad", [0.0, math.inf, "1", None])
-def test_spacing_and_modulus_must_be_positive_numbers(bad):
-    with pytest.raises(ValueError, match="spacing must be a finite number > 0, got"):
-        FreeHalfSpace((4, 4), bad, E)
-    with pytest.raises(ValueError, match="contact_modulus must be a finite number > 0"):
-        FreeHalfSpace((4, 4), A0, bad)
-
-
-@pytest.mark.parametrize("bad", [(0, 4), (2.5, 4), (4, 4, 4), 4, None])
-def test_shape_must_be_two_whole_numbers(bad):
-    with pytest.raises(ValueError, match="shape must be two whole numbers >= 1, got"):
-        FreeHalfSpace(bad, A0, E)
-
-
-@pytest.mark.parametrize("kernel", [love_kernel, cerruti_kernel, cross_kernel])
-@pytest.mark.parametrize("sizes", [(-1.0, E), (A0, 0.0)])
-def test_kernels_need_positive_spacing_and_modulus(kernel, sizes):
-    more = () if kernel is love_kernel else (0.3,)
-    with pytest.raises(ValueError, match="must be a finite number > 0"):
-        kernel(np.array([1]), np.array([0]), *sizes, *more)
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (lambda: FreeHalfSpace((4, 4), 0.0, E), "spacing must be a finite number > 0"),
+        (lambda: FreeHalfSpace((4, 4), A0, "1"), "contact_modulus must be a finite"),
+        (lambda: FreeHalfSpace((2.5, 4), A0, E), "shape must be two whole numbers"),
+        (lambda: love_kernel(1, 0, -1.0, E), "spacing must be"),
+        (lambda: love_kernel(1, 0, A0, 0.0), "contact_modulus must be"),
+        (lambda: cerruti_kernel(1, 0, -1.0, E, 0.3), "spacing must be"),
+        (lambda: cross_kernel(1, 0, -1.0, E, 0.3), "spacing must be"),
+    ],
+)
+def test_wrong_sizes_are_refused(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
 
 
 def test_padded_displacement_refuses_a_pressure_of_another_window():
