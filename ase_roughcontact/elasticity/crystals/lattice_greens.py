@@ -65,9 +65,7 @@ class LatticeGreensFunction:
         self._couplings = astuple(constants)[:4]
         self._itself = np.zeros((self.layers + 2 * self._reach, 3, 3))
         totals = self._matrices(np.zeros((1, 2)))[0].real.sum(axis=1)
-        # the last layers lack couplings to those below: those above are the same
-        deep = self.layers + np.arange(2 * self._reach) % self.sublattices
-        totals[self.layers :] = totals[deep]
+        # those of the last principal layer lack some couplings, and are not needed
         self._itself = -(totals + totals.swapaxes(1, 2)) / 2
 
     def __call__(self, q: np.ndarray) -> np.ndarray:
