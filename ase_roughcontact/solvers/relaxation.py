@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import wraps
 from typing import Any, ParamSpec, TypeAlias
@@ -220,20 +221,16 @@ class SolverRelaxer:
         last, pairs, steps, message = None, 0.0, 0, ""
         converged = is_relaxed(contact, pressure, force, tolerance)
         states = self.states(contact, support, tolerance, pressure, height)
-        try:
-            while not (converged or message):
-                if steps >= max_steps:
-                    message = f"not converged after {steps} steps"
-                    break
+        with closing(states):  # frees its arrays
+            while not (converged or message) and steps < max_steps:
                 found = next(states, None)
                 if found is None:
                     message = "the solver has ended"
                     break
-                last, steps = found, steps + 1
-                pairs += last.pairs
+                last, steps, pairs = found, steps + 1, pairs + found.pairs
                 converged, message = last.converged, last.message
-        finally:
-            states.close()  # frees its arrays
+        if not (converged or message):
+            message = f"not converged after {steps} steps"
         outcome = {"message": message, "iterations": steps, "pairs": pairs}
         if last is not None:
             displacement = contact.halfspace.displacement(last.pressure)

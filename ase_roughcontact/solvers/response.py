@@ -108,7 +108,7 @@ def height_response(
     of up to 200 atoms in windows of at most 64 x 64, or 600 with a steep attraction.
     """
     halfspace, shape = contact.halfspace, state.gap.shape
-    compliance, hard = halfspace.self_compliance, np.zeros(shape, bool)
+    hard = np.zeros(shape, bool)
     if contact.interaction.hard:
         hard = state.contact & ~state.plastic  # the others stay at the hardness
     if halfspace.periodic and hard.all():
@@ -123,14 +123,58 @@ def height_response(
     small = max(shape) <= _DENSE_WINDOW and atoms.size <= _DENSE_ATOMS
     if small and d.min() <= -1.0 and not _is_minimum(halfspace, d, atoms):
         return HeightResponse(np.full(shape, np.nan), np.nan, halfspace)
-    equations = _Equations(halfspace, d, hard, active, tolerance)
-    x = equations.solve()
+    return _general_response(halfspace, d, hard, tolerance)
+
+
+def _general_response(
+    halfspace: HalfSpace, d: np.ndarray, hard: np.ndarray, tolerance: float
+) -> HeightResponse:
+    """Return the response of any wall to a unit of height.
+
+    In units of the self-compliance c, with ``d = c D``, ``T = 1/(1 + max(d, 0))`` and
+    ``S = d T``, the equations of an atom are ``T x + S (1 + G x) = 0``, for a hard wall
+    with T = 0 and S = 1. Other atoms have no pressure.
+    """
+    single = tolerance >= _SINGLE_PRECISION and d.size >= _LARGE
+    solid = halfspace.in_single_precision() if single else halfspace
+    active, compliance = hard | (d != 0.0), halfspace.self_compliance
+    t = np.where(hard, 0.0, active / (1.0 + np.maximum(d, 0.0)))
+    s = np.where(hard, 1.0, d * t).astype(solid.dtype)
+    t = t.astype(solid.dtype)
+    stiff = s > 0.0
+    box = Box.bounding(stiff)
+    if box is not None:
+        model = _covering(halfspace, box)
+        inside, mask = model.box.slices, stiff[model.box.slices].astype(model.dtype)
+        inverse = model.preconditioner(float(t.mean(where=stiff)))
+
+    def apply(x: np.ndarray) -> np.ndarray:
+        rows = solid.displacement(x)
+        rows *= s
+        rows *= -1.0 / compliance
+        rows += t * x
+        return rows
+
+    def precondition(residual: np.ndarray) -> np.ndarray:
+        out = residual.copy()  # for atoms without stiffness
+        if box is not None:
+            right = out[inside]
+            change = np.multiply(right, mask, dtype=mask.dtype)
+            inverse(change, change)
+            change -= right
+            right += mask * change
+        return out
+
+    size = norm(s)
+    x = np.zeros(d.shape)  # of double precision
+    x += gcr(apply, precondition, -s, tolerance * size, _STEPS)
     result = HeightResponse(x / compliance, np.nan, halfspace)
+    solved = norm(t * x + s * result.gap) <= _LARGEST_RESIDUAL * size
+    stiffness = halfspace.cell_area / compliance  # of an atom
     fields = (field[active] for field in (x, result.gap, d, hard))
-    force = halfspace.cell_area / compliance * _stationary_sum(*fields)
-    rigid = np.inf if hard.any() else halfspace.cell_area / compliance * d.sum()
-    least = -rigid - _ROUNDING * halfspace.cell_area / compliance * abs(d).sum()
-    if force >= least and equations.solved(x, result.gap):
+    force = stiffness * _stationary_sum(*fields)
+    most = np.inf if hard.any() else stiffness * d.sum()
+    if solved and force >= -most - _ROUNDING * stiffness * abs(d).sum():
         result.force = force
     return result
 
@@ -292,63 +336,3 @@ def _opening(halfspace: HalfSpace, pressure: np.ndarray, out: np.ndarray) -> np.
     opening = halfspace.displacement(pressure)
     scale(out, opening, -1.0 / halfspace.self_compliance)
     return out
-
-
-class _Equations:
-    """Equations of the response, in units of the self-compliance c.
-
-    With ``d = c D``, ``T = 1/(1 + max(d, 0))`` and ``S = d T``, those of an atom are
-    ``T x + S (1 + G x) = 0``, for a hard wall with T = 0 and S = 1.
-    """
-
-    def __init__(
-        self,
-        halfspace: HalfSpace,
-        d: np.ndarray,
-        hard: np.ndarray,
-        active: np.ndarray,
-        tolerance: float,
-    ) -> None:
-        single = tolerance >= _SINGLE_PRECISION and d.size >= _LARGE
-        self._halfspace = halfspace.in_single_precision() if single else halfspace
-        self._tolerance = tolerance
-        dtype = self._halfspace.dtype
-        t = np.where(hard, 0.0, active / (1.0 + np.maximum(d, 0.0)))
-        self._t = t.astype(dtype)
-        self._s = np.where(hard, 1.0, d * t).astype(dtype)
-        self._size = norm(self._s)
-        stiff = self._s > 0.0
-        self._inverse = None
-        if box := Box.bounding(stiff):
-            model = _covering(halfspace, box)
-            self._box = model.box.slices
-            self._stiff = stiff[self._box].astype(model.dtype)
-            self._inverse = model.preconditioner(float(self._t.mean(where=stiff)))
-
-    def solved(self, x: np.ndarray, response: np.ndarray) -> bool:
-        """Return whether the residual is small, for ``response = 1 + G x``."""
-        residual = norm(self._t * x + self._s * response)
-        return residual <= _LARGEST_RESIDUAL * self._size
-
-    def solve(self) -> np.ndarray:
-        """Return the change of the pressure, in units of one over c."""
-        limit, right = self._tolerance * self._size, -self._s
-        solution = gcr(self._apply, self._precondition, right, limit, _STEPS)
-        return np.zeros(right.shape) + solution
-
-    def _apply(self, x: np.ndarray) -> np.ndarray:
-        rows = self._halfspace.displacement(x)
-        rows *= self._s
-        rows *= -1.0 / self._halfspace.self_compliance
-        rows += self._t * x
-        return rows
-
-    def _precondition(self, residual: np.ndarray) -> np.ndarray:
-        out = residual.copy()  # for atoms without stiffness
-        if self._inverse:
-            right = out[self._box]
-            change = np.multiply(right, self._stiff, dtype=self._stiff.dtype)
-            self._inverse(change, change)
-            change -= right
-            right += self._stiff * change
-        return out
