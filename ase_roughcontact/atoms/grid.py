@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from ase import Atoms
@@ -124,8 +124,11 @@ class SurfaceGrid:
 
     def sites(self, axis: np.ndarray) -> np.ndarray:
         """Return the sites of all surface atoms, shape (count, 2), for an axis."""
-        indices = np.indices(self.shape).reshape(2, -1).T
-        return axis + np.array(self.origin) + self.spacing * indices
+        x, y = (
+            start + self.spacing * np.arange(n)
+            for start, n in zip(axis + np.array(self.origin), self.shape, strict=True)
+        )
+        return np.stack(np.broadcast_arrays(x[:, None], y), axis=-1).reshape(-1, 2)
 
     def atoms(self, number: int, height: float) -> Atoms:
         """Return flat atoms, the first one at x = y = 0, and the indenter.
@@ -141,14 +144,11 @@ class SurfaceGrid:
         -------
         Atoms
         """
-        n, m = self.shape
-        positions = np.zeros((n * m + 1, 3))
-        lattice = positions[:-1].reshape(n, m, 3)
-        lattice[..., 0] = self.spacing * np.arange(n)[:, None]
-        lattice[..., 1] = self.spacing * np.arange(m)
-        positions[-1] = *np.subtract(0.0, self.origin), height
+        axis = np.subtract(0.0, self.origin)
+        positions = np.zeros((math.prod(self.shape) + 1, 3))
+        positions[:-1, :2], positions[-1] = self.sites(axis), (*axis, height)
         return Atoms(
-            numbers=np.append(np.full(n * m, number), 0),
+            numbers=np.append(np.full(len(positions) - 1, number), 0),
             positions=positions,
             cell=self.spacing * np.array([*self.window, max(self.window)]),
             pbc=(self.periodic, self.periodic, False),
@@ -199,12 +199,7 @@ def set_lateral_displacement(
         info.pop(LATTICE, None)
     if values is not None:
         atoms.positions[:-1, :2] += values.reshape(2, -1).T
-        atoms.info[LATTICE] = {
-            "window": list(grid.window),
-            "shape": list(grid.shape),
-            "spacing": grid.spacing,
-            "origin": list(grid.origin),
-        }
+        atoms.info[LATTICE] = asdict(grid)
 
 
 def _axis_of(atoms: Atoms) -> np.ndarray:

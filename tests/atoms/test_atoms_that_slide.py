@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from ase.io import read, write
 from ase.optimize import LBFGS
+from ase.units import GPa
 from built import atoms_under
 
 from ase_roughcontact import (
@@ -131,8 +132,10 @@ def test_views_show_which_atoms_slip(tmp_path):
     assert with_indenter(atoms).symbols.count(SLIPS) == slipping
     columns = with_columns(atoms)
     assert columns.arrays["slipping"].sum() == slipping
-    assert "displacement_y" in columns.arrays
     seen = ContactMap.from_atoms(atoms)
+    for key, unit in (("displacement_y", 1.0), ("traction_x", GPa)):
+        expected = pytest.approx(seen.lateral[key].ravel() / unit)
+        assert columns.arrays[key][:-1] == expected
     write_map(seen, tmp_path / "map.npz")
     fields = np.load(tmp_path / "map.npz")
     assert fields["slipping"].sum() == slipping

@@ -167,6 +167,7 @@ def skew_cell(atoms):
         (lose_the_last_row, "padding"),
         (skew_cell, "cell must be the rectangular window"),
         (stretch_cell, "whole numbers of spacings"),
+        (lambda atoms: atoms.positions.fill(0.0), "do not make a grid"),
     ],
 )
 def test_broken_atoms_are_refused(periodic, spoil, message):

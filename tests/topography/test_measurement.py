@@ -7,7 +7,11 @@ import pytest
 
 from ase_roughcontact import HeightMap, SelfAffine
 from ase_roughcontact.topography.measurement import Noise, outliers
-from ase_roughcontact.topography.spectrum import edge_step, has_edge_step
+from ase_roughcontact.topography.spectrum import (
+    edge_step,
+    has_edge_step,
+    smooth_component,
+)
 
 SURFACE = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=3, domain=256.0)
 HEIGHTS = SURFACE.heights((256, 256), 1.0)
@@ -54,10 +58,13 @@ def test_a_given_noise_replaces_the_estimate():
 
 
 def test_the_slope_of_noise_adds_in_squares():
-    noisy = scanned(HEIGHTS + Noise(0.05, 0.03).sample(HEIGHTS.shape, 1))
-    square = noisy.statistics().rms_slope ** 2 - noisy.measurement.noise_slope**2
+    other = Noise(0.05, 0.03).sample(HEIGHTS.shape, 9)  # than that of copies
+    noisy = scanned(HEIGHTS + other)
+    square, more = noisy.statistics().rms_slope ** 2, noisy.measurement.noise_slope**2
     expected = scanned(HEIGHTS).statistics().rms_slope
-    assert math.sqrt(square) == pytest.approx(expected, rel=0.03)
+    assert math.sqrt(square - more) == pytest.approx(expected, rel=0.03)
+    copies = [each.statistics().rms_slope ** 2 for each in noisy.copies()["noisy"]]
+    assert copies == pytest.approx(4 * [square + more], rel=0.03)
 
 
 def test_single_points_that_stick_out_are_outliers_and_rough_surfaces_have_none():
@@ -129,11 +136,16 @@ def test_the_edges_of_a_part_of_a_scan_do_not_fit_and_those_of_its_period_do():
     assert beside < 0.1
 
 
-def test_a_copy_of_a_part_declared_periodic_has_edges_that_fit():
-    part = scanned(HEIGHTS[:100, :60], periodic=True)
+@pytest.mark.parametrize("cutoff", [0.0, 2.0])
+def test_a_copy_of_a_part_declared_periodic_has_edges_that_fit(cutoff):
+    part = scanned(HEIGHTS[:100, :60], periodic=True, cutoff_wavelength=cutoff)
     (copy,) = part.copies()["seamless"]
     place = (100, 60), 1.0, (-50.0, -30.0)
-    assert has_edge_step(part.heights(*place))
+    heights = part.heights(*place)
+    assert has_edge_step(heights)
+    np.testing.assert_allclose(
+        copy.heights(*place), heights - smooth_component(heights), atol=1e-12
+    )
     assert not has_edge_step(copy.heights(*place))
     assert not scanned(HEIGHTS, periodic=True).copies()["seamless"]
 

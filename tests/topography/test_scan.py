@@ -64,6 +64,7 @@ def test_the_bumps_of_a_scan_are_pressed_and_not_its_pits(role, lower_side, bump
         ({"center": "lowest"}, "unknown center"),
         ({"center": 3.0}, "center must be"),
         ({"center": (1.0, np.nan)}, "center must be"),
+        ({"center": (25, 0)}, r"which spans 1\.9 x 1\.5 nm, got \(2\.5, 0\) nm"),
         ({"unit": "inch"}, "unknown unit of length 'inch'"),
         ({"detrend": "tilt"}, "unknown way to detrend 'tilt'"),
         ({"spacing": None}, r"distance between the points .* not known"),
