@@ -118,7 +118,7 @@ def map_panels(figure: Any, count: int) -> list[Any]:
 
 
 def scale_bar(axes: Any, unit: str) -> None:
-    """Draw a bar of a round length in place of the axes of a map.
+    """Draw a bar of a round length below a map, in place of its axes.
 
     Parameters
     ----------
@@ -127,24 +127,18 @@ def scale_bar(axes: Any, unit: str) -> None:
     unit : str
         Unit of its coordinates.
     """
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    limits = (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     width = right - left
     longest = 0.4 * abs(width)
     decade = 10.0 ** np.floor(np.log10(longest))
     length = max(n * decade for n in (1, 2, 5) if n * decade <= longest)
-    x, y = right - 0.05 * width, bottom + 0.05 * (top - bottom)
-    axes.plot(
-        [x - np.copysign(length, width), x], [y, y], "k-", lw=2.5, solid_capstyle="butt"
-    )
-    text = f"{length:g} {unit}"
-    # ends with the bar, which may be shorter than the text and is near the frame
-    place: dict[str, Any] = {
-        "textcoords": "offset points",
-        "ha": "right",
-        "va": "bottom",
-    }
-    white = {"facecolor": "white", "alpha": 0.9, "lw": 0, "pad": 0.5}
-    axes.annotate(text, (x, y), (0, 2), **place, bbox=white)
+    y = bottom - 0.05 * (top - bottom)  # below the frame, where nothing is covered
+    left = right - np.copysign(length, width)
+    bar = {"lw": 2.5, "solid_capstyle": "butt", "clip_on": False}
+    axes.plot([left, right], [y, y], "k-", **bar)
+    place = {"textcoords": "offset points", "ha": "right", "va": "center"}
+    axes.annotate(f"{length:g} {unit}", (left, y), (-4, 0), annotation_clip=False, **place)
+    axes.set(xlim=limits[0], ylim=limits[1])
     axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
 
 
