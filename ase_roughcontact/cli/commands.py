@@ -16,10 +16,11 @@ from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene.curve_files import read_curve, read_in_time
 from ase_roughcontact.scene.fit import fit_curve
+from ase_roughcontact.scene.fit_parameters import SERIES
 from ase_roughcontact.scene.force_curve import BASELINE
 from ase_roughcontact.scene.least_squares import Fit
 from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit
-from ase_roughcontact.scene.time_fit import SERIES, fit_in_time
+from ase_roughcontact.scene.time_fit import fit_in_time
 from ase_roughcontact.scene.tradeoff import tradeoff
 
 

@@ -100,18 +100,18 @@ def fit_curve(
             raise ValueError(f"{doubt} {advice}")
         warnings.warn(doubt, stacklevel=2)
     try:
-        problem = Residuals(scene, curve, free)
-        fit, x, changes = solve(problem, callback)
+        model = Residuals(scene, curve, free)
+        fit, trial, changes = solve(model, callback)
     except (ValueError, RuntimeError) as error:
         if not curve.doubts:
             raise
         message = f"{curve.doubts[0]} The fit ended with: {error}"
         raise ValueError(message) from error
-    residuals, _, compared = problem.of(x)
-    by_grid = abs(changes["grid"][:, 0])
-    residuals = np.sign(residuals) * np.maximum(abs(residuals) - by_grid, 0.0)
-    found = [*fit.warnings, *curve.doubts, *_warnings(curve, fit, problem.error)]
-    found += _jump_warnings(curve, residuals[-2:], compared[-2:])
+    fit = replace(fit, far_force=curve.far_force, line=model.line(trial))
+    size = np.maximum(abs(trial.residuals) - abs(changes["grid"][:, 0]), 0.0)
+    of_jumps = (np.sign(trial.residuals) * size)[-2:]
+    found = [*fit.warnings, *curve.doubts, *_warnings(curve, fit, model.error)]
+    found += _jump_warnings(curve, of_jumps, trial.compared[-2:])
     return replace(fit, warnings=tuple(found))
 
 
@@ -122,9 +122,9 @@ def _wrong_sign(scene: Scene, curve: ForceCurve, free: Sequence[str]) -> str:
         base, force = of_base * curve.base, of_force * curve.force
         with suppress(ValueError, RuntimeError):
             turned = ForceCurve(-base - force / curve.stiffness, force, curve.stiffness)
-            problem = Residuals(scene, turned, free)
-            residuals, _, compared = problem.of(problem.start)
-            misfits[name] = float(np.mean(residuals[compared] ** 2))
+            model = Residuals(scene, turned, free)
+            trial = model.trial(model.start)
+            misfits[name] = float(np.mean(trial.residuals[trial.compared] ** 2))
     best = min(misfits, key=misfits.__getitem__, default="")
     return best if best and misfits[best] < _BETTER * misfits.get("", math.inf) else ""
 

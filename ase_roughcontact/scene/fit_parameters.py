@@ -7,19 +7,20 @@ explicit functions of the parameters, are differences.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.contact import ContactState
 from ase_roughcontact.elasticity.named_materials import material
 from ase_roughcontact.interactions import Interaction, scaled_attraction
-from ase_roughcontact.interactions.base import Profile
 from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.scene.force_curve import BASELINE
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.solvers.response import force_derivative, height_response
 
@@ -29,6 +30,17 @@ FREE = {
     "contact_modulus": ("substrate.contact_modulus", "GPa"),
     "radius": ("sphere.radius", "nm"),
     "attraction_range": ("interaction.attraction_range", "nm"),
+}
+#: The same of series that can be free on a path in time.
+SERIES = {
+    "relaxation_moduli": ("substrate.relaxation_moduli", ""),
+    "relaxation_times": ("substrate.relaxation_times", "s"),
+}
+#: Units of all parameters of fits, those of the measured values included.
+FREE_UNITS = {
+    **{name: unit for name, (_, unit) in (FREE | SERIES).items()},
+    **BASELINE,
+    "height_offset": "nm",
 }
 # Relative change of a parameter for differences of explicit functions.
 _CHANGE = 1e-6
@@ -69,22 +81,27 @@ def _of_sample(scene: Scene) -> float:
     return 1.0 / (1.0 / scene.contact_modulus - 1.0 / tip)
 
 
-def changed(scene: Scene, values: Mapping[str, float]) -> Scene:
+def changed(scene: Scene, values: Mapping[str, ArrayLike]) -> Scene:
     """Return a scene with other values of parameters.
 
     Parameters
     ----------
     scene : Scene
-    values : mapping of str to float
-        In the units of `FREE`.
+    values : mapping of str to array_like
+        In the units of `FREE`, of one number each, and of `SERIES`.
 
     Returns
     -------
     Scene
     """
-    return scene.with_values(
-        {FREE[name][0]: f"{v:.17g} {FREE[name][1]}" for name, v in values.items()}
-    )
+    entries: dict[str, Any] = {}
+    for name, value in values.items():
+        if name in SERIES:
+            entries[SERIES[name][0]] = np.asarray(value).tolist()
+        else:
+            key, unit = FREE[name]
+            entries[key] = f"{np.squeeze(value):.17g} {unit}"
+    return scene.with_values(entries)
 
 
 class ForceDerivatives:
@@ -103,10 +120,9 @@ class ForceDerivatives:
         self, scene: Scene, free: Sequence[str], with_range: bool = False
     ) -> None:
         self._changes = [_Change(scene, name).of for name in free]
-        if with_range:
-            self._changes.append(_by_range)
+        self._changes += [_by_range] * with_range
 
-    def of(self, stepper: Stepper) -> tuple[FloatArray, float]:
+    def of(self, stepper: Stepper) -> FloatArray:
         """Return the derivatives at the last state of a path.
 
         Parameters
@@ -116,18 +132,17 @@ class ForceDerivatives:
 
         Returns
         -------
-        derivatives : ndarray, shape (p,)
-            To the parameters in the units of `FREE`, at fixed height (eV/Å per unit).
-        to_height : float
-            To the height (eV/Å^2). All are NaN at an instability.
+        ndarray, shape (p,)
+            To the parameters in the units of `FREE`, at fixed height (eV/Å per unit);
+            NaN at an instability.
         """
-        contact, state = stepper.contact, _fields(stepper)
+        if stepper.run is None:
+            raise ValueError("there is no state before the first step")
+        contact, state = stepper.contact, stepper.run.fields
         response = height_response(contact, state, _RESIDUAL)
-        row = [
-            force_derivative(contact, state, response, **change(stepper))
-            for change in self._changes
-        ]
-        return np.array(row), response.force
+        changes = (change(stepper, state.gap) for change in self._changes)
+        row = [force_derivative(contact, state, response, **each) for each in changes]
+        return np.array(row)
 
 
 class _Change:
@@ -136,51 +151,41 @@ class _Change:
     def __init__(self, scene: Scene, name: str) -> None:
         value = value_of(scene, name)
         self._step = 2.0 * _CHANGE * value
-        self._low, self._high = (
+        self._scenes = [
             changed(scene, {name: value * factor})
             for factor in (1.0 - _CHANGE, 1.0 + _CHANGE)
-        )
-        low, high = self._low.contact_modulus, self._high.contact_modulus
-        self._compliance = -2.0 * (high - low) / (high + low) / self._step
-        self._walls = self._low.wall, self._high.wall
-        self._same_wall = self._walls[0] == self._walls[1]
-        self._same_surface = self._low.surface == self._high.surface
+        ]
 
-    def of(self, stepper: Stepper) -> dict[str, Any]:
+    def of(self, stepper: Stepper, gap: FloatArray) -> dict[str, Any]:
         """Return the arguments of `force_derivative`."""
-        problem, window = stepper.problem, stepper.state.window
-        changes: dict[str, Any] = {"compliance": self._compliance}
-        if not self._same_surface:
-            low, high = (
-                replace(problem, indenter=scene.surface).heights(window)
-                for scene in (self._low, self._high)
-            )
-            changes["heights"] = (high - low) / self._step
-        if not self._same_wall:
-            low, high = (_profile(stepper, wall)[1] for wall in self._walls)
-            changes["wall_pressure"] = (high - low) / self._step
-        return changes
+
+        def heights(indenter: Any) -> FloatArray:
+            problem = replace(stepper.problem, indenter=indenter)
+            return problem.heights(stepper.state.window)
+
+        def pressure(wall: Interaction) -> FloatArray:
+            return scaled_attraction(wall, gap, stepper.contact.adhesion)[1]
+
+        return {
+            "heights": self._difference("surface", heights),
+            "wall_pressure": self._difference("wall", pressure),
+            "compliance": -self._difference("contact_modulus", math.log),
+        }
+
+    def _difference(self, attribute: str, function: Callable[[Any], Any]) -> Any:
+        """Return the derivative of a function of an attribute of the scene."""
+        low, high = (getattr(scene, attribute) for scene in self._scenes)
+        return 0.0 if low == high else (function(high) - function(low)) / self._step
 
 
-def _by_range(stepper: Stepper) -> dict[str, Any]:
+def _by_range(stepper: Stepper, gap: FloatArray) -> dict[str, Any]:
     r"""Return the derivative of the wall to the logarithm of its range, at one work.
 
     The attraction of the range :math:`s D` has the pressure :math:`P(g/s)/s` at the gap
     g, counted from the contact distance.
     """
     wall = stepper.problem.wall
-    _, pressure, stiffness = _profile(stepper, wall)
-    gap = _fields(stepper).gap - wall.contact_distance
-    change = np.where(gap >= 0.0, gap * stiffness - pressure, 0.0)
+    _, pressure, stiffness = scaled_attraction(wall, gap, stepper.contact.adhesion)
+    beyond = gap - wall.contact_distance
+    change = np.where(beyond >= 0.0, beyond * stiffness - pressure, 0.0)
     return {"wall_pressure": change}
-
-
-def _profile(stepper: Stepper, wall: Interaction) -> Profile:
-    """Return energy, pressure and stiffness of a wall at the last state of a path."""
-    return scaled_attraction(wall, _fields(stepper).gap, stepper.contact.adhesion)
-
-
-def _fields(stepper: Stepper) -> ContactState:
-    if stepper.run is None:
-        raise ValueError("there is no state before the first step")
-    return stepper.run.fields

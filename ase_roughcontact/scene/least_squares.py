@@ -26,6 +26,8 @@ _MOST_IN_VAIN = 5
 _PROGRESS = 1e-3
 # Correlation from which two parameters can't be distinguished.
 _CORRELATED = 0.99
+# Change of the unknowns for derivatives of the parameters.
+_CHANGE = 1e-6
 #: Standard uncertainty of the logarithm of the range of the attraction, which a scene
 #: assumes: a factor of two.
 RANGE_UNCERTAINTY = math.log(2.0)
@@ -124,20 +126,43 @@ class Fit(Printed):
         ]
 
 
-class _Trials:
-    """Residuals of the trials of a fit, the best of which is its result."""
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Curve of a model for some values of its p parameters.
 
-    def __init__(self, problem: Any, callback: Callback | None) -> None:
-        self._problem, self._callback = problem, callback
+    Attributes
+    ----------
+    unknowns : ndarray, shape (p,)
+    residuals : ndarray, shape (n,)
+        Of the k points, and of what else is compared, relative to the noise.
+    jacobian : ndarray, shape (n, p)
+        Derivatives of the residuals to the unknowns.
+    compared : ndarray of bool, shape (n,)
+    fitted : ndarray, shape (k,)
+        Values of the curve at the measured points.
+    """
+
+    unknowns: FloatArray
+    residuals: FloatArray
+    jacobian: FloatArray
+    compared: np.ndarray
+    fitted: FloatArray
+
+
+class _Trials:
+    """Trials of a fit, the best of which is its result."""
+
+    best: Trial
+
+    def __init__(self, model: Any, callback: Callback | None) -> None:
+        self._model, self._callback = model, callback
         self._least, self._in_vain = math.inf, 0
-        self.best, self.distance = problem.start, math.inf
-        self.doubts: list[str] = []
+        self.distance, self.doubts = math.inf, list[str]()
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """Return the residuals of a trial; StopIteration if it is the last one."""
-        problem = self._problem
         try:
-            residuals, jacobian, compared = problem.of(x)
+            self._last = trial = self._model.trial(x.copy())
         except (ValueError, RuntimeError, MemoryError) as error:
             if self._least == math.inf:
                 raise
@@ -145,54 +170,61 @@ class _Trials:
                 f"the fit ended at a trial that can't be calculated: {error}"
             ]
             raise StopIteration from error
+        residuals = trial.residuals
         if self._callback is not None:
-            values = dict(zip(problem.names, problem.values(x).tolist(), strict=True))
-            self._callback(values, math.sqrt(np.mean(residuals**2)))
+            values = self._model.values(x).tolist()
+            named = dict(zip(self._model.names, values, strict=True))
+            self._callback(named, math.sqrt(np.mean(residuals**2)))
         squares = float(residuals @ residuals)
         progress = squares < (1.0 - _PROGRESS) * self._least
         self._in_vain = 0 if progress else self._in_vain + 1
         if squares < self._least:
-            change = jacobian @ (np.linalg.pinv(jacobian) @ residuals)
-            variance = squares / _degrees(compared, x)
-            self._least, self.best = squares, x.copy()
+            change = trial.jacobian @ (np.linalg.pinv(trial.jacobian) @ residuals)
+            variance = squares / _degrees(trial)
+            self._least, self.best = squares, trial
             self.distance = math.sqrt(change @ change / variance) if variance else 0.0
         if self.distance < _CLOSE or self._in_vain >= _MOST_IN_VAIN:
             raise StopIteration
         return residuals
 
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """Return the derivatives of the residuals, mostly those of the last trial."""
+        if not np.array_equal(self._last.unknowns, x):
+            self._last = self._model.trial(x.copy())
+        return self._last.jacobian
+
 
 def solve(
-    problem: Any, callback: Callback | None
-) -> tuple[Fit, FloatArray, Mapping[str, FloatArray]]:
+    model: Any, callback: Callback | None
+) -> tuple[Fit, Any, Mapping[str, FloatArray]]:
     """Return the fit with the least sum of squares.
 
     Parameters
     ----------
-    problem : Residuals or Model
-        With `names` and `units` of p parameters, their `values(x)` and derivatives
-        `scales(x)` to the unknowns x, which `start` at and have `bounds`; with n
-        residuals relative to the `noise`, their derivatives and which of them are
-        compared, `of(x)`, and their `changes(x)` by what is not known exactly, in m
-        columns that are added without their signs; with attributes of the `Fit`,
-        `curves(x)`, and the `reasons` for residuals far above noise and the `error` of
-        the values.
+    model : Residuals or TimeModel
+        With `names` and `units` of p parameters, their `values(x)` for the unknowns x,
+        which `start` at and have `bounds`; the points that were `measured`, the names
+        and units of these, the `abscissa` and the `ordinate`, their `noise`, and the
+        `error` of a `trial(x)`; the `changes(trial)` of residuals by what is not known
+        exactly, in m columns that are added without their signs; and the `reasons` for
+        residuals far above noise.
     callback : callable or None
 
     Returns
     -------
     fit : Fit
-    x : ndarray, shape (p,)
-        Its unknowns.
+    trial : Trial
+        That of the fit.
     changes : dict of ndarray, shape (n, m)
-        By which the residuals change, see `problem`.
+        Of its residuals, see `model`.
     """
-    trials = _Trials(problem, callback)
+    trials = _Trials(model, callback)
     try:
         solution = least_squares(
             trials.residuals,
-            problem.start,
-            jac=lambda x: problem.of(x)[1],
-            bounds=problem.bounds,
+            model.start,
+            jac=trials.jacobian,
+            bounds=model.bounds,
             x_scale="jac",
             xtol=_CONVERGED,
             ftol=_CONVERGED,
@@ -200,43 +232,59 @@ def solve(
         converged = bool(solution.success)
     except StopIteration:
         converged = trials.distance < 1.0
-    x = trials.best
-    residuals, jacobian, compared = problem.of(x)
-    inverse = problem.scales(x) @ np.linalg.pinv(jacobian)
-    ratio = math.sqrt(np.sum(residuals[compared] ** 2) / _degrees(compared, x))
+    best = trials.best
+    inverse = _scales(model, best.unknowns) @ np.linalg.pinv(best.jacobian)
+    squares = np.sum(best.residuals[best.compared] ** 2)
+    ratio = math.sqrt(squares / _degrees(best))
     covariance = ratio**2 * inverse @ inverse.T
     deviation = np.sqrt(np.diag(covariance))
-    changes = problem.changes(x)
+    changes = model.changes(best)
     contributions = {"noise": deviation} | {
         name: abs(inverse @ change).sum(axis=1) for name, change in changes.items()
     }
     fit = Fit(
-        names=problem.names,
-        units=problem.units,
-        values=problem.values(x),
+        names=model.names,
+        units=model.units,
+        values=model.values(best.unknowns),
         errors=np.sqrt(sum(part**2 for part in contributions.values())),
         contributions=contributions,
         correlation=covariance / np.outer(deviation, deviation),
-        noise=ratio * problem.noise,
+        distance=model.measured[0],
+        force=model.measured[1],
+        fitted=best.fitted,
+        compared=best.compared[: len(best.fitted)],
+        noise=ratio * model.noise,
         converged=converged,
-        **problem.curves(x),
+        abscissa=model.abscissa,
+        ordinate=model.ordinate,
     )
-    return replace(fit, warnings=(*trials.doubts, *_warnings(problem, fit))), x, changes
+    return (
+        replace(fit, warnings=(*trials.doubts, *_warnings(model, fit))),
+        best,
+        changes,
+    )
 
 
-def _degrees(compared: np.ndarray, x: FloatArray) -> int:
+def _scales(model: Any, x: FloatArray) -> FloatArray:
+    """Return the derivatives of the parameters to the unknowns."""
+    steps = _CHANGE * np.eye(len(x))
+    rows = [model.values(x + step) - model.values(x - step) for step in steps]
+    return np.transpose(rows) / (2.0 * _CHANGE)
+
+
+def _degrees(trial: Trial) -> int:
     """Return the number of degrees of freedom."""
-    return max(int(compared.sum()) - len(x), 1)
+    return max(int(trial.compared.sum()) - len(trial.unknowns), 1)
 
 
-def _warnings(problem: Any, fit: Fit) -> Iterator[str]:
+def _warnings(model: Any, fit: Fit) -> Iterator[str]:
     """Yield warnings of residuals that are no noise, and of correlated parameters."""
     unit = fit.ordinate[1]
-    if fit.noise > FAR_ABOVE * max(problem.noise, problem.error):
+    if fit.noise > FAR_ABOVE * max(model.noise, model.error):
         yield (
             f"the residuals of {fit.noise / UNITS[unit]:.3g} {unit} are far above the "
-            f"noise of the curve, {problem.noise / UNITS[unit]:.3g} {unit}: "
-            f"{problem.reasons}; the errors of the parameters are not valid"
+            f"noise of the curve, {model.noise / UNITS[unit]:.3g} {unit}: "
+            f"{model.reasons}; the errors of the parameters are not valid"
         )
     for i, j in zip(*np.tril_indices(len(fit.names), -1), strict=True):
         if abs(fit.correlation[i, j]) > _CORRELATED:

@@ -19,26 +19,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.output import follow
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.fit_parameters import (
     FREE,
+    FREE_UNITS,
     ForceDerivatives,
     changed,
     value_of,
 )
 from ase_roughcontact.scene.followed import FollowedBranch, FollowedJump
 from ase_roughcontact.scene.force_curve import BASELINE, ForceCurve, MeasuredBranch
-from ase_roughcontact.scene.least_squares import RANGE_UNCERTAINTY
+from ase_roughcontact.scene.least_squares import RANGE_UNCERTAINTY, Trial
 from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.path_kinds import Steps
 from ase_roughcontact.scene.scene import Scene
@@ -54,6 +53,23 @@ _BETWEEN = 3.0
 _LEAST, _MOST = 0.05, 20.0
 
 
+@dataclass(frozen=True, eq=False)
+class CurveTrial(Trial):
+    """Trial whose residuals are those of k points and two jumps.
+
+    Attributes
+    ----------
+    by_range : ndarray, shape (k + 2,)
+        Derivatives of the residuals to the logarithm of the range of the attraction,
+        zero if it is free or there is none.
+    followed : dict of FollowedBranch
+        By their directions.
+    """
+
+    by_range: FloatArray
+    followed: dict[float, FollowedBranch]
+
+
 class Residuals:
     """Residuals of a force curve relative to its noise, and their derivatives.
 
@@ -67,17 +83,9 @@ class Residuals:
     curve : ForceCurve
     free : sequence of str
         Parameters among `FREE` and `BASELINE`.
-
-    Attributes
-    ----------
-    names, units : tuple of str
-        Of the parameters: those of the scene, of the baseline, and z0.
-    start, scale : ndarray, shape (p,)
-        First unknowns, and the units of the parameters for one of the unknowns.
-    bounds, noise, error, reasons
-        See `solve`.
     """
 
+    abscissa, ordinate = ("distance of the base", "nm"), ("normal force $N$", "nN")
     reasons = (
         "the scene does not describe it, or a column is another quantity (depth = "
         "-(distance + deflection))"
@@ -85,81 +93,84 @@ class Residuals:
 
     def __init__(self, scene: Scene, curve: ForceCurve, free: Sequence[str]) -> None:
         self._scene, self._curve, self.noise = scene, curve, curve.noise
+        self.measured = curve.base, curve.force
         path: Any = scene.path if isinstance(scene.path, Loop) else Loop
         self._tolerance: float = path.tolerance
         self.error = self._tolerance * float(abs(curve.force).max())
-        self._free = tuple(name for name in free if name in FREE)
-        self._with_range = scene.wall.attractive and "attraction_range" not in free
-        self._lines = lines = tuple(name for name in free if name in BASELINE)
-        self.names = *self._free, *lines, "height_offset"
-        units = {name: unit for name, (_, unit) in FREE.items()} | BASELINE
-        self.units = *(units[name] for name in self.names[:-1]), "nm"
-        first, others = len(self._free), len(lines) + 1
-        self.start = np.repeat([1.0, 0.0], [first, others])
-        self.scale = np.ones(first + others)
-        self.scale[:first] = [value_of(scene, name) for name in self._free]
-        self.bounds = (
-            np.repeat([_LEAST, -np.inf], [first, others]),
-            np.repeat([_MOST, np.inf], [first, others]),
+        self._free, self._lines = (
+            [name for name in free if name in names] for names in (FREE, BASELINE)
         )
-        self._shift = np.zeros(first + others)
-        if "force_offset" in lines:
-            self._shift[self.names.index("force_offset")] = curve.far_force / _NN
+        self.names = *self._free, *self._lines, "height_offset"
+        self.units = tuple(FREE_UNITS[name] for name in self.names)
+        counts = len(self._free), len(self._lines) + 1
+        self.start = np.repeat([1.0, 0.0], counts)
+        self.bounds = np.repeat([[_LEAST, -np.inf], [_MOST, np.inf]], counts, axis=1)
+        first = [value_of(scene, name) for name in self._free]
+        self._scale = np.append(first, np.ones(counts[1]))
+        offsets = {"force_offset": curve.far_force / _NN}
+        self._shift = np.array([offsets.get(name, 0.0) for name in self.names])
         self._shift[-1] = _first_height(scene, self._corrected(self._shift)) / _NM
-        self._kept: tuple[bytes, list[FollowedBranch]] = b"", []
 
     def values(self, x: FloatArray) -> FloatArray:
         """Return the parameters in their units."""
-        return x * self.scale + self._shift
+        return x * self._scale + self._shift
 
-    def scales(self, x: FloatArray) -> FloatArray:
-        """Return the derivatives of the parameters to the unknowns."""
-        return np.diag(self.scale)
+    def trial(self, x: FloatArray, scene: Scene | None = None) -> CurveTrial:
+        """Return the trial for some unknowns, with another scene if that is given."""
+        values, curve, count = self.values(x), self._curve, len(self._curve.force)
+        followed = self._followed(values, scene or self._scene)
+        forces, base = self._corrected(values).force, curve.base + values[-1] * _NM
+        # force, its derivative to the height of the base, and those to the parameters
+        rows = np.zeros((count + 2, followed[1.0].columns.shape[1]))
+        unit, target = np.full(count + 2, curve.noise), np.append(forces, [0.0, 0.0])
+        compared, between = np.ones(count + 2, bool), np.zeros(count + 2, bool)
+        compared[count:] = False
+        for number, measured in enumerate(curve.branches, start=count):
+            points, jump = measured.points, followed[measured.direction].jump
+            rows[points] = followed[measured.direction].at(base[points])
+            if jump and _are_counterparts(measured, jump, forces[points]):
+                here = base[points]
+                compared[points], between[points] = _sides(here, measured, jump.base)
+                # the height of the base in place of a force
+                around = here[measured.jump :][:2]
+                rows[number] = jump.base, -1.0, *jump.derivatives
+                target[number] = around.mean()
+                # both points may be at one height of the base
+                distance = max(np.ptp(around), np.ptp(here) / len(here))
+                unit[number] = distance / math.sqrt(12.0)
+                compared[number] = True
+        baseline = np.zeros((count + 2, len(self._lines)))
+        baseline[:count] = curve.baseline(self._lines)
+        parts = np.split(rows, [1, 2, 2 + len(self._free)], axis=1)
+        force, by_height, by_free, by_range = parts
+        slopes = np.hstack([by_free, baseline, _NM * by_height]) * self._scale
+        residuals = np.where(compared, (force[:, 0] - target) / unit, 0.0)
+        return CurveTrial(
+            x,
+            np.where(between, _BETWEEN, residuals),
+            slopes * (compared / unit)[:, None],
+            compared,
+            rows[:count, 0] + curve.force - forces,
+            by_range.sum(axis=1) * compared / unit,
+            followed,
+        )
 
-    def forces(self, x: FloatArray, curve: ForceCurve) -> FloatArray:
-        """Return the forces at the points of a curve, with the baseline."""
-        values = self.values(x)
-        forces = self._baseline_of(values, curve)
-        base = curve.base + values[-1] * _NM
-        for measured, followed in self._pairs(x, curve):
-            forces[measured.points] += followed.at(base[measured.points])[:, 0]
-        return forces
+    def line(self, trial: CurveTrial) -> tuple[FloatArray, FloatArray]:
+        """Return heights of the base and fitted forces on many points."""
+        values, drawn = self.values(trial.unknowns), self._curve.drawn
+        forces = self._baseline_of(values, drawn)
+        base = drawn.base + values[-1] * _NM
+        for branch in drawn.branches:
+            followed = trial.followed[branch.direction]
+            forces[branch.points] += followed.at(base[branch.points])[:, 0]
+        return drawn.base, forces
 
-    def curves(self, x: FloatArray) -> dict[str, Any]:
-        """Return measured and fitted curve, as attributes of `Fit`."""
-        curve, drawn = self._curve, self._curve.drawn
-        return {
-            "distance": curve.base,
-            "force": curve.force,
-            "fitted": self.forces(x, curve),
-            "compared": self.of(x)[2][:-2],
-            "far_force": curve.far_force,
-            "line": (drawn.base, self.forces(x, drawn)),
-        }
-
-    def of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
-        """Return residuals of the forces and of the jumps, and their derivatives.
-
-        Parameters
-        ----------
-        x : ndarray, shape (p,)
-
-        Returns
-        -------
-        residuals : ndarray, shape (k + 2,)
-        derivatives : ndarray, shape (k + 2, p)
-        compared : ndarray of bool, shape (k + 2,)
-            Points and jumps that are compared.
-        """
-        residuals, jacobian, compared = self._of(x)
-        return residuals, jacobian[:, : len(x)] * self.scale, compared
-
-    def changes(self, x: FloatArray) -> dict[str, FloatArray]:
+    def changes(self, trial: CurveTrial) -> dict[str, FloatArray]:
         """Return changes of the residuals by the range of the wall, and by the grid.
 
         Parameters
         ----------
-        x : ndarray, shape (p,)
+        trial : CurveTrial
 
         Returns
         -------
@@ -170,56 +181,20 @@ class Residuals:
             quadratic; zero at points and jumps that are not compared on both, and for
             solids of atoms, which have only one lattice.
         """
-        residuals, rows, compared = self._of(x)
-        count = len(residuals) - 2
-        parts = [branch.points for branch in self._curve.branches]
-        parts += [slice(count, count + 1), slice(count + 1, count + 2)]
+        count = len(trial.residuals) - 2
+        parts: list[Any] = [branch.points for branch in self._curve.branches]
+        parts += [count, count + 1]
         by_range = np.zeros((count + 2, len(parts)))
         for column, part in enumerate(parts):
-            by_range[part, column] = rows[part, len(x) :].sum(axis=1)
+            by_range[part, column] = RANGE_UNCERTAINTY * trial.by_range[part]
         by_grid = np.zeros((count + 2, 1))
         if not self._scene.substrate.of_atoms:
-            fine = copy(self)
             scene, share = on_finer_grid(self._scene)
-            fine._scene, fine._kept = scene, (b"", [])
-            others, _, too = fine.of(x)
-            by_grid[:, 0] = share * np.where(compared & too, others - residuals, 0.0)
-        return {"range": RANGE_UNCERTAINTY * by_range, "grid": by_grid}
-
-    def _of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
-        """Return residuals, derivatives per unit, also to the range, and comparison."""
-        values, first = self.values(x), len(self._free)
-        curve, count, z0 = self._curve, len(self._curve.force), values[-1] * _NM
-        forces = curve.force - self._baseline_of(values, curve)
-        baseline = curve.baseline(self._lines)
-        residuals = np.zeros(count + 2)
-        jacobian = np.zeros((count + 2, len(x) + self._with_range))
-        compared = np.zeros(count + 2, bool)
-        for number, (measured, followed) in enumerate(
-            self._pairs(x, curve), start=count
-        ):
-            points, jump = measured.points, followed.jump
-            base, force = curve.base[points] + z0, forces[points]
-            columns = followed.at(base)
-            kept, between = np.ones(len(base), bool), np.zeros(len(base), bool)
-            if jump and _are_counterparts(measured, jump, force):
-                kept, between = _compared(base, measured, jump.base)
-                residuals[number], rows = _of_jump(base, measured, jump)
-                of_range = range(len(x), jacobian.shape[1])
-                jacobian[number, [*range(first), *of_range, len(x) - 1]] = rows
-                compared[number] = True
-            misfit = (columns[:, 0] - force) / curve.noise
-            residuals[points] = np.where(between, _BETWEEN, np.where(kept, misfit, 0.0))
-            parts = (
-                columns[:, 2 : 2 + first],
-                baseline[points],
-                _NM * columns[:, [1]],
-                columns[:, 2 + first :],
-            )
-            jacobian[points] = np.where(kept[:, None], np.hstack(parts), 0.0)
-            jacobian[points] /= curve.noise
-            compared[points] = kept
-        return residuals, jacobian, compared
+            fine = self.trial(trial.unknowns, scene)
+            both = trial.compared & fine.compared
+            change = fine.residuals - trial.residuals
+            by_grid[:, 0] = share * np.where(both, change, 0.0)
+        return {"range": by_range, "grid": by_grid}
 
     def _baseline_of(self, values: FloatArray, curve: ForceCurve) -> FloatArray:
         """Return the forces of the baseline for parameters in their units."""
@@ -229,33 +204,29 @@ class Residuals:
         """Return the curve without the baseline for parameters in their units."""
         return self._curve.less(self._baseline_of(values, self._curve))
 
-    def _pairs(
-        self, x: FloatArray, curve: ForceCurve
-    ) -> list[tuple[MeasuredBranch, FollowedBranch]]:
-        """Return the branches of a curve beside those of the scene."""
-        if self._kept[0] != x.tobytes():
-            self._kept = x.tobytes(), self._followed(x)
-        by_direction = {each.direction: each for each in self._kept[1]}
-        return [(each, by_direction[each.direction]) for each in curve.branches]
-
-    def _followed(self, x: FloatArray) -> list[FollowedBranch]:
+    def _followed(
+        self, values: FloatArray, scene: Scene
+    ) -> dict[float, FollowedBranch]:
         """Press the scene in and pull it off again."""
-        values = self.values(x)
-        scene = changed(self._scene, dict(zip(self._free, values, strict=False)))
+        free = self._free
+        scene = changed(scene, dict(zip(free, values, strict=False)))
         lowest = values[-1] * _NM - self._corrected(values).deepest
-        path = _loop(scene.wall, scene.first_contact - lowest, self._tolerance)
+        # at least into the range of the wall
+        least = -0.5 * (scene.wall.cutoff - scene.wall.contact_distance)
+        deepest = max(float(scene.first_contact - lowest), least)
+        path = Loop(deepest, tolerance=self._tolerance)
         trial = replace(scene, path=path)
         stepper = trial.stepper(trial.frames())
-        derivatives = ForceDerivatives(scene, self._free, self._with_range)
+        with_range = scene.wall.attractive and "attraction_range" not in free
+        derivatives = ForceDerivatives(scene, free, with_range)
         states, rows = list[LoadStep](), dict[int, FloatArray]()
         for state in follow(path.steps_of(trial.bodies, stepper), validity="ignore"):
             states.append(state)
-            rows[state.step] = derivatives.of(stepper)[0]
-        loop = path.result(trial.bodies, states)
-        stiffness = self._curve.stiffness
+            rows[state.step] = derivatives.of(stepper)
+        loop, stiffness = path.result(trial.bodies, states), self._curve.stiffness
         down = loop.approach, loop.approach_jumps, rows, stiffness, -1.0
         up = loop.retraction, loop.retraction_jumps, rows, stiffness, 1.0
-        return [FollowedBranch.of(*down), FollowedBranch.of(*up)]
+        return {-1.0: FollowedBranch.of(*down), 1.0: FollowedBranch.of(*up)}
 
 
 def on_finer_grid(scene: Scene) -> tuple[Scene, float]:
@@ -283,7 +254,7 @@ def _are_counterparts(
     return bool(abs(jump.change) > _COUNTERPART * abs(after - before))
 
 
-def _compared(
+def _sides(
     base: FloatArray, measured: MeasuredBranch, jump: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the points whose forces are compared, and those between the jumps."""
@@ -294,28 +265,6 @@ def _compared(
     at_jump = (numbers == last) | (numbers == last + 1) | (abs(passed) < step)
     between = ((numbers > last) != (passed > 0.0)) & ~at_jump
     return ~between & ~at_jump, between
-
-
-def _of_jump(
-    base: FloatArray, measured: MeasuredBranch, jump: FollowedJump
-) -> tuple[float, FloatArray]:
-    """Return the residual of the height of the base at a jump, and its derivatives.
-
-    The derivatives are those to the parameters of the scene, to the range, and to z0
-    (1/nm).
-    """
-    last = measured.jump or 0
-    # both points of a jump may be at one height of the base
-    step = max(abs(base[last + 1] - base[last]), np.ptp(base) / len(base))
-    unit = step / math.sqrt(12.0)
-    place = 0.5 * (base[last] + base[last + 1])
-    return (jump.base - place) / unit, np.append(jump.derivatives, -_NM) / unit
-
-
-def _loop(wall: Interaction, deepest: float, tolerance: float) -> Loop:
-    """Return a loop to a penetration (Å), at least into the range of the wall."""
-    least = -0.5 * (wall.cutoff - wall.contact_distance)
-    return Loop(max(float(deepest), least), tolerance=tolerance)
 
 
 def _first_height(scene: Scene, curve: ForceCurve) -> float:

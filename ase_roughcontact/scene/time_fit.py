@@ -23,20 +23,25 @@ from ase_roughcontact._util.validation import FloatArray, finite_array, lookup
 from ase_roughcontact.paths.output import follow
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.time_path import TimeSteps
-from ase_roughcontact.scene.fit_parameters import FREE, changed, value_of
+from ase_roughcontact.scene.fit_parameters import (
+    FREE,
+    FREE_UNITS,
+    SERIES,
+    changed,
+    value_of,
+)
 from ase_roughcontact.scene.force_curve import noise_of
 from ase_roughcontact.scene.least_squares import (
     RANGE_UNCERTAINTY,
     Callback,
     Fit,
+    Trial,
     solve,
 )
 from ase_roughcontact.scene.residuals import on_finer_grid
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.scene.time import Timed
 
-#: Keys of the series that can be free, and the units of their parameters.
-SERIES = {"relaxation_moduli": "", "relaxation_times": "s"}
 # Ratio of tolerances by which the error of the time steps is estimated.
 _SHORTER = 10.0
 # Rounding of times, relative.
@@ -87,19 +92,30 @@ def fit_in_time(
         those of the path.
     """
     time, measured = finite_array("time", time), finite_array("measured", measured)
-    model = Model(scene, time, measured, free)
-    fit, _, _ = solve(model, callback)
+    model = TimeModel(scene, time, measured, free)
+    fit, *_ = solve(model, callback)
     return replace(fit, warnings=(*fit.warnings, *model.doubts))
 
 
-class Model:
+class TimeModel:
     """Curve of a scene at given times; the unknowns are logarithms and offsets.
 
-    See `solve`; all points are compared. `doubts` are steps that did not converge.
+    Parameters
+    ----------
+    scene : Scene
+    time, measured : ndarray, shape (k,)
+    free : sequence of str
+        See `fit_in_time`.
+
+    Attributes
+    ----------
+    doubts : list of str
+        Steps that did not converge.
     """
 
-    bounds = -np.inf, np.inf
     reasons = "the path is not that of the measurement, or the solid needs more terms"
+    bounds = -np.inf, np.inf
+    abscissa, ordinate = ("time", "s"), ("normal force $N$", "nN")
 
     def __init__(
         self,
@@ -120,121 +136,97 @@ class Model:
                 f"path from 0 to {schedule.duration:.4g} s: give the path of the "
                 "measurement, or shift the times"
             )
-        self._scene, self._time, self.doubts = scene, time, list[str]()
+        self._scene, self.measured, self.doubts = scene, (time, measured), list[str]()
         self._tolerance: float = path.tolerance
         self._by_load = path.unit in FORCES
         if self._by_load:
             self.ordinate, offsets = ("penetration", "nm"), {"height_offset": 1.0}
         else:
-            self.ordinate = "normal force $N$", "nN"
             targets = [schedule.first, *(part.end for part in schedule.parts)]
             extent = float(np.ptp(targets)) / UNITS["nm"]
             offsets = {"force_offset": 1.0, "height_offset": extent}
-        units = {**SERIES, **{k: unit for k, (_, unit) in FREE.items()}}
-        units |= {name: "nN" if name == "force_offset" else "nm" for name in offsets}
-        found = list[tuple[str, str, float]]()  # names, units and scales
-        self._parts: dict[str, slice] = {}
         for name in free:
-            lookup(name, units, "free parameter")
-            if name not in offsets:
-                heads, values = _first_values(scene, name)
-                self._parts[name] = slice(len(found), len(found) + len(values))
-                each = zip(heads, values, strict=True)
-                found += [(head, units[name], value) for head, value in each]
-        self._positive = len(found)
-        found += [
-            (name, units[name], scale)
+            lookup(name, SERIES | FREE | offsets, "free parameter")
+        # first values of the parameters of the scene, and units of the offsets
+        first = {k: _first_values(scene, k) for k in free if k not in offsets}
+        self._positive = sum(map(len, first.values()))
+        first |= {
+            name: np.array([scale])
             for name, scale in offsets.items()
             if name in (*free, "height_offset")
-        ]
-        names, self.units, self._scale = zip(*found, strict=True)
-        self.names = names
-        if time.shape != measured.shape or len(time) < len(names) + 2:
+        }
+        heads = {head: k for k, v in first.items() for head in _heads(k, len(v))}
+        self._first, self.names = first, tuple(heads)
+        self.units = tuple(FREE_UNITS[name] for name in heads.values())
+        if time.shape != measured.shape or len(time) < len(self.names) + 2:
             raise ValueError(
-                f"a fit of {len(names)} parameters needs at least {len(names) + 2} "
-                f"points, each with a time, got {time.size} times and {measured.size} "
-                "values"
+                f"a fit of {len(self.names)} parameters needs at least "
+                f"{len(self.names) + 2} points, each with a time, got {time.size} "
+                f"times and {measured.size} values"
             )
-        self.start = np.ones(len(names))
-        self._measured, self.noise = measured, noise_of(measured)
+        self.start = np.ones(len(self.names))
+        self.noise = noise_of(measured)
         self.error = self._tolerance * float(np.ptp(measured))
-        self._known: tuple[bytes, tuple] = b"", ()
 
     def values(self, x: FloatArray) -> FloatArray:
         """Return the parameters in their units."""
-        positive = np.arange(len(x)) < self._positive
-        values = np.where(positive, np.exp(x - 1.0), x - 1.0) * self._scale
-        ratios = values[self._parts.get("relaxation_moduli", slice(0))]
-        ratios /= 1.0 + ratios.sum()
-        return values
+        return np.concatenate(list(self._given(x).values()))
 
-    def of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
-        """Return residuals, their derivatives, and that all are compared."""
-        if self._known[0] != x.tobytes():
-            curve = self._curve(x)
-            others = [self._curve(x + change) for change in _CHANGE * np.eye(len(x))]
-            slopes = np.transpose([other - curve for other in others]) / _CHANGE
-            residuals = (curve - self._measured) / self.noise
-            compared = np.ones(len(curve), bool)
-            self._known = x.tobytes(), (residuals, slopes / self.noise, compared)
-        return self._known[1]
+    def trial(self, x: FloatArray) -> Trial:
+        """Return the trial for some unknowns."""
+        curve = self._curve(x)
+        others = [self._curve(x + change) for change in _CHANGE * np.eye(len(x))]
+        slopes = np.transpose([other - curve for other in others]) / _CHANGE
+        residuals = (curve - self.measured[1]) / self.noise
+        compared = np.ones(len(curve), bool)
+        return Trial(x, residuals, slopes / self.noise, compared, curve)
 
-    def curves(self, x: FloatArray) -> dict[str, Any]:
-        """Return measured and fitted curve, as attributes of `Fit`."""
-        residuals, _, compared = self.of(x)
+    def changes(self, trial: Trial) -> dict[str, FloatArray]:
+        """Return changes of the residuals by range of the wall, grid and time steps."""
+
+        def wider(scene: Scene) -> Scene:
+            name = "attraction_range"
+            return changed(scene, {name: (1.0 + _CHANGE) * value_of(scene, name)})
+
+        def finer(scene: Scene) -> Scene:
+            return on_finer_grid(scene)[0]
+
+        def shorter(scene: Scene) -> Scene:
+            return scene.with_values({"path.tolerance": self._tolerance / _SHORTER})
+
+        variants = dict[str, tuple[Callable[[Scene], Scene], float]]()
+        if self._scene.wall.attractive and "attraction_range" not in self._first:
+            variants["range"] = wider, RANGE_UNCERTAINTY / math.log1p(_CHANGE)
+        if not self._scene.substrate.of_atoms:
+            variants["grid"] = finer, on_finer_grid(self._scene)[1]
+        variants["time steps"] = shorter, 1.0
         return {
-            "distance": self._time,
-            "force": self._measured,
-            "fitted": self._measured + self.noise * residuals,
-            "compared": compared,
-            "abscissa": ("time", "s"),
-            "ordinate": self.ordinate,
+            name: part / self.noise * (self._curve(x, change) - trial.fitted)[:, None]
+            for x in [trial.unknowns]
+            for name, (change, part) in variants.items()
         }
 
-    def scales(self, x: FloatArray) -> FloatArray:
-        """Return the derivatives of the parameters to the unknowns."""
-        steps = 1e-6 * np.eye(len(x))
-        rows = [(self.values(x + h) - self.values(x - h)) / 2e-6 for h in steps]
-        return np.transpose(rows)
+    def _given(self, x: FloatArray) -> dict[str, FloatArray]:
+        """Return the values of each parameter by its name."""
+        positive = np.arange(len(x)) < self._positive
+        scales = np.concatenate(list(self._first.values()))
+        values = np.where(positive, np.exp(x - 1.0), x - 1.0) * scales
+        ends = np.cumsum([len(each) for each in self._first.values()])[:-1]
+        given = dict(zip(self._first, np.split(values, ends), strict=True))
+        if "relaxation_moduli" in given:
+            given["relaxation_moduli"] /= 1.0 + given["relaxation_moduli"].sum()
+        return given
 
     def _curve(
         self, x: FloatArray, change: Callable[[Scene], Scene] | None = None
     ) -> FloatArray:
         """Return the values of the curve, with a change of the scene."""
-        values = self.values(x)
-        given = {name: values[part] for name, part in self._parts.items()}
-        single = {name: float(each[0]) for name, each in given.items() if name in FREE}
-        series = {name: each.tolist() for name, each in given.items() if name in SERIES}
-        scene = changed(self._scene, single).with_values(
-            {f"substrate.{name}": each for name, each in series.items()}
-        )
-        offsets = dict(zip(self.names, values, strict=True))
-        offset = UNITS["nN"] * offsets.get("force_offset", 0.0)
-        shift = UNITS["nm"] * offsets["height_offset"]
+        given = self._given(x)
+        shift = UNITS["nm"] * given.pop("height_offset")[0]
+        offset = UNITS["nN"] * given.pop("force_offset", np.zeros(1))[0]
+        scene = changed(self._scene, given)
         curve = self._followed(change(scene) if change else scene, shift)
         return curve - shift if self._by_load else curve + offset
-
-    def changes(self, x: FloatArray) -> dict[str, FloatArray]:
-        """Return changes of the residuals by range of the wall, grid and time steps."""
-        curve = self._measured + self.noise * self.of(x)[0]
-        found = {}
-        if self._scene.wall.attractive and "attraction_range" not in self._parts:
-
-            def wider(scene: Scene) -> Scene:
-                name = "attraction_range"
-                return changed(scene, {name: (1.0 + _CHANGE) * value_of(scene, name)})
-
-            change = (self._curve(x, wider) - curve) / math.log1p(_CHANGE)
-            found["range"] = RANGE_UNCERTAINTY * change
-        if not self._scene.substrate.of_atoms:
-            part = on_finer_grid(self._scene)[1]
-            finer = self._curve(x, lambda scene: on_finer_grid(scene)[0])
-            found["grid"] = part * (finer - curve)
-        shorter = {"path.tolerance": self._tolerance / _SHORTER}
-        found["time steps"] = (
-            self._curve(x, lambda scene: scene.with_values(shorter)) - curve
-        )
-        return {name: each[:, None] / self.noise for name, each in found.items()}
 
     def _followed(self, scene: Scene, shift: float) -> FloatArray:
         """Return the curve of a scene whose heights are shifted."""
@@ -249,31 +241,37 @@ class Model:
         steps = list(follow(shifted, validity="ignore"))
         if not all(step.converged for step in steps) and not self.doubts:
             self.doubts.append("steps of a trial did not converge")
+        time = self.measured[0]
         column = "penetration" if self._by_load else "normal_force"
         times, values = np.transpose([(s.time, getattr(s, column)) for s in steps])
-        curve = np.full_like(self._time, values[0])
+        curve = np.full_like(time, values[0])
         for begin, _, part in given.timed_parts():  # with kinks and jumps between them
             end = begin + part.duration
             first = np.searchsorted(times, begin * (1.0 + _ROUNDING), "right") - 1
             last = np.searchsorted(times, end * (1.0 - _ROUNDING), "left") + 1
-            inside = (self._time >= begin) & (self._time <= end)
+            inside = (time >= begin) & (time <= end)
             if part.duration:
                 piece = slice(first, last)
                 smooth = PchipInterpolator(times[piece], values[piece])
-                curve[inside] = smooth(self._time[inside])
+                curve[inside] = smooth(time[inside])
         return curve
 
 
-def _first_values(scene: Scene, name: str) -> tuple[list[str], list[float]]:
-    """Return names and first values of the positive unknowns of a parameter."""
+def _first_values(scene: Scene, name: str) -> FloatArray:
+    """Return first values of the positive unknowns of a parameter."""
     if name in FREE:
-        return [name], [value_of(scene, name)]
+        return np.array([value_of(scene, name)])
     values = np.array(getattr(scene.substrate, name))
-    if name == "relaxation_moduli":
-        if not values.sum() < 1.0:
-            raise ValueError(
-                "relaxation_moduli of a fluid can't be free: their sum must be below "
-                f"1, got {values.sum():g}"
-            )
-        values = values / (1.0 - values.sum())
-    return [f"{name}[{i}]" for i in range(len(values))], values.tolist()
+    if name != "relaxation_moduli":
+        return values
+    if not values.sum() < 1.0:
+        raise ValueError(
+            "relaxation_moduli of a fluid can't be free: their sum must be below "
+            f"1, got {values.sum():g}"
+        )
+    return values / (1.0 - values.sum())
+
+
+def _heads(name: str, count: int) -> list[str]:
+    """Return the names of the values of a parameter."""
+    return [f"{name}[{i}]" for i in range(count)] if name in SERIES else [name]

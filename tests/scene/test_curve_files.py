@@ -175,6 +175,45 @@ def test_branches_of_nanoscope_may_be_in_either_order(tmp_path):
     np.testing.assert_array_equal(retraction.force, curve.force[count:])
 
 
+def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
+    file = tmp_path / "curve.csv"
+    file.write_text(
+        "branch,distance (nm),deflection (Å),Force (pN)\n"
+        "approach,5,1,300\nretraction,4,-2,-500\nretraction,6,0,0\n"
+    )
+    curve = read_curve(file, "retraction")
+    np.testing.assert_allclose(curve.depth, [-38.0, -60.0])
+    np.testing.assert_allclose(curve.force, [-0.5 * NN, 0.0])
+    np.testing.assert_allclose(curve.base, [40.0, 60.0])
+    file.write_text("distance (nm),deflection (nm)\n5,1\n4,2\n6,0\n")
+    np.testing.assert_allclose(read_curve(file, None, 0.3).force, [3.0, 6.0, 0.0])
+    file.write_text("distance (nm),force (nN)\n5,1\n4,2\n6,0\n")
+    np.testing.assert_allclose(read_curve(file, None, 0.3).base, [50.0, 40.0, 60.0])
+    with pytest.raises(ValueError, match=r"Without .* deflection = force/stiffness"):
+        read_curve(file)
+    # noise, and another zero of the forces, do not change the stiffness: 1 N/m
+    rows = "0,-1,-1.0\n0,-1,0\n0,1,1.0\n0,1,2.0\n"
+    file.write_text(f"distance (nm),deflection (nm),force (nN)\n{rows}")
+    assert read_curve(file).stiffness == pytest.approx(UNITS["N/m"])
+    near = 1.018 * UNITS["N/m"]
+    assert read_curve(file, None, near).stiffness == pytest.approx(near)
+    message = r"give a cantilever of 1 N/m, the scene .* 1\.04 N/m: correct cantilever"
+    with pytest.raises(ValueError, match=message):
+        read_curve(file, None, 1.04 * UNITS["N/m"])
+
+
+def test_a_table_has_depths_and_forces(tmp_path):
+    file = tmp_path / "curve.csv"
+    file.write_text("penetration (Å),normal_force (eV/Å)\n1.5,0.2\n2.0,0.3\n")
+    curve = read_curve(str(file))  # as in a table of results
+    np.testing.assert_allclose([curve.depth, curve.force], [[1.5, 2.0], [0.2, 0.3]])
+    for rows, line, cell in (("1,2\n\n2,NaN\n", 6, "'NaN'"), ("5\n", 4, "None")):
+        file.write_text(f"# tip 3\n\ndepth (nm),force (nN)\n{rows}")
+        message = rf"line {line}: force \(nN\) must be a finite number, got {cell}"
+        with pytest.raises(ValueError, match=message):
+            read_curve(file)
+
+
 def test_times_of_a_force_curve_may_be_those_of_the_day(tmp_path):
     file = tmp_path / "curve.csv"
     file.write_text("time,depth (nm),force (nN)\n12:00:01,0,0\n12:00:02,1,2\n,2,3\n")

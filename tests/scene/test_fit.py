@@ -1,6 +1,7 @@
 """Fits of force curves: derivatives, recovered parameters, errors, jumps."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,13 @@ from ase_roughcontact.cli.figures import draw_fit
 from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.config import InteractionConfig
-from ase_roughcontact.scene.curve_files import read_curve
 from ase_roughcontact.scene.fit import fit_curve
-from ase_roughcontact.scene.fit_parameters import FREE, ForceDerivatives
+from ase_roughcontact.scene.fit_parameters import (
+    FREE,
+    ForceDerivatives,
+    changed,
+    value_of,
+)
 from ase_roughcontact.scene.force_curve import ForceCurve
 from ase_roughcontact.scene.residuals import Residuals
 from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit
@@ -84,7 +89,7 @@ def fitted(drifted, trials):
 
 
 def forces_and_derivatives(scene, heights, free=(), with_range=False):
-    """Forces at heights, and their derivatives to parameters and to the height."""
+    """Forces at heights, and their derivatives to parameters."""
     held = scene.with_values(
         {"path.control": "height", "path.kind": "steps", "solver.accuracy": 1e-10}
     )
@@ -93,56 +98,56 @@ def forces_and_derivatives(scene, heights, free=(), with_range=False):
     forces, rows = [], []
     for number, height in enumerate(heights):
         forces.append(stepper.step(number, height).normal_force)
-        row, to_height = derivatives.of(stepper)
-        rows.append([*row, to_height])
+        rows.append(derivatives.of(stepper))
     return np.array(forces), np.array(rows)
+
+
+def difference(forces, value):
+    """Derivative of forces to a parameter by differences of fourth order."""
+    near, far = (
+        forces(value * (1 + step)) - forces(value * (1 - step)) for step in (1e-4, 2e-4)
+    )
+    return (8 * near - far) / (12e-4 * value)
 
 
 def test_derivatives_are_those_of_differences():
     made = scene().with_values({"interaction.attraction_range": "0.12 nm"})
     heights = made.first_contact - np.array([2.0, 0.5])
     _, derivatives = forces_and_derivatives(made, heights, FREE)
-    values = {"work_of_adhesion": 0.1, "contact_modulus": 30.0, "radius": 3.0}
-    values["attraction_range"] = made.wall.attraction_range / UNITS["nm"]
-    for i, (name, value) in enumerate([*values.items(), ("height", 10.0)]):
-        step = 1e-4 * value
+    for i, name in enumerate(FREE):
 
-        def force(x, name=name, value=value):
-            changed, shift = made, x - value
-            if name in FREE:
-                key, unit = FREE[name]
-                unit, shift = unit.replace("²", "^2"), 0.0
-                changed = changed.with_values({key: f"{x:.17g} {unit}"})
-            return forces_and_derivatives(changed, heights + shift)[0]
+        def forces(x, name=name):
+            return forces_and_derivatives(changed(made, {name: x}), heights)[0]
 
-        near = force(value + step) - force(value - step)
-        far = force(value + 2 * step) - force(value - 2 * step)
-        expected = (8 * near - far) / (12 * step)
+        expected = difference(forces, value_of(made, name))
         np.testing.assert_allclose(derivatives[:, i], expected, rtol=1e-6)
+
+
+def attractive(kind, attraction_range, **parameters):
+    """Scene with a wall of a range (Å)."""
+    parameters |= {"work_of_adhesion": 0.1}
+    parameters["attraction_range"] = f"{attraction_range:.17g} Å"
+    return scene().with_values(
+        {
+            "interaction": InteractionConfig(kind, parameters),
+            "substrate.shape": (28, 28),
+        }
+    )
 
 
 @pytest.mark.parametrize(
     "kind, others", [("power-law", {"relative_cutoff": 4.0}), ("dugdale", {})]
 )
 def test_the_derivative_to_the_range_is_that_of_differences(kind, others):
-    def attractive(attraction_range):
-        parameters = {"work_of_adhesion": 0.1, "attraction_range": attraction_range}
-        parameters |= others
-        return scene().with_values(
-            {
-                "interaction": InteractionConfig(kind, parameters),
-                "substrate.shape": (24, 24),
-            }
-        )
+    made = attractive(kind, 3.0, **others)
+    heights = made.first_contact - np.array([1.5, 0.5])
+    _, rows = forces_and_derivatives(made, heights, with_range=True)
 
-    heights = attractive("3 Å").first_contact - np.array([1.5, 0.5])
-    _, rows = forces_and_derivatives(attractive("3 Å"), heights, with_range=True)
-    step = 1e-4
-    high, low = (
-        forces_and_derivatives(attractive(f"{3 * factor:.17g} Å"), heights)[0]
-        for factor in (1 + step, 1 - step)
-    )
-    np.testing.assert_allclose(rows[:, 0], (high - low) / (2 * step), rtol=1e-4)
+    def forces(x):
+        return forces_and_derivatives(attractive(kind, x, **others), heights)[0]
+
+    expected = 3.0 * difference(forces, 3.0)  # to the logarithm
+    np.testing.assert_allclose(rows[:, 0], expected, rtol=1e-4)
 
 
 def test_a_curve_has_branches_jumps_and_noise(measured):
@@ -162,9 +167,10 @@ def test_parameters_are_recovered_from_a_curve_with_jumps_and_drift(
     fitted, drifted, trials
 ):
     assert fitted.converged
-    names = ("work_of_adhesion", "force_offset", "force_slope", "height_offset")
-    assert fitted.names == names
-    assert fitted.units == ("J/m²", "nN", "nN/nm", "nm")
+    assert dict(zip(fitted.names, fitted.units, strict=True)) == {
+        **{"work_of_adhesion": "J/m²", "force_offset": "nN", "force_slope": "nN/nm"},
+        "height_offset": "nm",
+    }
     true = np.array([0.1, OFFSET, SLOPE, ZERO / 10])
     by_noise = fitted.contributions["noise"]
     assert (abs(fitted.values - true) < 3 * by_noise).all()
@@ -204,8 +210,8 @@ def test_derivatives_of_residuals_are_those_of_differences(measured):
     problem = Residuals(scene(), measured, ["work_of_adhesion"])
     x = np.array([1.0, ZERO / 10 - problem.values(problem.start)[1]])
     change = np.array([0.02, 0.005])
-    low, high = (problem.of(each)[0] for each in (x - change, x + change))
-    rows = problem.of(x)[1]
+    low, high = (problem.trial(each).residuals for each in (x - change, x + change))
+    rows = problem.trial(x).jacobian
     expected = 0.5 * (high - low)
     # within the kinks of the force, where atoms come into contact
     np.testing.assert_allclose(rows[-2:] @ change, expected[-2:], rtol=0.25)
@@ -213,19 +219,9 @@ def test_derivatives_of_residuals_are_those_of_differences(measured):
     assert np.count_nonzero(~agree) < 6  # points that come to a jump or leave it
 
 
-def test_residuals_do_not_depend_on_earlier_trials(measured):
-    free = ["work_of_adhesion", "contact_modulus"]
-    problem = Residuals(scene(), measured, free)
-    problem.of(problem.start)
-    for i in range(3):
-        x = problem.start + 0.02 * (np.arange(3) == i)
-        expected = Residuals(scene(), measured, free).of(x)[0]
-        np.testing.assert_array_equal(problem.of(x)[0], expected)
-
-
 def test_a_jump_is_known_to_the_distance_of_the_points_around_it(measured):
     problem = Residuals(scene(), measured, [])
-    rows = problem.of(problem.start)[1][-2:, -1]  # standard errors per nm
+    rows = problem.trial(problem.start).jacobian[-2:, -1]  # standard errors per nm
     for row, branch in zip(rows, measured.branches, strict=True):
         base = measured.base[branch.points][branch.jump : branch.jump + 2]
         uniform = abs(np.diff(base)) / np.sqrt(12)
@@ -235,35 +231,26 @@ def test_a_jump_is_known_to_the_distance_of_the_points_around_it(measured):
 def test_the_change_by_the_grid_is_that_of_much_finer_grids(measured):
     smooth = scene().with_values({"roughness": None, "path.tolerance": 3e-3})
     fine = smooth.with_values({"substrate.model": "continuum", "substrate.refine": 4})
-    problem, exact = (Residuals(each, measured, []) for each in (smooth, fine))
-    x = problem.start
-    residuals, _, compared = problem.of(x)
-    at_same_height = x + problem.values(x) - exact.values(x)
-    others, _, too = exact.of(at_same_height)
-    change = problem.changes(x)["grid"][:, 0]
-    both = compared & too & (change != 0.0)
+    problem = Residuals(smooth, measured, [])
+    given = problem.trial(problem.start)
+    other = problem.trial(problem.start, fine)
+    change = problem.changes(given)["grid"][:, 0]
+    both = given.compared & other.compared & (change != 0.0)
     assert np.count_nonzero(both) > 30
-    expected = (others - residuals)[both] * 16 / 15  # the error is quadratic
+    # the error is quadratic
+    expected = (other.residuals - given.residuals)[both] * 16 / 15
     error = np.linalg.norm(change[both] - expected) / np.linalg.norm(expected)
     assert error < 0.5
 
 
 def test_the_range_of_the_wall_is_in_the_errors_of_a_fit():
-    def attractive(attraction_range):
-        parameters = {
-            "work_of_adhesion": 0.1,
-            "attraction_range": attraction_range,
-            "relative_cutoff": 4.0,
-        }
-        return scene().with_values(
-            {
-                "interaction": InteractionConfig("exponential", parameters),
-                "substrate.shape": (28, 28),
-                "roughness": None,
-            }
+    assumed, true = (
+        attractive("exponential", x, relative_cutoff=4.0).with_values(
+            {"roughness": None}
         )
-
-    assumed, curve = attractive("2.5 Å"), curve_of(attractive("1.5 Å"), points=40)
+        for x in (2.5, 1.5)
+    )
+    curve = curve_of(true, points=40)
     found = fit_curve(assumed, curve)
     error = abs(found.values[0] - 0.1)
     assert 3.0 * found.contributions["noise"][0] < error < 2.0 * found.errors[0]
@@ -271,13 +258,15 @@ def test_the_range_of_the_wall_is_in_the_errors_of_a_fit():
     np.testing.assert_allclose(found.errors**2, squares)
     # a factor of two, whose effects on branches and jumps are added without signs
     problem = Residuals(assumed, curve, ["work_of_adhesion"])
-    x = problem.start + (found.values - problem.values(problem.start)) / problem.scale
-    changes = problem.changes(x)["range"].sum(axis=1)
-    by_point = np.linalg.pinv(problem.of(x)[1]) * changes
-    down, up = (by_point[:, branch.points].sum(axis=1) for branch in curve.branches)
-    parts = abs(np.array([down, up, *by_point[:, -2:].T])).sum(axis=0)
-    expected = parts * problem.scale
-    np.testing.assert_allclose(found.contributions["range"], expected, rtol=1e-6)
+    first = problem.values(problem.start)
+    trial = problem.trial(
+        np.array([found.values[0] / first[0], found.values[1] - first[1]])
+    )
+    changes = problem.changes(trial)["range"].sum(axis=1)
+    by_point = (np.linalg.pinv(trial.jacobian) * changes)[0]
+    parts = [by_point[branch.points].sum() for branch in curve.branches]
+    expected = abs(np.array([*parts, *by_point[-2:]])).sum() * first[0]
+    assert found.contributions["range"][0] == pytest.approx(expected)
 
 
 def test_standard_errors_do_not_depend_on_the_noise_that_weights_the_points():
@@ -321,16 +310,6 @@ def test_the_fit_of_a_smooth_sphere_is_that_of_theory(radius, modulus, name, sti
     assert smooth.work_of_adhesion == pytest.approx(0.1, rel=0.02)
 
 
-def test_derivatives_to_the_baseline_are_those_of_differences(measured):
-    prescribed = ForceCurve(measured.depth, measured.force)  # without a cantilever
-    problem = Residuals(scene(), prescribed, ["force_offset", "force_slope"])
-    x, change = problem.start, np.array([1e-3, 2e-3, 0.0])  # nN, nN/nm, nm
-    low, high = (problem.of(each)[0] for each in (x - change, x + change))
-    rows = problem.of(x)[1] @ change
-    np.testing.assert_allclose(rows, 0.5 * (high - low), rtol=1e-6, atol=1e-9)
-    assert np.count_nonzero(rows) > 0.9 * len(prescribed.force)
-
-
 def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys, measured):
     base = -measured.depth - measured.force / measured.stiffness
     bend = measured.force / measured.stiffness
@@ -357,72 +336,29 @@ def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys, measured):
     assert picture.stat().st_size > 10_000
 
 
-def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
-    file = tmp_path / "curve.csv"
-    file.write_text(
-        "branch,distance (nm),deflection (Å),Force (pN)\n"
-        "approach,5,1,300\nretraction,4,-2,-500\nretraction,6,0,0\n"
-    )
-    curve = read_curve(file, "retraction")
-    np.testing.assert_allclose(curve.depth, [-38.0, -60.0])
-    np.testing.assert_allclose(curve.force, [-0.5 * NN, 0.0])
-    np.testing.assert_allclose(curve.base, [40.0, 60.0])
-    file.write_text("distance (nm),deflection (nm)\n5,1\n4,2\n6,0\n")
-    np.testing.assert_allclose(read_curve(file, None, 0.3).force, [3.0, 6.0, 0.0])
-    file.write_text("distance (nm),force (nN)\n5,1\n4,2\n6,0\n")
-    np.testing.assert_allclose(read_curve(file, None, 0.3).base, [50.0, 40.0, 60.0])
-    with pytest.raises(ValueError, match=r"Without .* deflection = force/stiffness"):
-        read_curve(file)
-    # noise, and another zero of the forces, do not change the stiffness: 1 N/m
-    rows = "0,-1,-1.0\n0,-1,0\n0,1,1.0\n0,1,2.0\n"
-    file.write_text(f"distance (nm),deflection (nm),force (nN)\n{rows}")
-    assert read_curve(file).stiffness == pytest.approx(UNITS["N/m"])
-    near = 1.018 * UNITS["N/m"]
-    assert read_curve(file, None, near).stiffness == pytest.approx(near)
-    message = r"give a cantilever of 1 N/m, the scene .* 1\.04 N/m: correct cantilever"
-    with pytest.raises(ValueError, match=message):
-        read_curve(file, None, 1.04 * UNITS["N/m"])
-
-
-def test_a_table_has_depths_and_forces(tmp_path):
-    file = tmp_path / "curve.csv"
-    file.write_text("penetration (Å),normal_force (eV/Å)\n1.5,0.2\n2.0,0.3\n")
-    curve = read_curve(str(file))  # as in a table of results
-    np.testing.assert_allclose([curve.depth, curve.force], [[1.5, 2.0], [0.2, 0.3]])
-    for rows, line, cell in (("1,2\n\n2,NaN\n", 6, "'NaN'"), ("5\n", 4, "None")):
-        file.write_text(f"# tip 3\n\ndepth (nm),force (nN)\n{rows}")
-        message = rf"line {line}: force \(nN\) must be a finite number, got {cell}"
-        with pytest.raises(ValueError, match=message):
-            read_curve(file)
+def with_forces(curve, change=0.0, stiffness=None, depth=None):
+    """Curve with other forces, at the same depths if none are given."""
+    k = curve.stiffness if stiffness is None else stiffness
+    return ForceCurve(curve.depth if depth is None else depth, curve.force + change, k)
 
 
 def reversed_force(curve):
     """Curve whose forces have the wrong sign, at the same heights of the base."""
-    bend = curve.force / curve.stiffness
-    return ForceCurve(-curve.base + bend, -curve.force, curve.stiffness)
-
-
-def test_a_curve_with_a_wrong_sign_is_doubtful(measured):
-    assert measured.doubts == []
-    bend = measured.force / measured.stiffness
-    away = ForceCurve(measured.base - bend, measured.force, measured.stiffness)
-    for wrong in (away, reversed_force(measured)):
-        (doubt,) = wrong.doubts
-        assert "is it negative in tension, the distance positive away" in doubt
-
-
-def test_a_wrong_sign_that_a_trial_confirms_is_an_error(measured):
-    away = ForceCurve(
-        measured.base - measured.force / measured.stiffness,
-        measured.force,
-        measured.stiffness,
-    )
-    for name, wrong in (("distance", away), ("force", reversed_force(measured))):
-        with pytest.raises(ValueError, match=f"in tension, .*sign of the {name}: "):
-            fit_curve(scene(), wrong)
+    depth = curve.force / curve.stiffness - curve.base
+    return with_forces(curve, -2.0 * curve.force, depth=depth)
 
 
 def test_a_wrong_sign_is_reported_before_the_first_trial(measured):
+    assert measured.doubts == []
+    away = with_forces(
+        measured, depth=-measured.depth - 2.0 * measured.force / measured.stiffness
+    )
+    for wrong in (away, reversed_force(measured)):
+        (doubt,) = wrong.doubts
+        assert "is it negative in tension, the distance positive away" in doubt
+    for name, wrong in (("distance", away), ("force", reversed_force(measured))):
+        with pytest.raises(ValueError, match=f"in tension, .*sign of the {name}: "):
+            fit_curve(scene(), wrong)
     small, trials = scene().with_values({"substrate.shape": (2, 2)}), []
     reported = pytest.warns(UserWarning, match="negative in tension")
     failed = pytest.raises(ValueError, match=r"in tension, .* ended with: .*edge")
@@ -442,36 +378,48 @@ def test_the_points_of_a_jump_may_be_at_one_height_of_the_base(measured):
     assert found.values[0] == pytest.approx(0.1, rel=0.1)
 
 
-def test_a_fit_tells_of_a_free_tip_that_is_not_at_zero_force(fitted, measured):
-    assert fitted.warnings == ()
-    offset = ForceCurve(measured.depth, measured.force + 0.1 * NN, measured.stiffness)
-    found = fit_curve(scene(), offset, [])
-    assert "free part of the curve is at 0.107 nN, not zero" in found.warnings[-1]
-    assert "warning: the free part of the curve is at 0.107 nN" in str(found)
+def offset(curve):
+    return with_forces(curve, 0.1 * NN)
 
 
-def test_a_curve_that_ends_in_contact_has_no_free_part(measured):
-    near = measured.base < measured.base.min() + 3.0
-    contact = ForceCurve(measured.depth[near], measured.force[near], measured.stiffness)
-    found = fit_curve(scene(), contact, [])
-    assert contact.far_force > 5.0 * NOISE
-    assert found.warnings == ()
+def in_contact(curve):
+    """Curve that ends in contact: it has no free part."""
+    near = curve.base < curve.base.min() + 3.0
+    part = ForceCurve(curve.depth[near], curve.force[near], curve.stiffness)
+    assert part.far_force > 5.0 * NOISE
+    return part
 
 
-def test_a_fit_tells_of_residuals_above_the_noise(measured):
-    bend = measured.force / measured.stiffness
-    wrong = ForceCurve(bend - measured.base, measured.force)  # not -(base + bend)
-    warning, *_ = fit_curve(scene(), wrong, []).warnings
-    assert re.match(r"the residuals of 0\.\d+ nN are far above the noise", warning)
+def without_deflection(curve):
+    """Curve whose depth is not -(base + bend)."""
+    return with_forces(curve, 0.0, np.inf, curve.force / curve.stiffness - curve.base)
 
 
-def test_a_fit_tells_of_a_force_that_is_not_in_the_scene(measured):
-    first, last = np.quantile(measured.base, [0.5, 0.8])
-    part = (measured.base > first) & (measured.base < last)
-    force = measured.force - 3 * NOISE * part  # not far above the noise on average
-    pulled = ForceCurve(measured.depth, force, measured.stiffness)
-    found = fit_curve(scene(), pulled)
-    assert any("points in a row" in warning for warning in found.warnings)
+def pulled(curve):
+    """Curve with a force that is not in the scene, not far above the noise."""
+    first, last = np.quantile(curve.base, [0.5, 0.8])
+    return with_forces(
+        curve, -3.0 * NOISE * ((curve.base > first) & (curve.base < last))
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "free", "message"),
+    [
+        (in_contact, [], None),
+        (offset, [], r"the free part of the curve is at 0\.107 nN, not zero"),
+        (without_deflection, [], r"the residuals of 0\.\d+ nN are far above the noise"),
+        (pulled, ["work_of_adhesion"], r"the fit is .* points in a row"),
+    ],
+)
+def test_a_fit_warns_of_what_is_not_in_the_scene(measured, change, free, message):
+    found = fit_curve(scene(), change(measured), free)
+    printed = " ".join(str(found).split())
+    assert all(f"warning: {warning}" in printed for warning in found.warnings)
+    if message is None:
+        assert found.warnings == ()
+    else:
+        assert any(re.match(message, warning) for warning in found.warnings)
 
 
 @pytest.mark.parametrize(("largest", "told"), [(0.5, True), (0.9999, False)])
@@ -486,36 +434,38 @@ def test_a_fit_tells_of_correlated_parameters(largest, told, monkeypatch):
     assert any(warned) == told
 
 
+def fit_with(monkeypatch, trial, curve):
+    """Fit with other trials; return the fit and what was reported of them."""
+    exact, trials = Residuals.trial, []
+    monkeypatch.setattr(Residuals, "trial", lambda *given: trial(exact, *given))
+    fit = fit_curve(scene(0.05), curve, callback=lambda *each: trials.append(each))
+    return fit, trials
+
+
 def test_a_fit_without_progress_ends_and_is_not_converged(measured, monkeypatch):
-    exact, calls = Residuals.of, []
+    calls = []
 
-    def worse(self, x):  # at each call
-        residuals, jacobian, compared = exact(self, x)
-        calls.append(x)
-        return residuals * 1.1 ** len(calls), jacobian, compared
+    def worse(exact, *given):  # at each call
+        calls.append(given)
+        trial = exact(*given)
+        return replace(trial, residuals=trial.residuals * 1.3 ** len(calls))
 
-    monkeypatch.setattr(Residuals, "of", worse)
-    trials = []
-    found = fit_curve(
-        scene(0.05), measured, callback=lambda *trial: trials.append(trial)
-    )
+    found, trials = fit_with(monkeypatch, worse, measured)
     assert not found.converged
     assert "NOT CONVERGED" in str(found)
     assert 1 < len(trials) <= 7  # two with progress
 
 
 def test_a_trial_that_fails_leaves_the_best_one_so_far(measured, monkeypatch):
-    exact, trials, known = Residuals.of, [], set()
+    calls = []
 
-    def failing(self, x):
-        if len(known) == 2 and x.tobytes() not in known:
+    def failing(exact, problem, x, *scene):
+        calls.append(x)
+        if len(calls) == 3:
             raise RuntimeError("the window is too small")
-        known.add(x.tobytes())
-        return exact(self, x)
+        return exact(problem, x, *scene)
 
-    monkeypatch.setattr(Residuals, "of", failing)
-    start = scene(0.05)
-    found = fit_curve(start, measured, callback=lambda *trial: trials.append(trial))
+    found, trials = fit_with(monkeypatch, failing, measured)
     assert len(trials) == 2 and not found.converged
     assert found.warnings[0].endswith("can't be calculated: the window is too small")
     best = min(trials, key=lambda trial: trial[1])[0]
@@ -526,10 +476,8 @@ def test_a_pull_off_in_a_gap_of_the_points_is_named(measured):
     away = measured.branches[1]
     last = away.points.start + away.jump
     kept = np.r_[: last - 3, last + 5 : measured.force.size]
-    with_gap = ForceCurve(
-        measured.depth[kept], measured.force[kept], measured.stiffness
-    )
-    (warning,) = fit_curve(scene(), with_gap).warnings
+    points = measured.depth[kept], measured.force[kept], measured.stiffness
+    (warning,) = fit_curve(scene(), ForceCurve(*points)).warnings
     first, end = measured.base[[last - 4, last + 5]] / UNITS["nm"]
     assert warning.startswith("the pull-off is in a gap of the measured points")
     assert f"at {first:.4g} to {end:.4g} nm" in warning
@@ -562,22 +510,23 @@ def test_a_fit_is_drawn_as_curve_residuals_and_tension(tmp_path, monkeypatch, fi
     draw_fit(fitted, smooth, tmp_path / "fit.png")
     (figure,) = figures
     upper, lower, detail = figure.axes
+    measured, points = fitted.distance / UNITS["nm"], fitted.compared.copy()
+    points[: np.argmin(measured) + 1] = False  # those of the retraction
     for axes in (upper, detail):
         assert axes.get_ylabel() == "normal force $N$ (nN)"
-        lines = {line.get_label(): line for line in axes.lines}
-        along, force = lines["fit"].get_data()
-        turn = np.argmin(along) + 1  # the retraction is drawn from there on
-        measured, points = fitted.distance / UNITS["nm"], fitted.compared.copy()
-        points[: np.argmin(measured) + 1] = False
+        lines = {line.get_label(): line.get_data() for line in axes.lines}
+        along, force = lines["fit"]
+        turn = np.argmin(along) + 1
         drawn = np.interp(measured, along[turn:], force[turn:])
         np.testing.assert_allclose(drawn[points], fitted.fitted[points] / NN, atol=1e-3)
-        without = lines["smooth sphere"].get_ydata()
-        np.testing.assert_allclose(without, smooth.fitted / NN)
-        hollow = lines["measured at a jump, not compared"].get_ydata()
-        np.testing.assert_allclose(hollow, fitted.force[~fitted.compared] / NN)
+        for label, expected in (
+            ("smooth sphere", smooth.fitted),
+            ("measured at a jump, not compared", fitted.force[~fitted.compared]),
+        ):
+            np.testing.assert_allclose(lines[label][1], expected / NN)
     residuals = ((fitted.fitted - fitted.force) / NN)[fitted.compared]
     np.testing.assert_allclose(lower.lines[0].get_ydata(), residuals)
     # the detail shows the largest tension, and not all of the curve
     low, high = detail.get_ylim()
     assert low < fitted.force.min() / NN < fitted.far_force / NN < high
-    assert np.ptp(detail.get_xlim()) < 0.9 * np.ptp(fitted.distance) / UNITS["nm"]
+    assert np.ptp(detail.get_xlim()) < 0.9 * np.ptp(measured)
