@@ -134,10 +134,11 @@ def scale_bar(axes: Any, unit: str) -> None:
     length = max(n * decade for n in (1, 2, 5) if n * decade <= longest)
     y = bottom - 0.05 * (top - bottom)  # below the frame, where nothing is covered
     left = right - np.copysign(length, width)
-    bar = {"lw": 2.5, "solid_capstyle": "butt", "clip_on": False}
+    bar: dict[str, Any] = {"lw": 2.5, "solid_capstyle": "butt", "clip_on": False}
     axes.plot([left, right], [y, y], "k-", **bar)
-    place = {"textcoords": "offset points", "ha": "right", "va": "center"}
-    axes.annotate(f"{length:g} {unit}", (left, y), (-4, 0), annotation_clip=False, **place)
+    place: dict[str, Any] = {"textcoords": "offset points", "ha": "right"}
+    place |= {"va": "center", "annotation_clip": False}
+    axes.annotate(f"{length:g} {unit}", (left, y), (-4, 0), **place)
     axes.set(xlim=limits[0], ylim=limits[1])
     axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
 

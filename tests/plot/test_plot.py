@@ -231,6 +231,7 @@ def test_scale_bar_is_a_round_length_in_place_of_the_axes(axes, width, length):
     (bar,) = axes.lines
     np.testing.assert_allclose(np.ptp(bar.get_xdata()), length)
     assert [text.get_text() for text in axes.texts] == [f"{length:g} nm"]
+    assert max(bar.get_ydata()) < axes.get_ylim()[0]  # below the map
     assert not len(axes.get_xticks()) and not axes.get_xlabel()
     assert np.ptp(axes.get_xlim()) == pytest.approx(width)
 
