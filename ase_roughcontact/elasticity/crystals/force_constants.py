@@ -152,44 +152,44 @@ def force_constants(
         raise ValueError(
             f"layers and size must be odd, got {layers} layers and a size of {size}"
         )
-    middle = layers // 2
-    sources = range(middle + 1)
+    middle, half = layers // 2, [size // 2, size // 2 + 1]
     atoms = slab.repeat((size, size, 1))
     atoms.calc = calculator
     reference = atoms.get_forces()
-    rows = _rows(atoms, sources, displacement)
-    if not rows.any():
+    source, target, offset, matrix = couplings(
+        calculator, slab, size, range(middle + 1), displacement
+    )
+    scale = abs(matrix).max()
+    if scale == 0.0:
         raise ValueError(
             "the calculator returns the same forces for displaced atoms: check it, or "
             "increase displacement"
         )
-    repetition = 0.0
+    repetition = np.zeros(1)
     if displacement != 0.0:
-        repetition = abs(atoms.get_forces() - reference).max() / displacement
+        repetition = (atoms.get_forces() - reference) / displacement
     spacing = float(np.linalg.norm(slab.cell[0]))
-    rest = _ANHARMONICITY * abs(reference).max() / spacing
-    source, target, offset, steps = _pairs(slab, size, sources)
-    matrix = rows.reshape(-1, 3, 3)
-    scale = abs(matrix).max()
-    size_of = abs(matrix).max(axis=(1, 2)) / scale
-    edge = abs(steps).max(axis=1) == size // 2
-    kept = size_of > _NEGLIGIBLE
-    deep = (source > middle - sublattices) & kept
-    ends = deep & ((target == 0) | (target == layers - 1))
-    sums = abs(rows.sum(axis=1)).max() / scale
+    # couplings of one atom of each layer to those of all cells and layers
+    blocks = matrix.reshape(middle + 1, size, size, layers, 3, 3)
+    known, back = blocks[:, :, :, : middle + 1], -np.arange(size) % size
+    exchanged = known[:, back][:, :, back].transpose(3, 1, 2, 0, 5, 4)
+    far = blocks[:, half], blocks[:, :, half], blocks[-sublattices:, ..., [0, -1], :, :]
+    errors = {
+        "sum_rule": blocks.sum(axis=(1, 2, 3)),
+        "symmetry": known - exchanged,
+        "reach": np.concatenate([each.ravel() for each in far]),
+        "repetition": repetition,
+        "rest": _ANHARMONICITY * reference / spacing,
+    }
+    figures = {name: float(abs(e).max() / scale) for name, e in errors.items()}
+    kept = abs(matrix).max(axis=(1, 2)) > _NEGLIGIBLE * scale
     return ForceConstants(
         source[kept],
         target[kept],
         offset[kept],
         matrix[kept],
         spacing,
-        {
-            "sum_rule": float(sums),
-            "symmetry": float(_asymmetry(rows, layers, size) / scale),
-            "reach": float(max(size_of[edge].max(), size_of[ends].max(initial=0.0))),
-            "repetition": float(repetition / scale),
-            "rest": float(rest / scale),
-        },
+        figures,
         sublattices,
     )
 
@@ -204,18 +204,12 @@ def couplings(
     """Return the couplings of some layers of a slab to all layers.
 
     See `force_constants`. They are source, target, offset and matrix as in
-    `ForceConstants`.
+    `ForceConstants`, by source, cell and target; distances are within half of the side
+    of the repeated slab.
     """
     atoms = slab.repeat((size, size, 1))
     atoms.calc = calculator
     atoms.get_forces()  # the Hessian may need the atoms that the calculator knows
-    rows = _rows(atoms, sources, displacement)
-    source, target, offset, _ = _pairs(slab, size, sources)
-    return source, target, offset, rows.reshape(-1, 3, 3)
-
-
-def _rows(atoms: Atoms, sources: Sequence[int], displacement: float) -> np.ndarray:
-    """Return the couplings of one atom of each source."""
     if displacement == 0.0:
         if not hasattr(atoms.calc, "get_hessian"):
             raise ValueError(
@@ -233,29 +227,11 @@ def _rows(atoms: Atoms, sources: Sequence[int], displacement: float) -> np.ndarr
     rows = hessian.toarray().reshape(len(sources), 3, len(atoms), 3).swapaxes(1, 2)
     if not np.isfinite(rows).all():
         raise ValueError("the calculator returns forces that are not finite")
-    return rows
-
-
-def _pairs(slab: Atoms, size: int, sources: Sequence[int]) -> tuple[np.ndarray, ...]:
-    """Return layers, distance along the surface and cells between pairs of atoms.
-
-    Distances are within half of the side of the repeated slab.
-    """
     layers, half = len(slab), size // 2
-    cell, layer = np.divmod(np.arange(layers * size**2), layers)
+    cell, layer = np.divmod(np.arange(len(atoms)), layers)
     steps = (np.stack(np.divmod(cell, size), -1) + half) % size - half
-    source = np.repeat(sources, len(layer))
-    target, steps = np.tile(layer, len(sources)), np.tile(steps, (len(sources), 1))
+    source, target = np.repeat(sources, len(atoms)), np.tile(layer, len(sources))
     positions = slab.positions[:, :2]
-    offset = positions[target] - positions[source] + steps @ slab.cell[:2, :2]
-    return source, target, offset, steps
-
-
-def _asymmetry(rows: np.ndarray, layers: int, size: int) -> float:
-    """Return the largest change of a coupling when its atoms are exchanged."""
-    sources = len(rows)
-    # couplings of layer a in cell (0, 0) to layer b in cell (i, j)
-    blocks = rows.reshape(sources, size, size, layers, 3, 3)[:, :, :, :sources]
-    back = -np.arange(size) % size
-    exchanged = blocks[:, back][:, :, back].transpose(3, 1, 2, 0, 5, 4)
-    return float(abs(blocks - exchanged).max())
+    offset = positions[target] - positions[source]
+    offset += np.tile(steps @ slab.cell[:2, :2], (len(sources), 1))
+    return source, target, offset, rows.reshape(-1, 3, 3)

@@ -145,7 +145,9 @@ class LatticeGreensFunction:
             # the layer of the same sublattice that represents the bulk
             source = a if a < bulk else bulk + (a - bulk) % self.sublattices
             matrix = known.get((source, source + b - a))
-            if matrix is None or b < bulk <= a:
+            # layers that are decimated do not know the surface
+            beyond = a < bulk and b >= self.layers
+            if matrix is None or beyond or b < bulk <= a:
                 continue
             # both atoms are sources, but for one above the bulk and one of it
             half = matrix if a < bulk <= b else matrix / 2
