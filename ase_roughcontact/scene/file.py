@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
 from ase_roughcontact._util.files import tomllib
-from ase_roughcontact._util.identity import canonical, identity
+from ase_roughcontact._util.identity import identity
 from ase_roughcontact._util.validation import lookup, shown
 from ase_roughcontact.scene import config
 from ase_roughcontact.scene.path_kinds import PathKind, Steps
@@ -235,7 +235,7 @@ class SceneFile:
 
         Keys that are added to the scene file later do not change it.
         """
-        return identity(self._contents)
+        return identity(self._given)
 
     def changes_from(self, old: SceneFile) -> list[str]:
         """Return descriptions of the keys whose values differ from those of another.
@@ -245,7 +245,7 @@ class SceneFile:
         changes = []
         for title in SECTIONS:
             was, now = (each.entries().get(title, {}) for each in (old, self))
-            first, second = (each._contents.get(title, {}) for each in (old, self))
+            first, second = (each._given.get(title, {}) for each in (old, self))
             changes += [
                 f"[{title}] {key} was {_toml(was.get(key))}, is {_toml(now.get(key))}"
                 for key in {**was, **now}
@@ -255,17 +255,9 @@ class SceneFile:
         return changes
 
     @property
-    def _contents(self) -> dict[str, dict[str, Any]]:
+    def _given(self) -> dict[str, dict[str, Any]]:
         """Values by section and key that are not the default, for comparison."""
-        contents = {}
-        for title, section in self.sections.items():
-            default = canonical(section.defaults())
-            contents[title] = {
-                key: value
-                for key, value in canonical(section.contents()).items()
-                if value != default.get(key)
-            }
-        return contents
+        return {title: section.given for title, section in self.sections.items()}
 
 
 def default_text() -> str:

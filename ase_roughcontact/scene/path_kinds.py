@@ -115,10 +115,11 @@ class PathKind(Section):
         problems.check()
         return path
 
-    @classmethod
-    def defaults(cls) -> dict[str, Any]:
-        """Return the values by key that count as not given."""
-        return {**super().defaults(), "kind": PathKind.kind}
+    @property
+    def given(self) -> dict[str, Any]:
+        """Values that are not the default; see `Section.given`."""
+        kind = {} if self.kind == PathKind.kind else {"kind": self.kind}
+        return kind | super().given
 
     def entries(self) -> dict[str, Any]:
         """Return the values by key; see `Section.entries`."""

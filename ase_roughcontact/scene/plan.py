@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.contact import Problem
 from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT
-from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.memory import frame_memory, friction_memory
@@ -37,7 +37,7 @@ _COUPLING_LEFT_OUT = (
 
 def warnings_of(scene: Any) -> list[str]:
     """Return warnings about scan, radius and grid of a `Scene`."""
-    found = _range_warnings(scene.bodies, scene.grid_change.spacing(scene.spacing))
+    found = _range_warnings(scene.problem)
     radius, unit = scene.sphere.radius, scene.sphere.unit
     if scene.topography is not None:
         if isinstance(radius, int | float) and radius < math.inf and unit == "a0":
@@ -49,15 +49,15 @@ def warnings_of(scene: Any) -> list[str]:
     return found + _spacing_warnings(scene)
 
 
-def _range_warnings(bodies: Bodies, spacing: float) -> list[str]:
+def _range_warnings(problem: Problem) -> list[str]:
     """Return a warning if a grid is far too coarse for the range of the attraction.
 
     The limits of the model report it, too, but only after the first step.
     """
-    wall, creep = bodies.wall, bodies.solid.creep
+    wall, creep, spacing = problem.wall, problem.solid.creep, problem.spacing
     if not wall.attractive:
         return []
-    modulus = bodies.contact_modulus * (creep.relaxed if creep else 1.0)
+    modulus = problem.solid.contact_modulus * (creep.relaxed if creep else 1.0)
     work, length = wall.work_of_adhesion, wall.attraction_range
     zone = edge_zone(modulus, work, length) / spacing
     if zone >= _RESOLVED * LEAST_EDGE_ZONE:

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
 
+from ase_roughcontact._util.identity import canonical
 from ase_roughcontact._util.units import (
     LENGTHS,
     QUANTITY,
@@ -104,10 +105,11 @@ class Section:
         entries = self.entries()
         return entries | {k: Path(v) for k in self.file_keys if (v := entries[k])}
 
-    @classmethod
-    def defaults(cls) -> dict[str, Any]:
-        """Return the `contents` of a section in which nothing is given."""
-        return cls().contents()
+    @property
+    def given(self) -> dict[str, Any]:
+        """The `contents` that are not the default, as `canonical` compares them."""
+        usual, contents = canonical(type(self)().contents()), canonical(self.contents())
+        return {k: value for k, value in contents.items() if value != usual.get(k)}
 
     def changed(self: AnySection, name: str, value: Any) -> AnySection:
         """Return the section with another value of a key; errors are those of `of`."""

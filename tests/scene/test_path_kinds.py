@@ -120,5 +120,4 @@ def test_keys_of_other_kinds_are_ignored_at_their_defaults():
 
 
 def test_a_loop_is_the_same_calculation_as_in_earlier_versions():
-    scene = Scene(path=Loop(2.0))
-    assert scene._contents["path"] == {"kind": "loop", "deepest": 2.0}
+    assert Loop(2.0).given == {"kind": "loop", "deepest": 2}
