@@ -12,7 +12,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.scene.path_kinds import Steps
 from ase_roughcontact.scene.scene import Scene
-from ase_roughcontact.windows.regrid import GridChange, lost_slope
+from ase_roughcontact.windows.regrid import GridChange
 
 # Ratios of the spacings, tried in this order; the first one costs a sixteenth.
 _RATIOS = (4, 2, 1)
@@ -137,6 +137,6 @@ def _coarser(change: GridChange, ratio: int) -> GridChange:
 def _is_possible(scene: Scene) -> bool:
     """Return whether a grid fits window and surface, and does not lose too much."""
     try:
-        return lost_slope(scene.surface, scene.problem.indenter) <= _LARGEST_LOSS
+        return scene.lost_slope <= _LARGEST_LOSS
     except ValueError:
         return False

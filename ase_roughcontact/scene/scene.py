@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -93,12 +93,13 @@ class Scene(SceneFile):
         """Return the sections, without what was built from them."""
         return {title: getattr(self, title) for title in SECTIONS}
 
-    def with_grid(self, change: GridChange) -> Scene:
-        """Return the scene with a given grid, in place of that for its accuracy."""
-        values = {f"substrate.{key}": value for key, value in asdict(change).items()}
+    def with_grid(self, change: GridChange | None) -> Scene:
+        """Return the scene with a given grid; None for that for its accuracy."""
+        given = (None, None) if change is None else (change.refine, change.coarsen)
+        values: dict[str, Any] = dict(zip(("refine", "coarsen"), given, strict=True))
         if GridChange.of(spacing=self.substrate.spacing) is not None:
-            values["substrate.spacing"] = None
-        return self.with_values(values)
+            values["spacing"] = None
+        return self.with_values({f"substrate.{k}": v for k, v in values.items()})
 
     @cached_property
     def bodies(self) -> Bodies:

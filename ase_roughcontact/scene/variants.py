@@ -34,18 +34,12 @@ def most_accurate(scene: Scene) -> Scene:
         "solver.fmax": None,
         "solver.accuracy": "high" if scene.is_continuum else _TIGHT,
     }
-    if scene.is_continuum:
-        values |= {"substrate.refine": None, "substrate.coarsen": None}
-        if scene.substrate.grid_change is not None and isinstance(
-            scene.substrate.spacing, str
-        ):
-            values["substrate.spacing"] = None
     is_given = "cutoff" in scene.interaction.entries()
     if "cutoff" in scene.wall.parameters and not is_given:
         values["interaction.cutoff"] = _LARGEST_CUTOFF
     if scene.substrate.periodic and scene.radius < math.inf:
         values |= {"substrate.periodic": False, "substrate.shape": "auto"}
-    return scene.with_values(values)
+    return scene.with_values(values).with_grid(None)
 
 
 def finest_grid(best: Scene) -> Scene:

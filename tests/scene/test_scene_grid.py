@@ -7,6 +7,7 @@ from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.cli.report import table_columns
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
+from ase_roughcontact.scene.variants import most_accurate
 
 TEXT = """
 sphere = {{ radius = 100.0 }}
@@ -40,6 +41,15 @@ def test_spacing_relative_to_the_atoms_is_that_grid(text, keys):
     both = written.with_values({"substrate.refine": 2})
     with pytest.raises(ValueError, match="give refine, coarsen or spacing"):
         both.check()
+
+
+@pytest.mark.parametrize("spacing", ['"0.2 nm"', '"a0/2"'])
+def test_the_most_accurate_grid_leaves_the_atoms_where_they_are(spacing):
+    ratio = "" if "a0" in spacing else "\nrefine = 2"
+    given = scene(f'symbol = "Cu"\nmodel = "continuum"\nspacing = {spacing}{ratio}')
+    best = most_accurate(given)
+    assert given.grid_change.refine == 2 != best.grid_change.refine
+    assert best.spacing == given.spacing
 
 
 def test_question_decides_on_the_area_that_is_printed():
