@@ -252,12 +252,23 @@ class EnergyState:
         active |= pressure != 0.0
         near = np.flatnonzero(active)
         g, q = gap.take(near), pressure.take(near)
-        energies, wall_pressure, d = function.profile(g, near)
-        r, self.residual_norm = wall_pressure - q, math.inf
+        energies, r, d = function.profile(g, near)
+        stored = area * (float(energies.sum()) - function.constant)
+        magnitude = area * (float(abs(energies).sum()) + function.constant)
+        outside, force = function.external(height)
+        unbalanced = force + area * float(r.sum())
+        self.load_residual = unbalanced if function.support else 0.0
+        r -= q
         self.surface_error = area * float(abs(r).max(initial=0.0))
+        del energies  # its memory is needed, and that of the gap
+        self.residual_norm = math.inf
         if function.inverse:
+            del r, d
             r, d, self.residual_norm = function.linearised_at(q, g)
-        self.residual, self.stiffness = np.zeros((2, *gap.shape))
+        lowest = divmod(int(gap.argmin()), gap.shape[1])
+        self.box = Box.bounding(active) or Box(lowest, (1, 1))
+        del g, q, gap
+        self.residual, self.stiffness = np.zeros((2, *pressure.shape))
         self.residual.put(near, r)
         self.stiffness.put(near, d)
         periodic = function.contact.halfspace.periodic
@@ -266,17 +277,9 @@ class EnergyState:
             shift = float(self.residual.mean())
             pressure, self.residual = pressure + shift, self.residual - shift
         self.pressure = pressure
-        lowest = divmod(int(gap.argmin()), gap.shape[1])
-        self.box = Box.bounding(active) or Box(lowest, (1, 1))
         elastic = 0.5 * area * dot(pressure, self.opening)
-        stored = area * (float(energies.sum()) - function.constant)
-        magnitude = area * (float(abs(energies).sum()) + function.constant)
-        outside, force = function.external(height)
         self.energy = elastic + stored + outside
         self.rounding = _ROUNDING * (elastic + magnitude + abs(outside))
-        self.load_residual = 0.0
-        if function.support:
-            self.load_residual = force + area * float(wall_pressure.sum())
         self.error = max(self.surface_error, abs(self.load_residual))
 
     def gap(self) -> np.ndarray:
@@ -349,3 +352,17 @@ class Increment:
         """Return the increment of a change: see `NewtonEquations`; one convolution."""
         pressure = state.on_window(change)
         return cls(pressure, state.function.opening(pressure), float(change[-1]))
+
+    @classmethod
+    def between(
+        cls,
+        state: EnergyState,
+        pressure: np.ndarray,
+        opening: np.ndarray,
+        height: float,
+    ) -> Increment:
+        """Return the increment from a state to another one, in single precision."""
+        change = np.empty((2, *pressure.shape), np.float32)
+        np.subtract(pressure, state.pressure, out=change[0], casting="same_kind")
+        np.subtract(opening, state.opening, out=change[1], casting="same_kind")
+        return cls(change[0], change[1], height - state.height)

@@ -83,7 +83,7 @@ class NewtonEquations:
     def __init__(
         self, state: EnergyState, model: CirculantModel, convex: bool = False
     ) -> None:
-        self._state, self._model, energy = state, model, state.function
+        self._state, self.model, energy = state, model, state.function
         self._window = state.box.slices
         self._inside = state.box.slices_in(model.box)
         self._free, self._load, self._spring = energy.support is not None, 0.0, 0.0
@@ -146,7 +146,7 @@ class NewtonEquations:
         image = self._applied(change, opening)
         left = linear_combination([(1.0, right), (-1.0, image)])
         accepted = _LARGEST_RESIDUAL * max(norm(right), norm(image))
-        if self._model.exact or norm(left) <= accepted:
+        if self.model.exact or norm(left) <= accepted:
             return change
 
         def apply(change: np.ndarray) -> np.ndarray:
@@ -159,7 +159,7 @@ class NewtonEquations:
 
     def _scaled(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``W r``, flat."""
-        stiffness = self._model.self_compliance * np.maximum(self._stiffness, 0.0)
+        stiffness = self.model.self_compliance * np.maximum(self._stiffness, 0.0)
         return (pressure / np.sqrt(1.0 + stiffness)).reshape(-1)
 
     def _applied(self, change: np.ndarray, opening: np.ndarray) -> np.ndarray:
@@ -172,7 +172,7 @@ class NewtonEquations:
         unit = max(max_abs(right), abs(load) / right.size) or 1.0
         load = load / unit
         _, resistance, push = self._height_response
-        size, dtype = self._model.box.size + 1, self._model.dtype
+        size, dtype = self.model.box.size + 1, self.model.dtype
 
         def precondition(residual: np.ndarray) -> np.ndarray:
             change = np.empty(size, dtype)
@@ -191,9 +191,9 @@ class NewtonEquations:
         tolerance = reduction * max(first, _LEAST_RESIDUAL * norm(residual))
         solution += gcr(self._apply_model, precondition, residual, tolerance, _STEPS)
         change = np.empty(right.size + 1)
-        x = solution[:-1].reshape(self._model.box.shape)[self._inside]
+        x = solution[:-1].reshape(self.model.box.shape)[self._inside]
         np.multiply(x, unit, out=change[:-1].reshape(x.shape))
-        change[-1] = float(solution[-1]) * unit * self._model.self_compliance
+        change[-1] = float(solution[-1]) * unit * self.model.self_compliance
         return change
 
     def _balanced(self, change: np.ndarray, load: float) -> np.ndarray:
@@ -218,9 +218,9 @@ class NewtonEquations:
 
     def _apply_model(self, change: np.ndarray) -> np.ndarray:
         """Return ``W [x + D (C x + z)]``."""
-        x, z, shape = change[:-1], change[-1], self._model.box.shape
+        x, z, shape = change[:-1], change[-1], self.model.box.shape
         rows = np.empty_like(x)
-        self._model.compliance(x.reshape(shape), rows.reshape(shape))
+        self.model.compliance(x.reshape(shape), rows.reshape(shape))
         rows += z
         rows *= self._d
         rows += x
@@ -234,7 +234,7 @@ class NewtonEquations:
             return
         np.multiply(rows, self._weight, out=out)
         out *= self._stiff
-        field = out.reshape(self._model.box.shape)
+        field = out.reshape(self.model.box.shape)
         self._inverse(field, field)
         out -= rows
         out *= self._stiff
@@ -242,6 +242,6 @@ class NewtonEquations:
 
     def _embedded(self, values: np.ndarray, factor: float) -> np.ndarray:
         """Return values on the box times a factor, zero on the rest of the model."""
-        field = np.zeros(self._model.box.shape, self._model.dtype)
+        field = np.zeros(self.model.box.shape, self.model.dtype)
         scale(field[self._inside], values, factor)
         return field.reshape(-1)

@@ -3,8 +3,10 @@ r"""A step of Newton's method for a soft wall.
 If the inverse of a repulsive wall is known, the equation of an atom is ``w(q) = g``
 with the gap ``w`` at which the wall has the pressure ``q``, and ``q = 0`` out of
 contact (semismooth Newton method). Since ``w`` is nearly linear, whole steps converge.
-If the residual has not decreased in several of them, and for all other walls, a step
-lowers the energy:
+If the last step left more than half of the residual, they are combined as in 2. below:
+the model is inaccurate in the longest waves, and more so the larger the contact. If the
+residual has not decreased in several steps, and for all other walls, a step lowers the
+energy:
 
 1. Solve Newton's equations for an increment ``(x, z)``; see `newton_equations`.
 2. Under attraction, minimise the quadratic model of the energy over the span of this
@@ -49,8 +51,9 @@ from ase_roughcontact.solvers.options import NewtonKrylovOptions
 # Residual pressure, in contact moduli, below which the negative stiffness of attractive
 # walls is included; and the part of the forces below which it is included again.
 _ATTRACTION_RESIDUAL = 0.3
-# Steps with the inverse of a wall that need not decrease the residual.
-_WATCHDOG = 20
+# Steps with the inverse of a wall that need not decrease the residual, and the largest
+# part of it that a step may leave without being combined with the next one.
+_WATCHDOG, _SLOW_CONTRACTION = 20, 0.5
 # Lower bound to the curvatures of a combination, relative to those of its increments.
 _LEAST_CURVATURE = 0.003
 # Slope at which a line search stops, relative to the initial one.
@@ -78,6 +81,7 @@ class NewtonStepper:
         self._small = _ATTRACTION_RESIDUAL * modulus * area
         # least norm of the residual by the inverse of the wall, and steps since then
         self._least_residual, self._futile = math.inf, 0
+        self._last_residual = math.inf
 
     def step(self, state: EnergyState, tolerance: float) -> EnergyState | None:
         """Return the next state; None if none is found.
@@ -121,11 +125,24 @@ class NewtonStepper:
         equations = self._equations(state)
         if self._futile > _WATCHDOG or not equations.solvable:
             return None
-        change = equations.solution(reduction)
+        change, model = equations.solution(reduction), equations.model
         del equations  # its memory is needed
         held = state.stiffness > 0.0  # there is no pressure on other atoms
         pressure = (state.pressure + state.on_window(change)) * held
-        return EnergyState(state.function, pressure, state.height + float(change[-1]))
+        height = state.height + float(change[-1])
+        slow = state.residual_norm > _SLOW_CONTRACTION * self._last_residual
+        self._last_residual = state.residual_norm
+        if model.exact:
+            return EnergyState(state.function, pressure, height)
+        opening = state.function.opening(pressure)
+        increment = Increment.between(state, pressure, opening, height)
+        if slow and self._history:
+            del pressure, opening
+            increment = combine(state, [increment, *self._history])
+            self._history = [increment]
+            return state.moved(increment, 1.0)
+        self._history = [increment]
+        return EnergyState(state.function, pressure, height, opening, exact=True)
 
     def _equations(self, state: EnergyState, convex: bool = False) -> NewtonEquations:
         """Return the equations at a state, with a model that covers its box."""

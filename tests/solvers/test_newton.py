@@ -167,6 +167,17 @@ def test_a_cold_start_costs_few_transforms(wall, most, solid):
     assert contact.halfspace.window_transform.pairs <= most / 2.0
 
 
+def test_a_large_contact_costs_few_steps():
+    # steps with the model alone are 30, as each leaves most of the longest waves
+    rough = rc.SelfAffine(0.01, 0.8, 4.0, 512.0, seed=2)
+    heights = rough_sphere((576, 576), 300.0, rough)
+    contact = scene(heights=heights, solid=Isotropic(1.0))
+    load = float(rc.theory.Hertz(300.0, 1.0).force(260.0))
+    states = relax(contact, 0.0, constant(load), tolerance=1e-6)
+    assert len(states) <= 20
+    assert pairs(states) <= 48.0
+
+
 def test_a_start_far_from_the_load_costs_less_than_twice_a_cold_one(solid):
     contact = scene(96, solid=solid)
     light = relax(contact, 0.0, constant(20.0))[-1]
