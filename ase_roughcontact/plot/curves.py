@@ -13,7 +13,17 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.paths.cantilever import CantileverCurve
 from ase_roughcontact.paths.instabilities import AdhesionLoop, interpolated
-from ase_roughcontact.plot.style import BLUE, DASHES, GREY, LINES, ORANGE, limit_to
+from ase_roughcontact.plot.style import (
+    BLUE,
+    BRANCHES,
+    DASHES,
+    GREY,
+    LINES,
+    ORANGE,
+    add_jump,
+    add_right_scale,
+    limit_to,
+)
 
 NN, NM = UNITS["nN"], UNITS["nm"]
 # Margin of axes beside the steps, relative to their range.
@@ -218,23 +228,19 @@ def plot_loop(
     -------
     matplotlib Axes
     """
-    branches = (
-        ("approach", loop.approach, loop.approach_jumps, BLUE, 2.0),
-        ("retraction", loop.retraction, loop.retraction_jumps, ORANGE, 0.8),
-    )
     first_contact = loop.approach[0].height + loop.approach[0].penetration
-    for name, steps, jumps, colour, width in branches:
+    for name, colour, width in BRANCHES:
+        steps, jumps = getattr(loop, name), getattr(loop, f"{name}_jumps")
         heights, forces, _ = interpolated(steps, jumps)
         depths = first_contact - heights
         axes.plot(depths, forces / NN, "-", color=colour, lw=width, label=name)
-        states = [(step.penetration, step.normal_force / NN) for step in steps]
-        axes.plot(*zip(*states, strict=True), "o", color=colour, ms=2)
-        bars = [2.0 * step.force_error / NN for step in steps]
-        axes.errorbar(*zip(*states, strict=True), bars, fmt="none", ecolor=GREY, lw=1)
-    for jump in (*loop.approach_jumps, *loop.retraction_jumps):
-        after = jump.after.penetration, jump.after.normal_force / NN
-        before = jump.before.penetration, jump.before.normal_force / NN
-        axes.annotate("", after, before, arrowprops={"arrowstyle": "->"})
+        rows = [(s.penetration, s.normal_force / NN, s.force_error / NN) for s in steps]
+        x, y, error = np.transpose(rows)
+        axes.plot(x, y, "o", color=colour, ms=2)
+        axes.errorbar(x, y, 2.0 * error, fmt="none", ecolor=GREY, lw=1)
+    for jump in loop.jumps:
+        ends = jump.before, jump.after
+        add_jump(axes, *((s.penetration, s.normal_force / NN) for s in ends))
     for i, (name, force) in enumerate((pull_off_forces or {}).items()):
         line = DASHES[i % len(DASHES)]
         axes.axhline(-force / NN, color="k", ls=line, lw=0.8, label=name)
@@ -257,22 +263,14 @@ def plot_cantilever(axes: Any, curve: CantileverCurve) -> Any:
     matplotlib Axes
     """
     axes.axhline(0.0, color=GREY, lw=0.6)
-    for name, colour, width in (("approach", BLUE, 2.0), ("retraction", ORANGE, 0.8)):
+    for name, colour, width in BRANCHES:
         branch = getattr(curve, name)
         x, force = branch.distance / NM, branch.force / NN
         axes.plot(x, force, "-", color=colour, lw=width, label=name)
         for jump in branch.jumps:
-            at = jump.distance / NM
-            ends = jump.force_before / NN, jump.force_after / NN
-            axes.annotate(
-                "", (at, ends[1]), (at, ends[0]), arrowprops={"arrowstyle": "->"}
-            )
-    stiffness = curve.stiffness / NN * NM  # nN/nm
-    deflection = axes.secondary_yaxis(
-        "right",
-        functions=(lambda force: force / stiffness, lambda bend: bend * stiffness),
-    )
-    deflection.set_ylabel("deflection (nm)")
+            ends = jump.force_before, jump.force_after
+            add_jump(axes, *((jump.distance / NM, end / NN) for end in ends))
+    add_right_scale(axes, "deflection (nm)", NN / NM / curve.stiffness)
     axes.set_xlabel("distance of the base $D$ (nm)")
     axes.set_ylabel("normal force $N$ (nN)")
     axes.legend()

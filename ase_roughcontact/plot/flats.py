@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.plot.style import GREY, ORANGE
+from ase_roughcontact.plot.style import GREY, ORANGE, add_right_scale
 
 _MPA, _NM = UNITS["MPa"], UNITS["nm"]
 # Number of points of a curve of theory, and its extent relative to that of the steps.
@@ -43,11 +43,10 @@ def plot_flat_area(
     -------
     matplotlib Axes
     """
-    along = np.geomspace(*_range(pressure), _POINTS)
+    along = np.geomspace(*_against(axes, pressure), _POINTS)
     rough = theory.mean_contact_pressure(scale, 1.0, theory.KAPPA_PERSSON)
     persson = theory.contact_fraction(along, rough)
     linear = theory.KAPPA_HARD * along / scale
-    _against(axes, pressure)
     axes.plot(along / _MPA, persson, "k-", lw=1, label="Persson")
     label = rf"$\kappa p/(h' E^*)$, $\kappa = {theory.KAPPA_HARD:g}$"
     axes.plot(along / _MPA, np.where(linear < 1.0, linear, np.nan), "k--", label=label)
@@ -89,22 +88,15 @@ def plot_flat_conductance(
     _against(axes, pressure)
     axes.plot(pressure / _MPA, stiffness / unit, "o-", color=ORANGE, lw=0.8)
     axes.set(yscale="log", ylabel="contact stiffness $k$ (N/m)")
-    factor = 2.0 * unit / modulus / _NM
     axes.tick_params(which="both", right=False)
-    right = axes.secondary_yaxis(
-        "right", functions=(lambda k: factor * k, lambda g: g / factor)
-    )
-    right.set_ylabel("conductance\n× resistivity (nm)", color=GREY)
+    label = "conductance\n× resistivity (nm)"
+    add_right_scale(axes, label, 2.0 * unit / modulus / _NM, color=GREY)
     return axes
 
 
-def _range(pressure: np.ndarray) -> tuple[float, float]:
-    """Return the ends of the axis of pressures."""
-    return pressure.min() / _EXTENT, pressure.max() * _EXTENT
-
-
-def _against(axes: Any, pressure: np.ndarray) -> None:
-    """Set up the axis of nominal pressures."""
-    low, high = _range(pressure)
+def _against(axes: Any, pressure: np.ndarray) -> tuple[float, float]:
+    """Set up the axis of nominal pressures; return its ends."""
+    low, high = pressure.min() / _EXTENT, pressure.max() * _EXTENT
     axes.set(xlim=(low / _MPA, high / _MPA), xlabel="nominal pressure $p$ (MPa)")
     axes.set_xscale("log")
+    return low, high

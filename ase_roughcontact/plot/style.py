@@ -20,6 +20,8 @@ COLOURS = (BLUE, ORANGE, "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 WIDTH = 3.4
 DASHES = ("--", ":", "-.")
 LINES = ("-", *DASHES)
+#: Names, colours and widths of lines of the branches of a force curve.
+BRANCHES = ("approach", BLUE, 2.0), ("retraction", ORANGE, 0.8)
 # Length of labels of which two are beside each other in a legend.
 _SHORT = 20
 # Part of a line of which an arrow shows the mean direction, and size of its head,
@@ -62,6 +64,17 @@ def style() -> AbstractContextManager:
             **sides,
         }
     )
+
+
+def add_jump(axes: Any, before: Sequence[float], after: Sequence[float]) -> None:
+    """Draw an arrow from the point before an instability to that after it."""
+    axes.annotate("", after, before, arrowprops={"arrowstyle": "->"})
+
+
+def add_right_scale(axes: Any, label: str, factor: float, **options: Any) -> None:
+    """Add a scale at the right that is proportional to that at the left."""
+    functions = (lambda value: factor * value, lambda value: value / factor)
+    axes.secondary_yaxis("right", functions=functions).set_ylabel(label, **options)
 
 
 def letters(count: int) -> list[str]:
