@@ -13,6 +13,7 @@ from ase.io import Trajectory, read
 from small_scene import PERIODIC
 
 import ase_roughcontact as rc
+from ase_roughcontact.atoms import trajectory
 from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene
@@ -81,6 +82,18 @@ def test_frames_before_a_damaged_one_are_kept_as_the_message_says(folder, whole)
     os.replace(new, movie)
     steps = list(SCENE.run(folder))
     assert steps[:2] == whole[1][:2] and len(steps) == 4
+
+
+def test_a_frame_that_cannot_be_read_before_others_is_named(folder, monkeypatch):
+    def torn(frame):
+        if frame.info["load_step"]["step"] == 1:
+            raise ValueError("it ends too early")
+        return checksum(frame)
+
+    checksum, movie = trajectory.checksum, folder / "sweep.traj"
+    monkeypatch.setattr(trajectory, "checksum", torn)
+    with pytest.raises(ValueError, match=rf"frame 1 of {movie} is damaged"):
+        list(read_frames(movie))
 
 
 def test_a_damaged_version_field_changes_nothing(folder, whole):

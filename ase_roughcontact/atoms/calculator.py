@@ -211,14 +211,15 @@ class RoughContact(Calculator):
         """Calculate all properties; see the class."""
         super().calculate(atoms, properties, system_changes)
         model = self._model(self.atoms)
-        state = self._state = model.state(self.atoms)
         values = displacement(self.atoms, model.grid)
+        height = float(self.atoms.positions[-1, 2])
+        state = self._state = model.state(values, height)
         self._fixed, self._sticking = _constraints_of(self.atoms)
         load = self.parameters["load"]
         if self._fixed:
             self._warn_of_load(load)
             load = 0.0
-        work = load * float(self.atoms.positions[-1, 2])
+        work = load * height
         energies = np.append(model.contact.energies(values, state), work)
         del values  # its memory is needed
         forces = np.zeros((len(self.atoms), 3))
@@ -285,20 +286,20 @@ class RoughContact(Calculator):
         return False
 
     def check_state(self, atoms: Atoms, tol: float = 1e-15) -> list[str]:
-        """Return what has changed since the last calculation; fast if nothing has."""
-        if self.atoms is not None:
-            fixed, sticking = _constraints_of(atoms)
-            if (self._fixed, self._sticking is None) != (fixed, sticking is None):
-                return ["constraints"]
-            if not same_history(self.atoms, atoms):
-                return ["history"]
-            old, new = (
-                (a.positions, a.cell.array, a.pbc, a.numbers)
-                for a in (self.atoms, atoms)
-            )
-            if all(map(array_equal, old, new)):
-                return []
-        return super().check_state(atoms, tol)
+        """Return what has changed, in any bit, since the last calculation."""
+        if self.atoms is None:
+            return all_changes[:]
+        fixed, sticking = _constraints_of(atoms)
+        if (self._fixed, self._sticking is None) != (fixed, sticking is None):
+            return ["constraints"]
+        if not same_history(self.atoms, atoms):
+            return ["history"]
+        old, new = (
+            (a.positions, a.numbers, a.cell[:], a.pbc) for a in (self.atoms, atoms)
+        )
+        names = "positions", "numbers", "cell", "pbc"
+        same = map(array_equal, old, new)
+        return [name for name, equal in zip(names, same, strict=True) if not equal]
 
     def _model(self, atoms: Atoms) -> ContactModel:
         """Return the model of the atoms, built anew where their lattice has changed."""

@@ -212,9 +212,8 @@ class ContactModel:
         self.contact = self.contact.changed(halfspace, state.plastic_depth, *past)
         self.history = new
 
-    def state(self, atoms: Atoms) -> ContactState:
-        """Return energy, forces and fields of the atoms."""
-        values, height = displacement(atoms, self.grid), float(atoms.positions[-1, 2])
+    def state(self, values: np.ndarray, height: float) -> ContactState:
+        """Return energy, forces and fields of a displacement and a height."""
         pressure, known_height = self._known(values)
         reaction = pressure if height == known_height else None
         if reaction is not None and self.fields is not None:
