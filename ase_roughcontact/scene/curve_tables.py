@@ -221,21 +221,19 @@ def _parsed(head: str) -> tuple[str, str | None, str | None]:
 
 def _jpk(lines: dict[int, str]) -> Segments:
     """Return approach and retraction of a text export of JPK, without pauses."""
-    groups = [
-        list(g) for _, g in groupby(lines.items(), lambda each: each[1][0] == "#")
-    ]
     found: Segments = []
-    for head, rows in zip(groups[::2], groups[1::2], strict=False):
-        header = dict(line[1:].strip().partition(": ")[::2] for _, line in head)
-        way = _SEGMENTS.get(header.get("segment", ""))
-        names, units = (header.get(key, "").split() for key in ("columns", "units"))
-        units += len(names) * [""]
-        cells = {number: line.split() for number, line in rows}
-        columns = [
-            Column(name, name.lower(), units[i] or None, _cells(cells, i))
-            for i, name in enumerate(names)
-        ]
-        if way:
+    header: dict[str, str] = {}
+    for is_header, group in groupby(lines.items(), lambda each: each[1][0] == "#"):
+        if is_header:
+            header = dict(line[1:].strip().partition(": ")[::2] for _, line in group)
+        elif way := _SEGMENTS.get(header.get("segment", "")):
+            cells = {number: line.split() for number, line in group}
+            names, units = (header.get(key, "").split() for key in ("columns", "units"))
+            units += len(names) * [""]
+            columns = [
+                Column(name, name.lower(), units[i] or None, _cells(cells, i))
+                for i, name in enumerate(names)
+            ]
             found.append((way, columns))
     return found
 

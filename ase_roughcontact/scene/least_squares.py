@@ -158,6 +158,7 @@ class _Trials:
         self._model, self._callback = model, callback
         self._least, self._in_vain = math.inf, 0
         self.distance, self.doubts = math.inf, list[str]()
+        self._last: Trial | None = None
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """Return the residuals of a trial; StopIteration if it is the last one."""
@@ -189,9 +190,10 @@ class _Trials:
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Return the derivatives of the residuals, mostly those of the last trial."""
-        if not np.array_equal(self._last.unknowns, x):
-            self._last = self._model.trial(x.copy())
-        return self._last.jacobian
+        last = self._last
+        if last is None or not np.array_equal(last.unknowns, x):
+            last = self._last = self._model.trial(x.copy())
+        return last.jacobian
 
 
 def solve(
