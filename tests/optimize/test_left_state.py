@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 from ase.io import read
 from ase.optimize import FIRE, LBFGS
-from built import atoms_under
+from pressed import SOFT, calculated_anew, pressed_atoms
 
 import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import contact_of
 
-ROUGH = rc.RoughSphere(40.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
 WALLS = {
     "hard": rc.HardWall(),
-    "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),
+    "repulsive": SOFT,
     "adhesive": rc.LennardJones93.adhesive(1.0, 1.0, 0.05),
 }
 
@@ -22,19 +21,13 @@ def wall(request):
     return WALLS[request.param]
 
 
-def make_atoms(wall, periodic=False, load=0.0, **options):
-    atoms = atoms_under(ROUGH, wall, (14, 14), load=load, periodic=periodic, **options)
-    atoms.positions[-1, 2] = contact_of(atoms).first_contact - 0.5
-    return atoms
-
-
 def solver_of(atoms, **options):
     hard = atoms.calc.parameters["interaction"].hard
     return (rc.ActiveSet if hard else rc.NewtonKrylov)(atoms, **options)
 
 
 def relaxed_atoms(wall, periodic=False, **options):
-    atoms = make_atoms(wall, periodic, **options)
+    atoms = pressed_atoms(wall, periodic=periodic, **options)
     assert solver_of(atoms).run(fmax=1e-9)
     return atoms
 
@@ -50,7 +43,7 @@ def test_other_optimizers_do_not_push_through_a_relaxed_hard_wall(optimizer):
 
 
 def test_atoms_follow_the_generator_at_every_step(wall):
-    atoms = make_atoms(wall)
+    atoms = pressed_atoms(wall)
     optimizer = solver_of(atoms)
     for _ in optimizer.irun(fmax=1e-9):
         if optimizer.nsteps == 0:
@@ -67,7 +60,7 @@ def test_atoms_follow_the_generator_at_every_step(wall):
 
 
 def test_a_calculator_changed_during_a_run_is_an_error(wall):
-    atoms = make_atoms(wall)
+    atoms = pressed_atoms(wall)
     optimizer = solver_of(atoms)
     run = optimizer.irun(fmax=1e-9)
     next(run)
@@ -77,7 +70,7 @@ def test_a_calculator_changed_during_a_run_is_an_error(wall):
 
 
 def test_forces_on_the_padding_are_not_lost_in_a_solver_that_has_not_moved_atoms(rng):
-    atoms = make_atoms(WALLS["repulsive"])
+    atoms = pressed_atoms(WALLS["repulsive"])
     atoms.positions[:-1, 2] += 0.01 * rng.standard_normal(len(atoms) - 1)
     expected = atoms.get_forces()
     rc.NewtonKrylov(atoms).run(fmax=1e-9, steps=0)
@@ -88,13 +81,15 @@ def test_forces_on_the_padding_are_not_lost_in_a_solver_that_has_not_moved_atoms
 # The start
 
 
-@pytest.mark.parametrize("periodic", [False, True])
 def test_observers_and_frames_have_the_energy_of_the_start(wall, periodic, tmp_path):
-    atoms, file, seen = make_atoms(wall, periodic), tmp_path / "run.traj", []
+    atoms, file, seen = (
+        pressed_atoms(wall, periodic=periodic),
+        tmp_path / "run.traj",
+        [],
+    )
     if wall.hard:  # without overlap
         atoms.positions[-1, 2] = contact_of(atoms).first_contact + 0.5
-    start = atoms.copy()
-    start.calc = rc.RoughContact(ROUGH, 1.0, wall)
+    start = calculated_anew(atoms)
     with solver_of(atoms, trajectory=file) as solver:
         solver.attach(lambda: seen.append(dict(atoms.calc.results)))
         solver.run(fmax=1e-6)
@@ -108,7 +103,7 @@ def test_observers_and_frames_have_the_energy_of_the_start(wall, periodic, tmp_p
 def test_the_first_frame_has_no_energy_where_atoms_overlap_with_a_hard_wall(
     tmp_path,
 ):
-    atoms, file = make_atoms(WALLS["hard"]), tmp_path / "run.traj"
+    atoms, file = pressed_atoms(WALLS["hard"]), tmp_path / "run.traj"
     with rc.ActiveSet(atoms, trajectory=file) as solver:
         assert solver.run(fmax=1e-6)
     first, second = read(file, "0:2")

@@ -4,15 +4,12 @@ import numpy as np
 import pytest
 from ase.calculators.emt import EMT
 from ase.optimize import LBFGS
-from built import atoms_under
 from numpy.testing import assert_allclose
+from pressed import SOFT, calculated_anew, largest_force, pressed_atoms
 
 import ase_roughcontact as rc
-from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
 
-ROUGH = rc.RoughSphere(40.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
-SOFT = rc.LennardJones93.repulsive(1.0, 1.0)
 WALLS = {rc.NewtonKrylov: SOFT, rc.ActiveSet: rc.HardWall()}
 
 
@@ -21,27 +18,13 @@ def solver(request):
     return request.param
 
 
-def make_atoms(wall=SOFT, *, sphere=ROUGH, depth=0.5, load=0.0, n=14, **options):
-    """Return atoms of unit spacing and contact modulus at a penetration."""
-    atoms = atoms_under(sphere, wall, (n, n), load=load, **options)
-    atoms.positions[-1, 2] = contact_of(atoms).first_contact - depth
-    return atoms
-
-
-def largest_force(atoms):
-    """Return the largest force by a new calculator, including the padding."""
-    fresh = atoms.copy()
-    fresh.calc = rc.RoughContact(**atoms.calc.parameters)
-    return np.linalg.norm(fresh.get_forces(), axis=1).max()
-
-
 # The interface of ASE
 
 
 @pytest.mark.parametrize("pressure", [3e3, 1e4, 1e5])
 def test_forces_of_a_full_contact_are_those_that_the_solver_has_seen(pressure):
     flat = rc.SelfAffine(0.1, 0.8, 4.0, 64.0, domain=64.0)
-    atoms = make_atoms(
+    atoms = pressed_atoms(
         sphere=flat, n=64, periodic=True, fixed=False, load=pressure * 64**2
     )
     dynamics = rc.NewtonKrylov(atoms)
@@ -52,7 +35,7 @@ def test_forces_of_a_full_contact_are_those_that_the_solver_has_seen(pressure):
 @pytest.mark.parametrize("load", [None, 2.0], ids=["height", "load"])
 def test_relaxed_atoms_have_no_forces(solver, load, periodic):
     control = {} if load is None else {"fixed": False, "load": load}
-    atoms = make_atoms(WALLS[solver], periodic=periodic, **control)
+    atoms = pressed_atoms(WALLS[solver], periodic=periodic, **control)
     dynamics = solver(atoms)
     assert dynamics.run(fmax=1e-8)
     assert dynamics.converged() and dynamics.message == ""
@@ -65,7 +48,7 @@ def test_relaxed_atoms_have_no_forces(solver, load, periodic):
 
 
 def test_generator_yields_whether_it_has_converged(solver):
-    dynamics = solver(make_atoms(WALLS[solver]))
+    dynamics = solver(pressed_atoms(WALLS[solver]))
     *before, last = dynamics.irun(fmax=1e-8)
     assert last and not any(before)
     assert len(before) == dynamics.nsteps > 0
@@ -73,7 +56,7 @@ def test_generator_yields_whether_it_has_converged(solver):
 
 def test_every_step_is_logged_and_observed(solver, tmp_path):
     log, seen = tmp_path / "relax.log", []
-    with solver(make_atoms(WALLS[solver]), logfile=log) as dynamics:
+    with solver(pressed_atoms(WALLS[solver]), logfile=log) as dynamics:
         dynamics.attach(lambda: seen.append(dynamics.nsteps))
         dynamics.run(fmax=1e-8)
     assert seen == list(range(dynamics.nsteps + 1))
@@ -85,7 +68,7 @@ def test_every_step_is_logged_and_observed(solver, tmp_path):
 
 
 def test_run_out_of_steps_has_a_message_and_can_be_continued(solver):
-    atoms = make_atoms(WALLS[solver])
+    atoms = pressed_atoms(WALLS[solver])
     dynamics = solver(atoms)
     assert not dynamics.run(fmax=1e-10, steps=1)
     assert dynamics.message == "not converged after 1 steps"
@@ -98,13 +81,13 @@ def test_run_out_of_steps_has_a_message_and_can_be_continued(solver):
 
 @pytest.mark.parametrize("fmax", [0.05, 10.0])
 def test_load_below_the_tolerance_is_carried(solver, fmax):
-    atoms = make_atoms(WALLS[solver], depth=-0.1, load=0.02, fixed=False)
+    atoms = pressed_atoms(WALLS[solver], depth=-0.1, load=0.02, fixed=False)
     assert solver(atoms, logfile=None).run(fmax=fmax)
     assert_allclose(atoms.calc.state(atoms).normal_force, 0.02, rtol=0.01)
 
 
 def test_load_below_the_tolerance_is_carried_by_the_optimizers_of_ase():
-    atoms = make_atoms(depth=1e-3, load=0.02, fixed=False)
+    atoms = pressed_atoms(depth=1e-3, load=0.02, fixed=False)
     assert LBFGS(rc.FourierModes(atoms), alpha=1.0, logfile=None).run()
     assert_allclose(atoms.calc.state(atoms).normal_force, 0.02, rtol=0.01)
 
@@ -113,14 +96,14 @@ def test_load_below_the_tolerance_is_carried_by_the_optimizers_of_ase():
 def test_contact_below_the_tolerance_is_relaxed(solver, depth):
     forces = []
     for fmax in (0.05, 1e-6 * depth):
-        atoms = make_atoms(WALLS[solver], depth=depth)
+        atoms = pressed_atoms(WALLS[solver], depth=depth)
         assert solver(atoms, logfile=None).run(fmax=fmax)
         forces.append(atoms.calc.state(atoms).normal_force)
     assert_allclose(forces[0], forces[1], rtol=0.04)
 
 
 def test_second_run_uses_a_new_load(solver):
-    atoms = make_atoms(WALLS[solver], fixed=False, load=1.0)
+    atoms = pressed_atoms(WALLS[solver], fixed=False, load=1.0)
     dynamics = solver(atoms)
     dynamics.run(fmax=1e-8)
     atoms.calc.set(load=2.0)
@@ -133,7 +116,7 @@ def test_second_run_uses_a_new_load(solver):
 
 def test_restart_file_is_refused(solver, tmp_path):
     with pytest.raises(ValueError, match="restart must be None"):
-        solver(make_atoms(WALLS[solver]), restart=tmp_path / "restart.json")
+        solver(pressed_atoms(WALLS[solver]), restart=tmp_path / "restart.json")
 
 
 FACES = rc.NewtonKrylov, rc.ActiveSet, rc.FourierModes, rc.HalfSpacePrecon
@@ -142,7 +125,7 @@ FACES = rc.NewtonKrylov, rc.ActiveSet, rc.FourierModes, rc.HalfSpacePrecon
 @pytest.mark.parametrize("face", FACES)
 @pytest.mark.parametrize("calculator", [None, EMT()], ids=["none", "EMT"])
 def test_other_calculators_are_refused(face, calculator):
-    atoms = make_atoms()
+    atoms = pressed_atoms()
     atoms.calc = calculator
     with pytest.raises(ValueError, match="RoughContact"):
         face(atoms)
@@ -151,25 +134,16 @@ def test_other_calculators_are_refused(face, calculator):
 @pytest.mark.parametrize("face", [rc.FourierModes, rc.HalfSpacePrecon])
 def test_a_hard_wall_is_refused_with_the_optimizer_to_use(face):
     with pytest.raises(ValueError, match="ActiveSet"):
-        face(make_atoms(rc.HardWall()))
+        face(pressed_atoms(rc.HardWall()))
 
 
 # Observers, records and messages
 
 
-def rough_atoms(wall, shape=(14, 14), periodic=False, fixed=True):
-    sphere = rc.RoughSphere(20.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=2))
-    atoms = atoms_under(sphere, wall, shape, periodic=periodic, fixed=fixed)
-    atoms.positions[-1, 2] = contact_of(atoms).first_contact
-    return atoms
-
-
-@pytest.mark.parametrize("periodic", [False, True])
 def test_results_of_a_run_are_those_of_a_new_calculator(solver, periodic):
-    atoms = make_atoms(WALLS[solver], periodic=periodic, fixed=False, load=3.0)
+    atoms = pressed_atoms(WALLS[solver], periodic=periodic, fixed=False, load=3.0)
     solver(atoms).run(fmax=1e-9)
-    fresh = atoms.copy()
-    fresh.calc = rc.RoughContact(**atoms.calc.parameters)
+    fresh = calculated_anew(atoms)
     fresh.get_potential_energy()
     assert atoms.calc.calculation_required(atoms, ["forces"]) is False
     assert atoms.calc.results.keys() == fresh.calc.results.keys()
@@ -178,8 +152,7 @@ def test_results_of_a_run_are_those_of_a_new_calculator(solver, periodic):
 
 
 def test_optimality_residuals_of_a_solution_are_small():
-    atoms = rough_atoms(rc.HardWall(), fixed=False)
-    atoms.calc.set(load=2.0)
+    atoms = pressed_atoms(rc.HardWall(), fixed=False, load=2.0)
     optimizer = rc.ActiveSet(atoms)
     with pytest.raises(RuntimeError, match="before the first step"):
         _ = optimizer.optimality_residuals
@@ -198,7 +171,7 @@ def test_optimality_residuals_of_a_solution_are_small():
     ids=["NewtonKrylov", "ActiveSet"],
 )
 def test_options_are_those_of_the_solver(solver, options):
-    changed, usual = (make_atoms(WALLS[solver], n=48) for _ in range(2))
+    changed, usual = (pressed_atoms(WALLS[solver], n=48) for _ in range(2))
     dynamics, reference = solver(changed, options=options), solver(usual)
     assert dynamics.run(fmax=1e-8) and reference.run(fmax=1e-8)
     assert (dynamics.nsteps, dynamics.pairs) != (reference.nsteps, reference.pairs)

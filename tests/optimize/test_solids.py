@@ -7,6 +7,7 @@ import pytest
 from ase.optimize import LBFGS
 from ase.optimize.precon import PreconLBFGS
 from built import atoms_under
+from pressed import ROUGH, SOFT, largest_force, pressed_atoms
 from scipy.optimize import lsq_linear
 from solids import CONTINUA
 
@@ -15,10 +16,9 @@ from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.elasticity import ElasticSolid, Isotropic, Layer
 from ase_roughcontact.topography import BoundedSurface
 
-SPHERE = rc.RoughSphere(40.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
 SMOOTH = rc.RoughSphere(40.0)
 WALLS = {
-    "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),
+    "repulsive": SOFT,
     "adhesive": rc.LennardJones93.adhesive(1.0, 1.0, 0.02),
     "full": rc.LennardJones93.full(distance=1.0, work_of_adhesion=0.04, cutoff=3.0),
     "exponential": rc.ExponentialWall(0.04, 1.0, relative_cutoff=3.0),
@@ -30,21 +30,9 @@ def solid(request, crystal):
     return crystal if request.param == "crystal" else CONTINUA[request.param]
 
 
-def make(solid, wall, *, n=14, depth=0.5, **options):
-    atoms = atoms_under(SPHERE, wall, (n, n), solid=solid, **options)
-    atoms.positions[-1, 2] = contact_of(atoms).first_contact - depth
-    return atoms
-
-
-def largest_force(atoms):
-    fresh = atoms.copy()
-    fresh.calc = rc.RoughContact(**atoms.calc.parameters)
-    return np.linalg.norm(fresh.get_forces(), axis=1).max()
-
-
 @pytest.mark.parametrize("wall", WALLS)
 def test_newton_leaves_no_forces(solid, wall, periodic):
-    atoms = make(solid, WALLS[wall], periodic=periodic)
+    atoms = pressed_atoms(WALLS[wall], solid=solid, periodic=periodic)
     assert rc.NewtonKrylov(atoms).run(fmax=1e-8)
     assert atoms.calc.state(atoms).repulsive_atoms > 3
     assert largest_force(atoms) < 1.1e-8
@@ -61,7 +49,7 @@ def test_newton_leaves_no_forces(solid, wall, periodic):
 def test_optimizers_of_ase_agree_with_newton(solid, method, periodic):
     forces = []
     for optimizer in (rc.NewtonKrylov, method):
-        atoms = make(solid, WALLS["repulsive"], periodic=periodic)
+        atoms = pressed_atoms(solid=solid, periodic=periodic)
         assert optimizer(atoms).run(fmax=1e-6, steps=800)
         forces.append(atoms.calc.state(atoms).normal_force)
     assert forces[0] == pytest.approx(forces[1], rel=1e-4)
@@ -71,7 +59,7 @@ def test_optimizers_of_ase_agree_with_newton(solid, method, periodic):
 def test_active_set_is_the_solution_of_the_dense_problem(solid, hardness):
     # 0 <= p <= H that minimises p.G.p/2 + g.p, by least squares with the Cholesky
     # factor
-    atoms = make(solid, rc.PlasticWall(hardness), n=10)
+    atoms = pressed_atoms(rc.PlasticWall(hardness), solid=solid, n=10)
     assert rc.ActiveSet(atoms).run(fmax=1e-9)
     state, contact = atoms.calc.state(atoms), contact_of(atoms)
     i, j = (k.ravel() for k in np.indices((10, 10)))
@@ -85,13 +73,11 @@ def test_active_set_is_the_solution_of_the_dense_problem(solid, hardness):
     assert hardness == np.inf or 0 < (expected == hardness).sum() < 100
 
 
-@pytest.mark.parametrize(
-    "wall", [rc.HardWall(), WALLS["repulsive"]], ids=["hard", "soft"]
-)
+@pytest.mark.parametrize("wall", [rc.HardWall(), SOFT], ids=["hard", "soft"])
 def test_automatic_windows_are_those_of_a_large_one(solid, wall):
     results = []
     for window, n in (("auto", 8), ("fixed", 48)):
-        atoms = make(solid, wall, n=n, fixed=False)
+        atoms = pressed_atoms(wall, solid=solid, n=n, fixed=False)
         path = rc.load_path(atoms, loads=[2.0, 10.0], fmax=1e-7, window=window)
         results.append(list(path))
     for auto, fixed in zip(*results, strict=True):
@@ -147,6 +133,6 @@ class Skew(ElasticSolid):
 
 
 def test_a_solid_without_the_symmetry_is_refused():
-    atoms = atoms_under(SPHERE, shape=(4, 4), solid=Skew())
+    atoms = atoms_under(ROUGH, shape=(4, 4), solid=Skew())
     with pytest.raises(ValueError, match="plane waves must be even in x and in y"):
         atoms.get_potential_energy()
