@@ -277,6 +277,9 @@ class AtomsPath:
         **options: Any,
     ) -> None:
         validity = Validity(validity) if isinstance(validity, str) else validity
+        if not isinstance(output, Output | None):
+            expected = "an Output, such as Output(csv='curve.csv')"
+            raise TypeError(f"output must be {expected}, got {output!r}")
         self._action = validity.action
         problem, window = problem_of(atoms)
         _check(atoms, control)

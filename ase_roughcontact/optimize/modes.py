@@ -218,7 +218,9 @@ class FourierModes(Optimizable):
         self._gradient_to_force = _twice(to_mode / weight)
         self._modes = self._elastic.size
         self._shape = self._elastic.shape
-        self._z_scale = indenter_stiffness(contact) ** -0.5
+        # mean of those to relaxed atoms, and to all atoms held where they are
+        held = area * reference * contact.heights.size
+        self._z_scale = (held * indenter_stiffness(contact)) ** -0.25
 
     def _read(self) -> None:
         halfspace = self.contact.halfspace

@@ -134,6 +134,15 @@ def test_optimizers_find_the_same_energy_as_on_atoms(optimizer, options, control
     assert atoms.positions[-1, 2] == pytest.approx(reference.positions[-1, 2], abs=1e-4)
 
 
+def test_a_load_takes_hardly_more_steps_of_fire_than_a_height():
+    sphere = rc.RoughSphere(radius=130.0)
+    atoms = rc.substrate("Cu", (32, 32), sphere, spacing=1.0, fixed=False)
+    atoms.calc = rc.RoughContact(sphere, 1.0, load=3.8)
+    modes = rc.FourierModes(atoms)
+    fire = FIRE(modes, maxstep=modes.maxstep, logfile=None)
+    assert fire.run(fmax=1e-5, steps=400)
+
+
 # The atoms while an optimizer works on their modes
 
 
