@@ -7,8 +7,11 @@ from ase.optimize import LBFGS
 from built import atoms_under
 
 import ase_roughcontact as rc
+from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.optimize import default_optimizer
 from ase_roughcontact.paths.accuracy import accuracy_of
+from ase_roughcontact.solvers.newton import default_relaxer
 
 SPHERE = rc.RoughSphere(20.0)
 SPACING, MODULUS = 2.0, 0.5
@@ -172,6 +175,23 @@ def test_the_relative_tolerance_is_a_quarter_of_the_relative_error(wall, error, 
     allowed = accuracy_of(error).error
     assert record.converged
     assert 0.02 * allowed < record.tolerance / mean <= 0.2501 * allowed
+
+
+@pytest.mark.parametrize("wall", [rc.HardWall(), rc.LennardJones93.repulsive(1.0, 1.0)])
+def test_cost_of_a_step_is_that_of_all_its_runs(wall):
+    relaxer, runs = default_relaxer(wall), []
+
+    def counted(*arguments):
+        runs.append(relaxer(*arguments))
+        return runs[-1]
+
+    problem = rc.Problem(rc.RoughSphere(200.0), Isotropic(1.0), wall, 1.0)
+    options = rc.StepOptions(window="auto", relaxer=counted)
+    stepper = rc.Stepper(problem, "loads", Box((-8, -8), (16, 16)), options)
+    step = stepper.step(0, 0.1)
+    assert len(runs) > 1  # the tolerance of the first run does not suffice
+    assert step.pairs == sum(run.pairs for run in runs)
+    assert step.iterations == sum(run.iterations for run in runs)
 
 
 @pytest.mark.parametrize(

@@ -122,12 +122,21 @@ def test_limits_of_smooth_spheres(depth, names, indenter, wall):
     assert names_after(atoms_on(indenter, wall), depth) == names
 
 
-@pytest.mark.parametrize("component, outside", [(0.33, False), (0.38, True)])
-def test_slope_is_that_of_both_components(component, outside):
-    """A pyramid, whose slope on the diagonals of the grid has two equal components."""
-    x = component * abs(np.arange(16) - 7.5)
-    pyramid = rc.HeightMap(x[:, None] + x, 1.0)
-    assert ("slope" in names_after(atoms_on(pyramid), 1.0, window="fixed")) == outside
+@pytest.mark.parametrize(
+    "along, across, outside",
+    [
+        (0.33, 0.33, False),
+        (0.38, 0.38, True),
+        (0.15, 0.45, False),
+        (0.15, 0.5, True),
+        (0.5, 0.15, True),
+    ],
+)
+def test_slope_is_that_of_both_components(along, across, outside):
+    """Of a pyramid; on the diagonals of the grid."""
+    x = abs(np.arange(16) - 7.5)
+    pyramid = rc.HeightMap(along * x[:, None] + across * x, 1.0)
+    assert ("slope" in names_after(atoms_on(pyramid), 0.7, window="fixed")) == outside
 
 
 @pytest.mark.parametrize("tension", [0.0, 1e-3])
