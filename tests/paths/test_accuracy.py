@@ -59,15 +59,6 @@ def test_errors_of_force_and_area_are_at_most_the_allowed_ones(wall, path, seed,
         assert amiss <= 1 + allowed * truth.repulsive_atoms
 
 
-@pytest.mark.parametrize("wall", WALLS)
-def test_names_mean_the_same_for_the_model_of_atoms(wall):
-    (fast, high) = (
-        [record.tolerance for record, _ in states(wall, "loads", 101, name)]
-        for name in ("fast", "high")
-    )
-    assert fast == high
-
-
 @pytest.mark.parametrize("accuracy", ["fast", 1e-6])
 def test_accuracy_does_not_change_the_wall(accuracy):
     def wall(solver):
@@ -143,11 +134,12 @@ def test_grids_are_coarser_only_as_far_as_the_wall_is_resolved(wall, largest):
     assert spacing(0.05, wave=64.0, wall=wall) == largest
 
 
-@pytest.mark.parametrize("domain, coarsest", [(128.0, 8), (132.0, 4), (130.0, 2)])
-def test_coarser_grids_divide_the_period_of_the_roughness(domain, coarsest):
-    assert spacing(0.05, wave=32.0, wall=rc.HardWall(), domain=domain) == coarsest
-
-
-@pytest.mark.parametrize("shape, coarsest", [((64, 96), 8), ((64, 100), 4), (None, 8)])
-def test_coarser_grids_divide_a_fixed_window(shape, coarsest):
-    assert spacing(0.05, wave=32.0, wall=rc.HardWall(), shape=shape) == coarsest
+@pytest.mark.parametrize(
+    "period_or_window, coarsest",
+    [
+        *(({"domain": side}, most) for side, most in ((128, 8), (132, 4), (130, 2))),
+        *(({"shape": side}, most) for side, most in (((64, 96), 8), ((64, 100), 4))),
+    ],
+)
+def test_coarser_grids_divide_period_and_fixed_window(period_or_window, coarsest):
+    assert spacing(0.05, 32.0, rc.HardWall(), **period_or_window) == coarsest
