@@ -72,6 +72,14 @@ def no_pictures(monkeypatch):
     monkeypatch.setattr("ase_roughcontact.cli.figures.draw", lambda *_: [])
 
 
+@pytest.fixture(scope="session", params=["load", "penetration", "height"])
+def case(request, tmp_path_factory):
+    """A run from the command line under this control; see `command_cases`."""
+    from command_cases import run_case  # in tests/cli
+
+    return run_case(tmp_path_factory.mktemp("run"), request.param)
+
+
 @pytest.fixture
 def largest_file():
     """Context in which the writing of files above a size fails, as on a full disk."""

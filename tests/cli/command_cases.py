@@ -33,10 +33,11 @@ WALLS = {
     "repulsive": 'kind = "repulsive"',
     "sticky": 'kind = "adhesive"\nwork_of_adhesion = 0.5',
 }
+# Wall, values and roughness of the runs, by what they control.
 CASES = {
-    "loads on a rough sphere": ("repulsive", "load", [2.0, 30.0], ROUGH),
-    "depths of a smooth sphere": ("hard", "penetration", [1.0, 2.5], ""),
-    "heights of a sticky sphere": ("sticky", "height", [1.5, -1.0, 1.0], ""),
+    "load": ("repulsive", [2.0, 30.0], ROUGH),
+    "penetration": ("hard", [1.0, 2.5], ""),
+    "height": ("sticky", [1.5, -1.0, 1.0], ""),
 }
 
 
@@ -81,8 +82,9 @@ def keep_figure(figures):
     return saved
 
 
-def run_case(folder, wall, control, values, more):
+def run_case(folder, control):
     """Return the results of a run in a folder."""
+    wall, values, more = CASES[control]
     file, out, figures = folder / "scene.toml", folder / "out", {}
     file.write_text(text_of(wall, control, values, more))
     with patch.object(Figure, "savefig", keep_figure(figures)):

@@ -166,7 +166,7 @@ def test_memory_is_printed_in_gigabytes_and_residual_forces_in_ase_s_unit(case):
 
 def test_targets_of_a_plan_are_those_of_the_path(case):
     control, file = case.control, case.file
-    given = {name: values for _, name, values, _ in CASES.values()}[control]
+    _, given, _ = CASES[control]
     unit = "nN" if control == "load" else "Å"
     name, texts = next(iter(table_of(printed("plan", file)).items()))
     assert unit_of(name) == (control, unit)
