@@ -46,9 +46,6 @@ from ase_roughcontact.windows.regrid import GridChange
 _NN, _NM = UNITS["nN"], UNITS["nm"]
 # Part of a measured jump from which a calculated one is its counterpart.
 _COUNTERPART = 0.3
-# Residual of a point between a measured jump and its counterpart, relative to the
-# noise: it must not pay to have points there.
-_BETWEEN = 3.0
 # Limits of a parameter of the scene relative to its first value.
 _LEAST, _MOST = 0.05, 20.0
 
@@ -123,14 +120,13 @@ class Residuals:
         # force, its derivative to the height of the base, and those to the parameters
         rows = np.zeros((count + 2, followed[1.0].columns.shape[1]))
         unit, target = np.full(count + 2, curve.noise), np.append(forces, [0.0, 0.0])
-        compared, between = np.ones(count + 2, bool), np.zeros(count + 2, bool)
-        compared[count:] = False
+        compared = np.append(np.ones(count, bool), [False, False])
         for number, measured in enumerate(curve.branches, start=count):
             points, jump = measured.points, followed[measured.direction].jump
             rows[points] = followed[measured.direction].at(base[points])
             if jump and _are_counterparts(measured, jump, forces[points]):
                 here = base[points]
-                compared[points], between[points] = _sides(here, measured, jump.base)
+                compared[points] = _on_one_side(here, measured, jump.base)
                 # the height of the base in place of a force
                 around = here[measured.jump :][:2]
                 rows[number] = jump.base, -1.0, *jump.derivatives
@@ -147,7 +143,7 @@ class Residuals:
         residuals = np.where(compared, (force[:, 0] - target) / unit, 0.0)
         return CurveTrial(
             x,
-            np.where(between, _BETWEEN, residuals),
+            residuals,
             slopes * (compared / unit)[:, None],
             compared,
             rows[:count, 0] + curve.force - forces,
@@ -254,17 +250,14 @@ def _are_counterparts(
     return bool(abs(jump.change) > _COUNTERPART * abs(after - before))
 
 
-def _sides(
-    base: FloatArray, measured: MeasuredBranch, jump: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points whose forces are compared, and those between the jumps."""
+def _on_one_side(base: FloatArray, measured: MeasuredBranch, jump: float) -> np.ndarray:
+    """Return which points are on the same side of both jumps, and at neither."""
     last = measured.jump or 0
     numbers = np.arange(len(base))
     passed = measured.direction * (base - jump)
     step = abs(base[last + 1] - base[last])
     at_jump = (numbers == last) | (numbers == last + 1) | (abs(passed) < step)
-    between = ((numbers > last) != (passed > 0.0)) & ~at_jump
-    return ~between & ~at_jump, between
+    return ((numbers > last) == (passed > 0.0)) & ~at_jump
 
 
 def _first_height(scene: Scene, curve: ForceCurve) -> float:
