@@ -200,7 +200,8 @@ class HalfSpace(ABC):
     @property
     def dof_transform(self) -> RealFFT2:
         """Transform of the displacement field."""
-        return self.grid_transform
+        whole = self.dof_shape == self.grid
+        return self.grid_transform if whole else self.window_transform
 
     @property
     def pairs(self) -> int:

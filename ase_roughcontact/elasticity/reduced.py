@@ -15,7 +15,6 @@ from functools import cached_property
 import numpy as np
 
 from ase_roughcontact._util.validation import finite_array
-from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 
 # The conjugate gradients stop at this many rounding errors of the displacement.
@@ -39,11 +38,6 @@ class ReducedHalfSpace(FreeHalfSpace):
     def dof_shape(self) -> tuple[int, int]:
         """Shape of the displacement field: the window."""
         return self.shape
-
-    @property
-    def dof_transform(self) -> RealFFT2:
-        """Transform of the displacement field."""
-        return self.window_transform
 
     @cached_property
     def _clamped_stiffness(self) -> np.ndarray:
