@@ -328,7 +328,8 @@ def _exchange(
     wrong = -height_change - gap  # overlaps; of atoms in plastic contact, gaps
     if plastic is not None:
         np.negative(wrong, out=wrong, where=plastic)
-    elastic = np.where(inside, change >= -pressure, wrong > target)
+    wrong = wrong > target  # the numbers are not needed: their memory is
+    elastic = np.where(inside, change >= -pressure, wrong)
     if plastic is not None:
         above = inside & (change > missing)
         elastic &= ~above

@@ -158,15 +158,21 @@ class _DefectCorrection:
         x = np.empty(trial.shape, np.float32)
         np.subtract(trial, self._pressure, out=x, casting="same_kind")
         slope, curvature = dots([(x, self._gap), (x, opening)])
-        if self._last is not None and self._is_slow:
-            other = dots([(self._last, self._gap), (self._last, opening)])
-            self._pressure = self._combined((slope, curvature), other, x, trial)
-            del trial, opening  # their memory is needed
-            self._opening = self._opened(self._pressure)
-        else:
+        last, last_curvature = self._last, self._last_curvature
+        self._last, self._last_curvature = x, curvature
+        if last is None or not self._is_slow:
             opening += self._opening
             self._pressure, self._opening = trial, opening
-        self._last, self._last_curvature = x, curvature
+            return
+        slope_of_last, mixed = dots([(last, self._gap), (last, opening)])
+        del opening  # its memory is needed
+        hessian = [[curvature, mixed], [mixed, last_curvature]]
+        gradient = np.array([slope, slope_of_last])
+        (a, b), *_ = np.linalg.lstsq(hessian, -gradient, rcond=1e-8)
+        combined = linear_combination([(1.0, self._pressure), (a, x), (b, last)])
+        self._pressure = self._bounded(combined, trial)
+        del combined, trial, last
+        self._opening = self._opened(self._pressure)
 
     @property
     def _gap(self) -> np.ndarray:
@@ -235,25 +241,8 @@ class _DefectCorrection:
             opening += self._yielding * total(pressure)
         return opening
 
-    def _combined(
-        self,
-        products: tuple[float, ...],
-        products_of_last: tuple[float, ...],
-        correction: np.ndarray,
-        trial: np.ndarray,
-    ) -> np.ndarray:
-        """Return the pressure of the least energy in the span of two corrections.
-
-        Their products with the gap and with the opening by the new one are given.
-        Atoms are at a bound of the pressure where those of the trial are.
-        """
-        assert self._last is not None
-        (slope, curvature), (slope_of_last, mixed) = products, products_of_last
-        hessian = [[curvature, mixed], [mixed, self._last_curvature]]
-        gradient = np.array([slope, slope_of_last])
-        (a, b), *_ = np.linalg.lstsq(hessian, -gradient, rcond=1e-8)
-        terms = [(1.0, self._pressure), (a, correction), (b, self._last)]
-        new = linear_combination(terms)
+    def _bounded(self, new: np.ndarray, trial: np.ndarray) -> np.ndarray:
+        """Return a pressure between its bounds, at them where that of the trial is."""
         np.clip(new, 0.0, self._hardness, out=new)
         new *= trial > 0.0
         new[trial == self._hardness] = self._hardness
