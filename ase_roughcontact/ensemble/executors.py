@@ -34,7 +34,7 @@ def worker_pool(
     if executor is not None:
         return nullcontext(executor)
     count = processors() if workers is None else integer("workers", workers, 1)
-    return ProcessPoolExecutor(
+    return _Pool(
         count,
         multiprocessing.get_context("spawn"),
         _initialize_worker,
@@ -42,9 +42,19 @@ def worker_pool(
     )
 
 
+class _Pool(ProcessPoolExecutor):
+    """Processes that inherit a mask without Ctrl-C, which the parent handles."""
+
+    def submit(self, *task: Any, **options: Any) -> Any:
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:  # processes start here
+            return super().submit(*task, **options)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _initialize_worker(threads: int) -> None:
-    """Ignore Ctrl-C, which the parent handles, and end when the parent ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """End when the parent ends."""
     os.environ.setdefault("OMP_NUM_THREADS", str(threads))
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

@@ -283,6 +283,14 @@ def test_rows_are_in_colour_and_progress_is_a_bar_on_a_terminal_only(scene, tmp_
     assert max(map(len, piped.decode().splitlines()[:-10])) <= 80
 
 
+def test_characters_that_a_terminal_lacks_are_replaced(scene):
+    command = [sys.executable, "-m", "ase_roughcontact", "plan", str(scene)]
+    ascii_only = os.environ | {"PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, capture_output=True, env=ascii_only)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"spacing" in done.stdout and b"?" in done.stdout
+
+
 def test_scene_prints_the_built_in_scene(capsys):
     assert main(["scene"]) == 0
     assert Scene.parse(capsys.readouterr().out) == Scene.default()

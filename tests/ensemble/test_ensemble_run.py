@@ -339,3 +339,10 @@ def test_results_with_dask_are_the_same_though_a_worker_is_killed(
     assert killed
     assert progress.steps == progress.total == STEPS
     assert_same_states(read_ensemble(database), read_ensemble(undisturbed))
+
+
+def test_workers_inherit_that_ctrl_c_is_for_the_parent():
+    with worker_pool(None, 1) as pool:
+        masked = pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ()).result()
+    assert signal.SIGINT in masked
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
