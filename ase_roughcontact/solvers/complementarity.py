@@ -328,8 +328,9 @@ def _exchange(
     wrong = -height_change - gap  # overlaps; of atoms in plastic contact, gaps
     if plastic is not None:
         np.negative(wrong, out=wrong, where=plastic)
-    wrong = wrong > target  # the numbers are not needed: their memory is
-    elastic = np.where(inside, change >= -pressure, wrong)
+    enters = wrong > target
+    del wrong  # its memory is needed
+    elastic = np.where(inside, change >= -pressure, enters)
     if plastic is not None:
         above = inside & (change > missing)
         elastic &= ~above
