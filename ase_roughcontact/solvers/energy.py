@@ -258,7 +258,7 @@ class EnergyState:
         outside, force = function.external(height)
         unbalanced = force + area * float(r.sum())
         self.load_residual = unbalanced if function.support else 0.0
-        r -= q
+        r = r - q  # a wall may return one array as pressure and stiffness
         self.surface_error = area * float(abs(r).max(initial=0.0))
         del energies  # its memory is needed, and that of the gap
         self.residual_norm = math.inf

@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 from ase.units import GPa
 from built import atoms_under
+from numpy.testing import assert_allclose
 from small_scene import SMALL
 from written_path import written_path
 
 import ase_roughcontact as rc
 from ase_roughcontact.cli import main
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.interactions import WALLS, Parameter
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
 
 with patch.dict(WALLS):  # other tests have the kinds of the package alone
 
@@ -57,6 +61,25 @@ def test_scene_file_makes_the_wall_from_its_parameters():
     scene = Scene.parse(SMALL + KEYS)
     assert scene.wall == Penalty(2e5 * GPa / scene.spacing)
     assert "interaction=Penalty(" in repr(scene.atoms().calc)
+
+
+class Exponential(Penalty):
+    """Energy, pressure and stiffness are the same numbers, in one array."""
+
+    cutoff = 30.0
+
+    def evaluate(self, gap):
+        pressure = self.stiffness * np.exp(-gap)
+        return pressure, pressure, pressure
+
+
+def test_wall_may_return_one_array_for_all():
+    halfspace = FreeHalfSpace((3, 4), 1.0, 1.0)
+    contact = Contact(halfspace, np.zeros((3, 4)), Exponential(0.5))
+    state = EnergyState(ContactEnergy.of(contact, None), np.full((3, 4), 0.1), 0.2)
+    pressure = 0.5 * np.exp(-state.gap())
+    assert_allclose(state.stiffness, pressure)
+    assert_allclose(state.residual, pressure - 0.1)
 
 
 def test_scene_file_may_leave_out_a_parameter_with_a_default():
