@@ -77,7 +77,9 @@ def quadrants(
     threads = workers(rows.size * columns.size)
     thread_map(calculate, split(rows.size, _KERNEL_ROWS), threads)
     for kernel, (odd_x, odd_y) in zip(kernels, _ODD[kind], strict=True):
-        kernel[:] = _transformed(_transformed(kernel, m, 1, odd_y), n, 0, odd_x)
+        spectrum = _transformed(_transformed(kernel, m, 1, odd_y), n, 0, odd_x)
+        if not np.may_share_memory(spectrum, kernel):  # transformed in place
+            kernel[:] = spectrum
         if odd_x or odd_y:
             np.negative(kernel, out=kernel)
     return kernels

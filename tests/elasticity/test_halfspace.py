@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import tracemalloc
 
 import mpmath as mp
 import numpy as np
@@ -13,6 +14,7 @@ from ase_roughcontact.elasticity.cell_kernels import (
     cross_kernel,
     love_kernel,
 )
+from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 
 E, A0 = 2.0, 3.0
@@ -57,6 +59,18 @@ def test_kernel_has_thirteen_digits(points):
     i, j = np.array(points).T
     exact = [love_exactly(*point) for point in points]
     assert_allclose(love_kernel(i, j, 1.0, 1.0), exact, rtol=1e-13)
+
+
+def test_solids_share_the_tables_of_kernels():
+    solids = [Isotropic(E + k, poisson=0.3) for k in range(10)]
+    cells = np.arange(200)[:, None], np.arange(200), A0
+    solids[0].cell_compliance(*cells), solids[0].lateral_cell_compliance(*cells)
+    tracemalloc.start()
+    for solid in solids:
+        solid.cell_compliance(*cells), solid.lateral_cell_compliance(*cells)
+    kept = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert kept < 1e5
 
 
 # Displacement by a pressure

@@ -112,6 +112,8 @@ class LatticeComponent(Component):
         ``sin(theta)``, with x and y exchanged in the table, and else 1.
     """
 
+    _tabulated = _TABLE
+
     def __init__(self, table: np.ndarray, name: str) -> None:
         self.odd_x, self.odd_y = name in ("xy", "zx"), name in ("xy", "zy")
         self._cross = self.odd_x != self.odd_y
@@ -156,8 +158,11 @@ class LatticeComponent(Component):
             kernel *= inverse
         return kernel / np.pi
 
+    def _near(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return self._quadrant[x, y]
+
     @cached_property
-    def _near(self) -> np.ndarray:
+    def _quadrant(self) -> np.ndarray:
         q = 2.0 * np.pi / _GRID * np.arange(_GRID // 2 + 1)
         qx, qy = np.meshgrid(q, q, indexing="ij")
         qx[0, 0] = 1.0  # any: set below
