@@ -132,7 +132,7 @@ def _under_soft_wall(scene: Scene) -> str:
     if scene.wall.hard:
         return ""
     if not scene.wall.attractive:
-        larger = '; a soft wall enlarges it, most in small contacts, kind = "hard" not'
+        larger = '; a soft wall enlarges it, most in small contacts (Hertz: "hard")'
         return larger * (scene.rough is None)
     return (
         "; areas are those of the atoms under pressure, while that of theory includes "
