@@ -121,7 +121,7 @@ class _DefectCorrection:
         """Calculate the gap; return the present state."""
         gap = self._contact.heights + self._opening
         touching = self._pressure > 0.0
-        rigid = self._pressure < self._hardness  # others may overlap
+        rigid = ~(self._pressure >= self._hardness)  # others may overlap; NaN may not
         highest = float(gap.max(where=touching, initial=-math.inf))
         lowest = float(gap.min(where=rigid, initial=math.inf))
         if self._total is not None:

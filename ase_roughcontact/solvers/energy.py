@@ -248,7 +248,8 @@ class EnergyState:
         self.exact = exact or opening is None
         self.opening = function.opening(pressure) if opening is None else opening
         area, gap = function.area, self.gap()
-        active = gap < function.wall.cutoff
+        active = gap >= function.wall.cutoff
+        np.logical_not(active, out=active)  # where the gap is NaN, too
         active |= pressure != 0.0
         near = np.flatnonzero(active)
         g, q = gap.take(near), pressure.take(near)

@@ -22,8 +22,9 @@ from solids import CONTINUA
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
-from ase_roughcontact.interactions import HardWall, LennardJones93
+from ase_roughcontact.interactions import HardWall, LennardJones93, PlasticWall
 from ase_roughcontact.solvers.active_set import active_set
+from ase_roughcontact.solvers.complementarity import ComplementarityProblem
 from ase_roughcontact.solvers.optimality import optimality_residuals
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
@@ -302,6 +303,18 @@ def test_a_gap_that_is_not_finite_is_reported():
     displacement = contact.halfspace.displacement
     contact.halfspace.displacement = lambda pressure: displacement(pressure) * np.nan
     last = steps(contact, 20.0)[-1]
+    assert not last.converged
+    assert "the gap is not finite" in last.message
+
+
+@pytest.mark.parametrize("wall", [HardWall(), PlasticWall(0.05)])
+@pytest.mark.parametrize("control", [{"load": 5.0}, {"height": -3.0}])
+def test_a_pressure_that_is_not_finite_is_reported(wall, control, monkeypatch):
+    def solve(problem, target):
+        return np.full((32, 32), np.nan)
+
+    monkeypatch.setattr(ComplementarityProblem, "solve", solve)
+    last = steps(contact_with(rough_sphere((32, 32)), wall), **control)[-1]
     assert not last.converged
     assert "the gap is not finite" in last.message
 

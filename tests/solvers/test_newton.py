@@ -133,6 +133,15 @@ def test_a_tolerance_below_rounding_is_reported_and_the_best_state_kept(solid):
     assert last.error < 1e-12
 
 
+def test_a_gap_that_is_not_finite_is_reported():
+    contact = scene(16)
+    displacement = contact.halfspace.displacement
+    contact.halfspace.displacement = lambda pressure: displacement(pressure) * np.nan
+    *_, last = steps(contact, height=-3.0)
+    assert not last.converged
+    assert "not finite" in last.message
+
+
 def test_an_indenter_that_nothing_holds_is_reported(solid):
     *_, last = steps(scene(16, solid=solid), -1.0, 9.0)
     assert not last.converged
