@@ -165,13 +165,13 @@ class NewtonStepper:
             curvature = state.hessian([increment])[0, 0]
             if not (slope < 0.0 and curvature > 0.0):
                 return None
-        if abs(slope) <= state.rounding:
-            self._convex = False  # too close for the energy to decide
-            return state.moved(increment, 1.0)
         if state.function.wall.attractive:
             increments = [increment, *self._history]
             self._history = increments[: self._options.history]
             increment = combine(state, increments)
+        if abs(slope) <= state.rounding:
+            self._convex = False  # too close for the energy to decide
+            return state.moved(increment, 1.0)
         length, new = line_search(state, increment)
         if new is not None and length < 0.5 and not self._convex:
             self._leave_out_negative_stiffness(state)
