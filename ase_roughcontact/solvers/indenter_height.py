@@ -6,6 +6,7 @@ They cost no convolution: the surface is held fixed, or replaced by springs.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -98,6 +99,9 @@ def balance_load(state: EnergyState, tolerance: float) -> EnergyState:
     hold an indenter that is unstable on an elastic one.
     """
     energy = state.function
+    at_gaps = energy
+    if energy.inverse and state.exact:  # most states are the last ones
+        at_gaps = replace(energy, inverse=False)
     for _ in range(_LOAD_STEPS):
         force = state.load_residual
         only_load = state.surface_error <= tolerance < abs(force)
@@ -108,9 +112,11 @@ def balance_load(state: EnergyState, tolerance: float) -> EnergyState:
         stiffness += energy.spring_stiffness(state.height)
         if not stiffness > 0.0:
             break
-        moved = state.again(height=state.height + force / stiffness)
+        moved = state.again(at_gaps, state.height + force / stiffness)
         rises = moved.energy > state.energy + state.rounding
         if rises or not moved.error < state.error:
             break
         state = moved
+    if state.function is not energy and state.error > tolerance:
+        state = state.again(energy)
     return state

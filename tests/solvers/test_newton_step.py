@@ -1,5 +1,7 @@
 """Balance of the load by the indenter alone."""
 
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 from contacts import constant, contact_of, solve, spring
@@ -40,6 +42,14 @@ def test_the_indenter_is_balanced_alone_and_without_a_convolution(held, solid):
     assert balanced.pressure is state.pressure
     assert halfspace.pairs == pairs
     assert balance_load(balanced, 1e-7) is balanced
+
+
+def test_a_balanced_indenter_needs_no_inverse_of_the_wall(solid):
+    state, _ = out_of_balance(REPULSIVE, constant(20.0), solid)
+    assert state.function.inverse
+    with patch.object(type(REPULSIVE), "inverse", side_effect=AssertionError):
+        balanced = balance_load(state, 1e-7)
+    assert balanced.error < 1e-7
 
 
 def test_the_indenter_is_not_balanced_alone_under_attraction(solid):
