@@ -111,7 +111,9 @@ class LateralHalfSpace(_Response):
         """Return the Fourier transform of the Green's function; its mean is small."""
         spectrum = super().spectrum(grid)
         if self.periodic:
-            spectrum[:2, 0, 0] = _UNIFORM * spectrum[:2].max()
+            # a single atom has no waves
+            largest = spectrum[:2].max() or self.spacing / self.solid.contact_modulus
+            spectrum[:2, 0, 0] = _UNIFORM * largest
         return spectrum
 
     @cached_property

@@ -76,6 +76,14 @@ def test_tractions_of_the_whole_grid_cause_its_displacement(shape, periodic):
         assert_allclose(half.tractions(displacement + 1.0), tractions, atol=1e-12)
 
 
+def test_a_single_periodic_atom_is_not_displaced():
+    lateral = LateralHalfSpace((1, 1), 2.0, Isotropic(3.0, 0.3), periodic=True)
+    tractions = np.ones((2, 1, 1), np.float32)
+    assert_allclose(lateral.displacement(tractions), 0.0, atol=1e-9)
+    for operator in (lateral.relative_displacement, lateral.relative_stiffness):
+        assert operator(tractions).min() > 0.0  # definite
+
+
 @pytest.mark.parametrize("number", [(3, 0), (2, 5), (4, -1)])
 def test_periodic_waves_have_the_compliances_along_and_across(number):
     n = 16
