@@ -72,8 +72,9 @@ def counts_pairs(
     def counting(
         *args: P.args, **kwargs: P.kwargs
     ) -> Generator[Relaxation, None, None]:
-        contact: Any = args[0]
-        states, points = solver(*args, **kwargs), math.prod(contact.halfspace.grid)
+        states = solver(*args, **kwargs)
+        contact: Any = args[0] if args else kwargs["contact"]
+        points = math.prod(contact.halfspace.grid)
         while True:
             before = transformed_points()
             state = next(states, None)

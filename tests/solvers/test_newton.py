@@ -8,6 +8,8 @@ from scipy.optimize import minimize
 import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.interactions import RepulsiveLennardJones93
+from ase_roughcontact.solvers.active_set import active_set
+from ase_roughcontact.solvers.newton import newton_krylov
 
 REPULSIVE = rc.LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = rc.LennardJones93.adhesive(1.0, 1.0, 0.005)
@@ -131,6 +133,15 @@ def test_a_tolerance_below_rounding_is_reported_and_the_best_state_kept(solid):
     assert not last.converged
     assert "rounding" in last.message
     assert last.error < 1e-12
+
+
+@pytest.mark.parametrize("solver", [newton_krylov, active_set])
+def test_the_contact_may_be_a_keyword(solver):
+    wall = rc.HardWall() if solver is active_set else REPULSIVE
+    options = {"external": constant(9.0), "start": None, "tolerance": 1e-6}
+    states = list(solver(contact=scene(wall=wall), height=0.0, **options))
+    assert states[-1].converged
+    assert pairs(states) > 1.0
 
 
 def test_a_gap_that_is_not_finite_is_reported():
