@@ -93,10 +93,17 @@ def balancing_shift(
         shift, missing = shift + move, rest
         if np.hypot(*missing) <= _SUM_ROUNDING * (np.hypot(*total) + part @ size):
             break
-        normal = np.divide(moved, size, out=np.zeros_like(moved), where=part < 1.0)
-        slope = (part.sum() + spring) * np.eye(2)
-        least = _FLATTEST * slope
-        move = np.linalg.solve(slope - (part * normal) @ normal.T + least, missing)
+        # a difference of sums over all directions would round to a negative slope
+        across = np.divide(
+            moved[::-1], size, out=np.zeros_like(moved), where=part < 1.0
+        )
+        across[0] *= -1.0
+        slope = (np.count_nonzero(part == 1.0) + spring) * np.eye(2)
+        least = _FLATTEST * (part.sum() + spring) * np.eye(2)
+        move = np.linalg.solve(slope + (part * across) @ across.T + least, missing)
+        # beyond this length all atoms slip along the move
+        longest = size.max(initial=0.0) + bound.max(initial=0.0)
+        move *= min(1.0, longest / max(np.hypot(*move), longest))
     return shift
 
 

@@ -10,7 +10,7 @@ from ase_roughcontact.solvers.friction import (
     FrictionOptions,
     solve_friction,
 )
-from ase_roughcontact.solvers.friction_problem import bounded
+from ase_roughcontact.solvers.friction_problem import balancing_shift, bounded
 
 
 def random_problem(rng, largest, nu):
@@ -148,3 +148,15 @@ def test_few_fft_pairs_are_needed():
     )
     assert driven.converged
     assert driven.pairs < 100
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_atoms_that_all_slip_one_way_are_turned_to_the_other(seed):
+    # the slope of the sum along x is zero but for rounding
+    rng = np.random.default_rng(seed)
+    bound = rng.uniform(1e-4, 1.0, rng.integers(10, 3000))
+    values = np.stack([-rng.uniform(2.0, 40.0) * bound ** rng.uniform(), 0.0 * bound])
+    total = np.array([0.3, 0.0]) * bound.sum()
+    shift = balancing_shift(values, bound, total, 0.0, np.zeros(2))
+    found = bounded(values + shift[:, None], bound).sum(axis=1)
+    assert found == pytest.approx(total, abs=1e-9 * bound.sum())
