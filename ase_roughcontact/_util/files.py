@@ -191,8 +191,8 @@ def check_replaced(file: Path, mark: bytes) -> None:
     kept = file.is_symlink() or not file.is_file() or file.stat().st_size == 0
     if not kept and mark not in file.read_bytes():
         raise ValueError(
-            f"{file} was not written by ase-roughcontact, which would overwrite it: "
-            "give another name, or delete it"
+            f"{file} was not written by ase-roughcontact, or by an earlier version, "
+            "and would be overwritten: give another name, or delete it"
         )
 
 

@@ -53,11 +53,10 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     -------
     Atoms
         Energy, energies and forces, under friction also minus the lateral force on the
-        indenter, are in a `SinglePointCalculator`. Its `info` has the
-        normal force (eV/Å), the contact area (Å^2), under friction the lateral force
-        (eV/Å), compressed fields, which `analysis.ContactMap.from_frame` reads, the
-        pressures also `pressure_of`, and `info`. For viewers, tags are 1 for atoms in
-        contact, 4
+        indenter, are in a `SinglePointCalculator`. Its `info` has the normal force
+        (eV/Å), the contact area (Å^2), under friction the lateral force (eV/Å),
+        compressed fields, which `analysis.ContactMap.from_frame` reads, the pressures
+        also `pressure_of`, and `info`. For viewers, tags are 1 for atoms in contact, 4
         for those in plastic contact, 5 for those that slip, 2 for atoms under
         attraction and 0 for all others, and initial charges are the pressures in GPa.
 
