@@ -244,7 +244,7 @@ class HalfSpace(ABC):
 
         The padding carries no force. Shapes are (n, m) and `dof_shape`.
         """
-        if self.dof_shape == self.shape:  # its rounding is what solvers have seen
+        if self.dof_shape == self.shape:  # as solvers calculate it, to the last bit
             return self.displacement(pressure)
         return self.grid_displacement(pressure)
 

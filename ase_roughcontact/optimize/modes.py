@@ -218,7 +218,9 @@ class FourierModes(Optimizable):
         self._gradient_to_force = _twice(to_mode / weight)
         self._modes = self._elastic.size
         self._shape = self._elastic.shape
-        # mean of those to relaxed atoms, and to all atoms held where they are
+        # geometric mean of those to relaxed atoms, and to all atoms held where they
+        # are; than with the first alone FIRE takes up to 6 times fewer steps, but LBFGS
+        # up to 30 % more
         held = area * reference * contact.heights.size
         self._z_scale = (held * indenter_stiffness(contact)) ** -0.25
 

@@ -266,8 +266,9 @@ class EnergyState:
         if function.inverse:
             del r, d
             r, d, self.residual_norm = function.linearised_at(q, g)
-        lowest = divmod(int(gap.argmin()), gap.shape[1])
-        self.box = Box.bounding(active) or Box(lowest, (1, 1))
+        self.box = Box.bounding(active) or Box(
+            divmod(int(gap.argmin()), gap.shape[1]), (1, 1)
+        )
         del g, q, gap
         self.residual, self.stiffness = np.zeros((2, *pressure.shape))
         self.residual.put(near, r)
