@@ -1,4 +1,4 @@
-r"""Materials of tips and substrates by name: moduli and work of adhesion, with sources.
+r"""Materials of tips and substrates by name: moduli, hardness and work of adhesion.
 
 Two elastic bodies are replaced by a rigid one and one with the contact modulus
 
@@ -28,6 +28,7 @@ from ase.data import atomic_names, atomic_numbers
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.elasticity.material import (
     CRYSTALS,
+    HARDNESS,
     TABLES,
     crystal_constants,
     crystal_modulus,
@@ -49,8 +50,7 @@ class Material:
     source : str
         Where the modulus is from.
     symbol : str
-        Chemical symbol for the atoms; of compounds an element whose own hardness is
-        not taken for that of the compound.
+        Chemical symbol for the atoms.
     spacing : float or None
         Distance of the atoms (Å): of the square lattice of the (100) surface, or, of
         amorphous and layered solids, the edge of a cube with the mean volume of an
@@ -61,6 +61,8 @@ class Material:
         Where it is from.
     poisson : float or None
         Poisson's ratio, None of anisotropic solids but for averages of cubic crystals.
+    hardness : float
+        Mean pressure under a plastic indentation (GPa); NaN if it is not known.
     """
 
     contact_modulus: float
@@ -70,6 +72,7 @@ class Material:
     surface_energy: float | None = None
     adhesion_source: str = ""
     poisson: float | None = None
+    hardness: float = math.nan
 
 
 def indentation_modulus(c11: float, c33: float, c13: float, c44: float) -> float:
@@ -94,6 +97,7 @@ def _read(
     """Return the material of an entry of the file ``materials.toml``."""
     moduli: tuple[float, float | None]
     if crystal:
+        entry["hardness"] = HARDNESS.get(crystal, math.nan)
         moduli = crystal_modulus(crystal), poisson_ratio(crystal_constants(crystal))
     elif isotropic:
         moduli = isotropic[0] / (1.0 - isotropic[1] ** 2), isotropic[1]
@@ -132,6 +136,24 @@ def material(name: str) -> Material:
             f"unknown material {shown(name)}; {hint}Known: {', '.join(_KNOWN)}"
         )
     return _KNOWN[name]
+
+
+def hardness_of(name: str) -> float:
+    """Return the hardness of a material or an element by name.
+
+    Parameters
+    ----------
+    name : str
+        One of `MATERIALS`, or a chemical symbol.
+
+    Returns
+    -------
+    float
+        GPa; NaN if it is not known.
+    """
+    if name in _KNOWN:
+        return _KNOWN[name].hardness
+    return HARDNESS.get(name, math.nan)
 
 
 def combined_modulus(*moduli: float) -> float:

@@ -119,21 +119,6 @@ def warn_of_lost_slope(lost: float, change: GridChange | None, action: str) -> N
         warn(lost_text(change, lost))
 
 
-def hardness_of(symbol: str, spacing: float) -> float:
-    """Return the hardness of an element in `HARDNESS` (eV/Å^3).
-
-    NaN if it is not known, or if the spacing is not that of the element's crystal, as
-    in other units.
-    """
-    try:
-        crystal = fcc_spacing(symbol)
-    except ValueError:  # neither fcc nor diamond: any spacing may be meant
-        crystal = spacing
-    if not math.isclose(spacing, crystal, rel_tol=_SAME_SPACING):
-        return math.nan
-    return HARDNESS.get(symbol, math.nan) * UNITS["GPa"]
-
-
 def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -> float:
     """Return the hardness with which the pressures of a problem are compared (eV/Å^3).
 
@@ -149,7 +134,22 @@ def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -
         return problem.wall.hardness
     if hardness is None:
         layer = isinstance(problem.solid.elastic, Layer)
-        return math.nan if layer else hardness_of(symbol, problem.spacing)
+        return math.nan if layer else _hardness_of(symbol, problem.spacing)
     if hardness != math.inf and not math.isnan(hardness):
         positive(hardness=hardness)
     return hardness
+
+
+def _hardness_of(symbol: str, spacing: float) -> float:
+    """Return the hardness of an element in `HARDNESS` (eV/Å^3).
+
+    NaN if it is not known, or if the spacing is not that of the element's crystal, as
+    in other units.
+    """
+    try:
+        crystal = fcc_spacing(symbol)
+    except ValueError:  # neither fcc nor diamond: any spacing may be meant
+        crystal = spacing
+    if not math.isclose(spacing, crystal, rel_tol=_SAME_SPACING):
+        return math.nan
+    return HARDNESS.get(symbol, math.nan) * UNITS["GPa"]

@@ -16,9 +16,8 @@ from ase_roughcontact.elasticity import (
     named_materials,
 )
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
-from ase_roughcontact.paths.validity import hardness_of
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.config import DEFAULT_RADIUS, SubstrateConfig
+from ase_roughcontact.scene.config import DEFAULT_RADIUS
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.random_fields import local_adhesion, random_field
 from ase_roughcontact.scene.section import Problems, lengths
@@ -82,7 +81,7 @@ def build(scene: SceneFile) -> Bodies:
     with problems.of("substrate"):
         spacing = solid.spacing if spacing is None else spacing
         solid.check(spacing)
-        hardness = _hardness(scene.substrate, substrate.symbol, spacing)
+        hardness = _hardness(scene)
         if isinstance(solid, Isotropic):  # only friction depends on Poisson's ratio
             poisson = poisson_of(scene.substrate) if scene.friction else None
             solid = replace(solid, poisson=poisson)
@@ -213,13 +212,16 @@ def _flat_cell(
     return spacing, shape, rough
 
 
-def _hardness(substrate: SubstrateConfig, symbol: str, spacing: float) -> float:
-    """Return the hardness of the surface (eV/Å^3); NaN if it is not known."""
-    given = substrate.hardness
+def _hardness(scene: SceneFile) -> float:
+    """Return the hardness of the softer surface (eV/Å^3); NaN if it is not known."""
+    substrate, given = scene.substrate, scene.substrate.hardness
     if given is None:
-        if not substrate.name or substrate.layer_thickness is not None:
-            return math.nan
-        return hardness_of(symbol, spacing)
+        names = [scene.sphere.material]
+        if substrate.layer_thickness is None:
+            names.append(substrate.name)
+        hardnesses = [named_materials.hardness_of(name) for name in names]
+        known = [each for each in hardnesses if not math.isnan(each)]
+        return UNITS["GPa"] * min(known, default=math.nan)
     if given != math.inf:
         in_gpa("hardness", given, _LARGEST_HARDNESS)
     return UNITS["GPa"] * given

@@ -8,7 +8,12 @@ import pytest
 from small_scene import SMALL
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.elasticity.material import CRYSTALS, HARDNESS, crystal_modulus
+from ase_roughcontact.elasticity.material import (
+    CRYSTALS,
+    HARDNESS,
+    crystal_modulus,
+    poisson_ratio,
+)
 from ase_roughcontact.elasticity.named_materials import (
     MATERIALS,
     combined_modulus,
@@ -97,6 +102,67 @@ def test_a_scene_takes_modulus_spacing_and_symbol_of_a_material_unless_given():
 def test_the_hardness_of_an_element_is_not_that_of_a_compound(name):
     substrate = f'material = "{name}"\nspacing = 3.84'  # the spacing of silicon
     assert np.isnan(scene(substrate).hardness)
+
+
+OTHER_KEYS = (
+    'spacing = "1 nm"',
+    'spacing = "a0/2"\nmodel = "continuum"',
+    "spacing = 2.0",
+    "contact_modulus = 90.0",
+    "elastic_constants = [165.7, 63.9, 79.6]",
+    "poisson = 0.25",
+    'refine = 2\nmodel = "continuum"',
+    "periodic = true",
+)
+
+
+@pytest.mark.parametrize("keys", OTHER_KEYS)
+@pytest.mark.parametrize("name", ["Si", "Cu"])
+def test_a_material_keeps_its_hardness_beside_any_other_key(name, keys):
+    for section in ("material", "symbol"):
+        named = scene(f'{section} = "{name}"\n{keys}')
+        assert named.hardness == HARDNESS[name] * UNITS["GPa"]
+
+
+@pytest.mark.parametrize("keys", OTHER_KEYS)
+def test_a_material_keeps_its_work_of_adhesion_beside_any_other_key(keys):
+    adhesive = '[interaction]\nkind = "adhesive"\n'
+    named = scene(f'material = "Si"\n{keys}', 'material = "SiO2"', adhesive)
+    expected = work_of_adhesion("Si", "SiO2") * UNITS["J/m^2"]
+    assert named.wall.work_of_adhesion == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("keys", [key for key in OTHER_KEYS if "poisson" not in key])
+def test_a_material_keeps_its_poisson_ratio_beside_any_other_key(keys):
+    path = '[path]\nkind = "sliding"\nvalues = [1.0]\ndisplacements = [0.1]\n'
+    text = SMALL.partition("[path]")[0] + path + "[friction]\ncoefficient = 0.5\n"
+    text = re.sub(r"contact_modulus = .*\n", f'material = "Si"\n{keys}\n', text)
+    named = Scene.parse(text)
+    assert named.solid.poisson == poisson_ratio(CRYSTALS["Si"])
+
+
+def test_pressures_above_the_hardness_of_silicon_are_marked_on_a_grid_in_nm():
+    text = re.sub(r"contact_modulus = .*\n", 'material = "Si"\n', SMALL)
+    text = text.replace("shape", 'spacing = "1 nm"\nshape')
+    (step,) = Scene.parse(text).relax([20.0], validity="ignore")
+    assert step.largest_pressure > HARDNESS["Si"] * UNITS["GPa"]
+    assert "largest pressure/hardness" in step.validity
+
+
+@pytest.mark.parametrize(
+    "substrate, sphere, hardness",
+    [
+        ("Si", "Cu", "Cu"),
+        ("Cu", "Si", "Cu"),
+        ("PDMS", "Si", "Si"),
+        ("Si", "PDMS", "Si"),
+    ],
+)
+def test_pressures_are_compared_with_the_hardness_of_the_softer_body(
+    substrate, sphere, hardness
+):
+    both = scene(f'material = "{substrate}"', f'material = "{sphere}"')
+    assert both.hardness == HARDNESS[hardness] * UNITS["GPa"]
 
 
 def test_an_elastic_tip_reduces_the_modulus():
