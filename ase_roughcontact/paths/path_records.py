@@ -60,13 +60,15 @@ class SlidingStep(LoadStep):
     )
     stick_area: float = column(
         lambda s: s.lateral.sticking * s.fields.cell_area,
-        "area of the atoms in contact that stick",
+        "area of the atoms in contact that stick; those without friction, under a "
+        "pressure of zero or a tension, neither stick nor slip",
         "Å^2",
         "stick",
     )
     slip_area: float = column(
-        lambda s: (s.fields.repulsive_atoms - s.lateral.sticking) * s.fields.cell_area,
-        "area of the atoms in contact that slip, their tractions at the bounds",
+        lambda s: s.lateral.slipping * s.fields.cell_area,
+        "area of the atoms in contact that slip in the step, their tractions at the "
+        "bounds",
         "Å^2",
         "slip",
     )

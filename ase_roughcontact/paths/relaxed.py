@@ -67,8 +67,13 @@ class LateralState:
 
     @property
     def sticking(self) -> int:
-        """Number of atoms in contact that stick."""
+        """Number of atoms with a positive bound that stick."""
         return int(np.count_nonzero((self.bounds > 0.0) & ~self.solution.slipping))
+
+    @property
+    def slipping(self) -> int:
+        """Number of atoms with a positive bound that slip."""
+        return int(np.count_nonzero(self.solution.slipping))
 
     @property
     def slip(self) -> float:

@@ -103,7 +103,8 @@ class FrictionSolution:
     tractions : ndarray, shape (2, n, m)
         On the surface, along x and y (pressure).
     slipping : ndarray of bool, shape (n, m)
-        Atoms whose traction is at its bound, and which slip along it.
+        Atoms that slip: the opening g is along the traction, and longer than the
+        tolerance times the largest traction times the self-compliance :math:`G_0`.
     displacement : ndarray, shape (2, n, m)
         Of the surface, by the tractions (length).
     shift : ndarray, shape (2,)
@@ -200,7 +201,7 @@ def solve_friction(
             message = "no atom in contact can carry the lateral load"
     return FrictionSolution(
         state.tractions,
-        bound > 0.0 if slides else state.slipping,
+        bound > 0.0 if slides else state.slipping(options.tolerance),
         unit * state.displacement,
         unit * state.shift,
         max(state.residual, residual),

@@ -29,7 +29,7 @@ from ase_roughcontact._util.kernels import norm
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.solvers.gcr import gcr
 
-# Relative distance to the bound within which a traction is at it.
+# Relative distance to the bound within which a step leaves a traction on it.
 _AT_BOUND = 1e-12
 # Rounding of the function that is minimised, relative to the sum of its terms.
 _ROUNDING = 1e-12
@@ -242,12 +242,26 @@ class FrictionState:
         )
 
     @cached_property
-    def slipping(self) -> np.ndarray:
-        """Mask of the atoms at the bound that are driven forward."""
+    def held_at_bound(self) -> np.ndarray:
+        """Mask of the atoms that the next step leaves at their bound.
+
+        Their traction is there to rounding, and the opening is along it.
+        """
         bound = self.problem.bound
         at_bound = np.hypot(*self.tractions) >= (1.0 - _AT_BOUND) * bound
         driven = (self.opening * self.direction).sum(axis=0) > 0.0
         return (bound > 0.0) & at_bound & driven
+
+    def slipping(self, tolerance: float) -> np.ndarray:
+        """Return the mask of the atoms that slip, within a tolerance of the residual.
+
+        Without the bound the opening would raise their traction beyond it, by more than
+        the tolerance times the largest traction.
+        """
+        bound = self.problem.bound
+        excess = np.hypot(*(self.tractions + self.opening)) - bound
+        largest = float(np.hypot(*self.tractions).max())
+        return (bound > 0.0) & (excess > tolerance * largest)
 
     def rises(self, other: FrictionState) -> bool:
         """Return whether the energy of another state is higher, beyond rounding."""
@@ -274,10 +288,10 @@ class FrictionSystem:
         problem, touching = state.problem, state.problem.bound > 0.0
         self._state, self._halfspace = state, problem.halfspace
         self._driven, self._spring = problem.force is not None, problem.spring
-        self._direction = state.direction * state.slipping
+        self._direction = state.direction * state.held_at_bound
         self._normal = self._direction.astype(np.float32)
         self._touching = touching.astype(np.float32)
-        curvature = np.hypot(*state.opening) * state.slipping
+        curvature = np.hypot(*state.opening) * state.held_at_bound
         np.divide(curvature, problem.bound, out=curvature, where=touching)
         self._curvature = curvature.astype(np.float32)
         self._weight = self._touching * _CURVED / (_CURVED + self._curvature)

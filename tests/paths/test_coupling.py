@@ -137,30 +137,34 @@ def fields(stepper):
     )
 
 
-@pytest.mark.parametrize("poisson, mu", [(-0.5, 1.0), (0.0, MU), (0.3, MU)])
-def test_conditions_of_friction_and_contact_hold_with_dense_matrices(poisson, mu):
+@pytest.mark.parametrize("control", ["displacements", "forces"])
+@pytest.mark.parametrize("poisson, mu", [(-0.5, 1.0), (0.0, MU), (0.3, MU), (0.0, 0.1)])
+def test_conditions_of_friction_and_contact_hold_with_dense_matrices(
+    poisson, mu, control
+):
     n, solid, depths = 12, Isotropic(1.0, poisson), (0.2, 0.25)
     stepper, matrix = stepper_of(n, solid, accuracy=1e-8), dense_matrix(n, solid)
-    path, state = [[0.0, 0.0], [0.03, 0.02]], np.zeros((3, n * n))
-    steps = SlidingSteps(stepper, depths, Coulomb(mu), path, coupling="solved")
-    for number, step in enumerate(output.follow(steps)):
+    path, state = np.array([[0.0, 0.0], [0.03, 0.02]]), np.zeros((3, n * n))
+    law, at = Coulomb(mu), np.zeros(2)
+    steps = SlidingSteps(stepper, depths, law, path, control, coupling="solved")
+    for step in output.follow(steps):
         assert step.converged
         old, state = state, fields(stepper).reshape(3, -1)
+        before, at = at, np.array([step.lateral_x, step.lateral_y])
         moved = (matrix @ (state - old).ravel()).reshape(3, -1)[:2]
-        if number:
-            moved = moved - np.subtract(*path[::-1])[:, None]
+        moved -= (at - before)[:, None]
         depth, pressure = (matrix @ state.ravel())[2 * n * n :], state[2]
-        gap, bound = depth - overlap_of(n, depths[number]), mu * pressure
+        gap, bound = depth - overlap_of(n, step.penetration), mu * pressure
         size = abs(depth).max()
         assert min(gap.min() / size, pressure.min()) > -1e-6
         assert abs(gap[pressure > 0.0]).max() < 1e-6 * size
         traction = np.hypot(*state[:2])
         assert (traction - bound).max() < 1e-9
-        sticks = traction < 0.999999 * bound
-        slips = (pressure > 0.0) & ~sticks
-        assert sticks.any()
-        assert slips.any()
-        assert abs(moved[:, sticks]).max() < 1e-6 * size
+        slips = np.hypot(*moved) > 1e-6 * size
+        slips &= pressure > 0.0
+        assert step.slip_area == np.count_nonzero(slips) > 0
+        assert step.stick_area == step.contact_area - step.slip_area
+        assert traction[slips] == pytest.approx(bound[slips], rel=1e-5)
         work = (moved * state[:2]).sum(axis=0)[slips]  # against the tractions
         lost = -np.hypot(*moved)[slips] * traction[slips]
         assert work == pytest.approx(lost, abs=1e-6 * abs(lost).max())

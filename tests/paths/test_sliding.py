@@ -8,6 +8,7 @@ from sliding_contacts import MU, assert_resumed, atoms_on, follow, stepper_of
 
 from ase_roughcontact import (
     Coulomb,
+    DugdaleWall,
     FrictionLaw,
     HardWall,
     LennardJones93,
@@ -134,6 +135,18 @@ def test_sliding_of_tresca_is_the_strength_times_the_area():
         last = steps[-1]
         expected = 0.02 * last.contact_area
         assert last.lateral_force_x == pytest.approx(expected, rel=1e-6)
+
+
+def test_atoms_under_tension_without_friction_neither_stick_nor_slip():
+    stepper = stepper_of(32, wall=DugdaleWall(0.01, 1.0))
+    steps = follow(stepper, 0.5, Coulomb(MU), [0.0, 0.05, 5.0])
+    pressed = np.count_nonzero(stepper.state.pressure > 0.0)
+    assert 0 < pressed < steps[0].contact_area
+    for step in steps:
+        assert step.stick_area + step.slip_area == pressed
+    assert [step.slip_area for step in steps[::2]] == [0.0, pressed]
+    assert steps[1].stick_area > 0.0
+    assert steps[1].slip_area > 0.0
 
 
 def test_shear_strength_limits_coulomb_friction_under_plastic_flow():

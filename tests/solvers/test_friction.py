@@ -129,6 +129,49 @@ def test_random_problems_under_a_force_are_solved(seed, stiffness):
         assert carried == pytest.approx(force, abs=1e-6 * np.hypot(*force))
 
 
+def slips(half, matrix, bound, imposed):
+    """Return the slip of atoms along their tractions, over G_0 and the largest one."""
+    t = dense_tractions(matrix, bound, imposed)
+    gap = imposed - (matrix @ t.ravel()).reshape(t.shape)
+    size = np.hypot(*t)
+    return (gap * t).sum(axis=0) / (half.self_compliance * size.max() * size.clip(1e-99))
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("outward", [0.0, 3.0])
+def test_atoms_that_slip_are_those_of_the_dense_solution(seed, outward):
+    """A force moves the indenter over a surface that the pressure draws outward.
+
+    The displacement found is given to the dense problem.
+    """
+    rng = np.random.default_rng(seed)
+    for _ in range(5):
+        half, matrix, (n, m) = random_problem(rng, 9, rng.uniform(0.0, 0.5))
+        i, j = np.indices((n, m))
+        bound = rng.uniform(0.2, 1.0, (n, m)) * (rng.uniform(size=(n, m)) < 0.8)
+        bound[0, 0] = 1.0
+        imposed = outward * np.stack([i - n / 2, j - m / 2])
+        angle, part = rng.uniform(0.0, 6.3), rng.choice([0.1, 0.5, 0.9])
+        x, y = part * bound.sum() * np.array([np.cos(angle), np.sin(angle)])
+        found = solve_friction(half, bound, imposed, drive=Drive((x, y)))
+        assert found.converged
+        slip = slips(half, matrix, bound, imposed + found.shift[:, None, None])
+        decided = (bound > 0.0) & ((slip > 1e-5) | (abs(slip) < 1e-8))
+        assert decided.sum() >= 0.98 * (bound > 0.0).sum()
+        assert (found.slipping == (slip > 1e-5))[decided].all()
+        assert not found.slipping[bound == 0.0].any()
+
+
+def test_atoms_that_have_slipped_stick_if_nothing_moves():
+    bound = hertz(16, 6.0)[0]
+    half = LateralHalfSpace((16, 16), 1.0, Isotropic(1.0, 0.3))
+    moved = np.full((2, 16, 16), 10.0)
+    first = solve_friction(half, bound, moved)
+    assert first.slipping[bound > 0.0].all()
+    held = solve_friction(half, bound, first.displacement, first.tractions)
+    assert not held.slipping.any()
+
+
 def test_few_fft_pairs_are_needed():
     n, mu = 128, 0.3
     shape, a = hertz(n, 50.3)
