@@ -100,7 +100,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     fields["pressure"] = state.pressure
     if state.hardness < math.inf:
         fields[PLASTIC_DEPTH] = state.plastic_depth
-        info[INDENTED] = state.kept_depth is not None
+        info[INDENTED] = PLASTIC_DEPTH in history
     if state.touching is not None:
         fields[TOUCHING] = state.touching
     depth = model.contact.past_depth

@@ -180,9 +180,8 @@ class Stepper:
         if completed is not None:
             relaxed = completed(relaxed)
         result = record.of(relaxed)
-        fields = relaxed.fields
-        if self.problem.wall.permanent and fields.plastic_atoms:
-            self.remember(PLASTIC_DEPTH, fields.plastic_depth)
+        if self.problem.wall.permanent and relaxed.fields.plastic_atoms:
+            self._keep_depth(relaxed)
         return result
 
     def repeat(
@@ -250,6 +249,16 @@ class Stepper:
         described = self.problem.todict() | more
         described["lattice"] = self.windows.describe_lattice()
         return json.loads(json.dumps(described, default=_encode))
+
+    def _keep_depth(self, relaxed: RelaxedStep) -> None:
+        """Lower the surface by the depth at the end of a step, in contact and fields.
+
+        Forces and energy stay: the plastic work becomes that of earlier steps.
+        """
+        self.remember(PLASTIC_DEPTH, relaxed.fields.plastic_depth)
+        self.state = self._surface.on(self.state)
+        fields = fields_of(self.contact, self.state, relaxed=True)
+        self.run = replace(relaxed.run, state=self.state, fields=fields)
 
     def _relaxed(
         self,
