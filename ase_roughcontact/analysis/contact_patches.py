@@ -112,6 +112,7 @@ def _merge(count: int, links: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
     around = np.zeros((count + 1, 2), dtype=bool)
     links = np.concatenate([links, links[:, [1, 0, 2, 3]] * [1, 1, -1, -1]])
     one, other, step = links[:, 0], links[:, 1], links[:, 2:]
+    # the numbers decrease until those of each patch are equal
     while (later := patch_of[one] < patch_of[other]).any():
         for piece, neighbour, *way in links[later].tolist():
             if patch_of[piece] < patch_of[neighbour]:

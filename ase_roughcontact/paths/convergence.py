@@ -75,6 +75,7 @@ class StepRelaxer:
             required = self._required(run.fields)
             if self._given or not run.converged or tolerance <= required:
                 return run
+            # less than half of the last one, until it is the smallest that is required
             tolerance = max(_REDUCTION * required, self._smallest)
             state, start = run.state, None
 

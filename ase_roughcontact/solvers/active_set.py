@@ -220,7 +220,7 @@ def _solve(
             yield replace(state, pressure=pressure, converged=converged)
         if needed == box:
             return
-        start, box = pressure, _worthwhile(needed, window)
+        start, box = pressure, _worthwhile(needed, window)  # a larger box
 
 
 def _full_contact(contact: Contact, load: float) -> np.ndarray | None:

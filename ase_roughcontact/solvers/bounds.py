@@ -14,7 +14,7 @@ def clip_to_sum(values: np.ndarray, total: float, limit: float) -> np.ndarray:
     """Return the pressure ``clip(values + shift, 0, limit)`` whose sum is given.
 
     The shift is found by Newton's method, and by bisection where a step does not end
-    within the bracket.
+    within the bracket, or does not follow one that has halved the missing sum.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def clip_to_sum(values: np.ndarray, total: float, limit: float) -> np.ndarray:
     """
     values = values.astype(float) - values.max()  # so that small sums are exact, too
     low, high = 0.0, limit - float(values.min())
-    shift = 0.5 * high
+    shift, last = 0.5 * high, math.inf
     while low < shift < high:
         clipped = _clipped(values, shift, limit)
         missing = total - float(clipped.sum())
@@ -39,8 +39,9 @@ def clip_to_sum(values: np.ndarray, total: float, limit: float) -> np.ndarray:
         low, high = (shift, high) if missing > 0.0 else (low, shift)
         free = np.count_nonzero((clipped > 0.0) & (clipped < limit))
         shift += missing / free if free else np.inf
-        if not low < shift < high:
+        if not low < shift < high or abs(missing) > 0.5 * last:
             shift = 0.5 * (low + high)
+        last = abs(missing)
     # no number is between the ends of the bracket: interpolate
     below, above = (_clipped(values, end, limit) for end in (low, high))
     lower = float(below.sum())

@@ -51,8 +51,9 @@ _ROUNDING = 1e-14
 # Violation that the solution for an exact model may leave, in units of its rounding
 # error: nothing else makes another step necessary.
 _EXACT_CONTRACTION = 1000.0
-# Number of steps without progress after which the solver stops.
-_PATIENCE = 10
+# Number of steps after which the solver stops unless they have reduced the violation to
+# this part: together they bound the number of steps.
+_PATIENCE, _LEAST_PROGRESS = 10, 0.99
 
 
 def defect_correction(
@@ -199,7 +200,7 @@ class _DefectCorrection:
         if not math.isfinite(violation):
             return "the gap is not finite"
         late, early = self._violations[-_PATIENCE:], self._violations[:-_PATIENCE]
-        if not early or min(late) < min(early):
+        if not early or min(late) < _LEAST_PROGRESS * min(early):
             return ""
         reached = f"the violation is {violation:.3g}, not {self._tolerance:.3g}"
         reason = f"no progress in {_PATIENCE} steps: {reached}"

@@ -5,7 +5,7 @@ They cost no convolution: the surface is held fixed, or replaced by springs.
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +19,8 @@ from ase_roughcontact.solvers.starting_pressure import winkler_depth
 _FIRST_STEP = 0.01
 _GROWTH = 1.5
 _SEARCH_STEPS = 100
+# Relative rounding error of a number.
+_EPSILON = float(np.finfo(float).eps)
 # Steps of the indenter alone; each squares the relative error of the load.
 _LOAD_STEPS = 3
 
@@ -64,11 +66,22 @@ def carrying_height(
     for k in range(_SEARCH_STEPS):
         high, low = low, low - _FIRST_STEP * spacing * _GROWTH**k
         if force(low) > 0.0:
-            root = float(brentq(force, low, high, xtol=1e-16 * spacing))
-            while force(root) <= 0.0:  # rounding errors: the wall may not reach
-                root = math.nextafter(root, low)
-            return root
+            least = _EPSILON * spacing
+            root = float(brentq(force, low, high, xtol=least, disp=False))
+            return _repelled(force, root, low, least)
     return None
+
+
+def _repelled(
+    force: Callable[[float], float], height: float, low: float, step: float
+) -> float:
+    """Return a height just below a root where the rounded force is positive.
+
+    It is positive at the low height, which growing steps reach.
+    """
+    while force(height) <= 0.0 and height > low:
+        height, step = max(height - step, low), 2.0 * step
+    return height
 
 
 def first_height(energy: ContactEnergy, height: float) -> float:

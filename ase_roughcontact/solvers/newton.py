@@ -66,8 +66,8 @@ _STAGNATION_STEPS, _STAGNATION_FALL = 50, 1e8
 
 _ROUNDING = "rounding errors hide any further decrease of the energy"
 _VIOLATED = "updates of the reaction do not decrease overlaps with the hard wall"
-# Number of updates of the reaction that must have decreased the violation.
-_UPDATES = 30
+# Number of updates of the reaction that must reduce the violation to this part.
+_UPDATES, _LEAST_PROGRESS = 30, 0.99
 # An update that leaves more than this part of the violation makes the wall stiffer, by
 # this factor: near an instability, the minimum is one of the augmented Lagrangian, and
 # updates converge, only if it is stiff enough.
@@ -265,7 +265,7 @@ class _ReactionUpdates:
     def stuck(self) -> bool:
         """Whether the last updates have not decreased the violation."""
         late, early = self._violations[-_UPDATES:], self._violations[:-_UPDATES]
-        return bool(early) and min(late) >= min(early)
+        return bool(early) and min(late) >= _LEAST_PROGRESS * min(early)
 
     def _aim(self, violation: float) -> None:
         self.target = max(self._tolerance, self._forcing * violation)

@@ -273,6 +273,7 @@ class SolverRelaxer:
             if not state.converged:
                 return
             pressure, height = state.pressure, state.height
+            # at most half of the last one, down to the least that `is_relaxed` requires
             tolerance = 0.5 * max(largest_error(contact, pressure), 0.01 * state.error)
 
 

@@ -43,7 +43,7 @@ def winkler_depth(above: np.ndarray, total: float, compliance: float) -> float:
     At the depth ``d`` the pressures are ``max(d - h, 0)`` over the compliance of a
     spring, with the heights ``h`` above the lowest point. Of few atoms it is the given
     one. Newton's method, which begins with all springs in contact, approaches the depth
-    from above.
+    from above: each step ends with fewer springs in contact, or is the last one.
     """
     depth, new = np.inf, np.finfo(float).max
     while new < depth:

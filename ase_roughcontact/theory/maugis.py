@@ -160,7 +160,8 @@ class MaugisDugdale(SphereTheory):
         radii = []
         for each in np.ravel(excess):
             angle = end = last
-            while each > 0 and difference(end, each) < 0:  # unbounded as end -> 0
+            # the force grows as a power of 1 / end, beyond all numbers before end is 0
+            while each > 0 and difference(end, each) < 0:
                 end /= 2
             if end < last:
                 angle = brentq(difference, end, last, args=each, xtol=1e-15)

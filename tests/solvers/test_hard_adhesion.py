@@ -56,6 +56,16 @@ def test_optimality_conditions_are_satisfied(wall, periodic, load):
 
 
 @every_wall
+@pytest.mark.parametrize("load", [2e-7, 1.0])
+@pytest.mark.parametrize("level", [0.0, 1e-3, -7.0])
+def test_a_flat_indenter_carries_a_load_at_a_gap_of_zero(wall, load, level):
+    contact = contact_with(np.full((10, 10), level), wall, periodic=True)
+    state = relax(contact, load=load)
+    assert state.height == pytest.approx(-level, abs=1e-6)
+    assert state.pressure == pytest.approx(0.01 * load, abs=1e-8)
+
+
+@every_wall
 def test_energy_is_the_constrained_minimum_that_scipy_finds(wall):
     """In the displacements of a periodic surface, which bounds keep below the wall."""
     contact = contact_of(wall, n=8, periodic=True)
