@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 from collections.abc import Sequence
 from importlib.metadata import version
 from importlib.resources import files
@@ -125,4 +126,6 @@ def _cell(step: LoadStep, name: str, unit: str) -> tuple[str, str]:
     of_error = _COLUMNS.get(name)
     error = getattr(step, of_error) / UNITS[unit] if of_error else 0.0
     text = number(value).replace("-", "\N{MINUS SIGN}")
+    if math.isnan(error):
+        return text, "not known"
     return text, number(error, 2) if error > _NEGLIGIBLE * abs(value) else ""

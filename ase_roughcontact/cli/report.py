@@ -25,6 +25,8 @@ from ase_roughcontact.scene.reference import Reference
 
 # Error of an area from which a line below the table says so.
 _SHOWN_ERROR = 0.001
+# Columns of the errors.
+_ERRORS = "area_error", "force_error", "height_error", "penetration_error"
 # Width of the columns of the table of steps.
 _WIDTH = 7
 # Rounding of times, relative; and values, in printed units, that are rounding errors.
@@ -212,8 +214,29 @@ def results(reference: Reference, steps: Sequence[LoadStep]) -> dict[str, str]:
     """Return characteristic values of a path by their names."""
     scene = reference.scene
     found = dict(scene.path.summary(scene.bodies, steps))
-    if found or not steps:
-        return found
+    if steps and not found:
+        found = _results_of_steps(reference, steps)
+    reasons = Counter(filter(None, map(_why_not_known, steps)))
+    if reasons:
+        found["errors not known"] = "; ".join(
+            f"in {count} of {len(steps)} steps: {reason}"
+            for reason, count in reasons.items()
+        )
+    return found
+
+
+def _why_not_known(step: LoadStep) -> str:
+    """Return why errors of a step are not known; empty if all are known."""
+    if not any(math.isnan(getattr(step, name)) for name in _ERRORS):
+        return ""
+    return step.unknown_errors or "its file, of an earlier version, does not have them"
+
+
+def _results_of_steps(
+    reference: Reference, steps: Sequence[LoadStep]
+) -> dict[str, str]:
+    """Return characteristic values of a path of steps."""
+    scene, found = reference.scene, dict[str, str]()
     if scene.path.control == "height":
         height = steps[0].height + steps[0].penetration
         found["first contact"] = f"at a height of {height:.4g} Å"
@@ -224,7 +247,7 @@ def results(reference: Reference, steps: Sequence[LoadStep]) -> dict[str, str]:
             found["largest tension"] += f"; pull-off force: {pull_off_text(reference)}"
     area = scene.area_column
     parts = [s.area_error / getattr(s, area) for s in steps if getattr(s, area)]
-    parts = [part for part in parts if math.isfinite(part)]  # the others are not known
+    parts = [part for part in parts if math.isfinite(part)]
     if parts and max(parts) >= _SHOWN_ERROR:
         ends = dict.fromkeys(f"{100.0 * part:.2g}" for part in (min(parts), max(parts)))
         found["errors of areas"] = (
@@ -285,6 +308,7 @@ def _solver(scene: Scene, step: LoadStep) -> str:
         f"force {step.max_force:.2g} eV/Å, tolerance {step.tolerance:.2g} eV/Å; errors "
         f"(area and load are relative): "
         + ", ".join(f"{name} {error}" for name, error in errors.items())
+        + (f"; -: not known, {reason}" if (reason := _why_not_known(step)) else "")
     )
 
 

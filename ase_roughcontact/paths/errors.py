@@ -113,6 +113,17 @@ _EDGE_FACTOR = 1.0 / 3.0
 _ROUNDING = 1e-13
 
 
+# Reasons for errors that are not known.
+_NEAR_IMAGES = (
+    "an adhesive contact that nearly touches its images in the periodic cell may be in "
+    "another state: give a larger shape"
+)
+_INSTABILITY = (
+    "the contact stiffness is not known, as at an instability, where the state is no "
+    "minimum"
+)
+
+
 class Errors(NamedTuple):
     """Estimated errors of the answer; NaN where they are not known.
 
@@ -126,12 +137,26 @@ class Errors(NamedTuple):
         Of the height (Å).
     penetration : float
         Of the penetration (Å).
+    unknown : str
+        Why some of them are not known; else empty.
     """
 
     area: float
     force: float
     height: float
     penetration: float
+    unknown: str = ""
+
+    @classmethod
+    def not_known(cls, reason: str) -> Errors:
+        """Return errors that are all NaN, for a reason."""
+        return cls(math.nan, math.nan, math.nan, math.nan, reason)
+
+    def plus(self, other: Errors) -> Errors:
+        """Return the sums of these errors and others."""
+        area, force, height, penetration = np.add(self[:4], other[:4]).tolist()
+        reasons = dict.fromkeys(filter(None, (self.unknown, other.unknown)))
+        return Errors(area, force, height, penetration, "; ".join(reasons))
 
 
 def estimated_errors(step: RelaxedContact) -> Errors:
@@ -146,8 +171,8 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     Errors
         Under a given load the error of the force is what the indenter's balance lacks;
         at a given height that of the height is zero. That of the area of a periodic
-        cell is at most the cell. All are NaN at an instability, and where an adhesive
-        contact nearly touches its images.
+        cell is at most the cell. What is not prescribed is NaN at an instability, and
+        all are where an adhesive contact nearly touches its images.
     """
     unbalanced = step.run.unbalanced
     given_depth = step.control == "penetrations"
@@ -156,7 +181,13 @@ def estimated_errors(step: RelaxedContact) -> Errors:
         return Errors(0.0, unbalanced, 0.0, 0.0 if given_depth else lowest)
     attractive = step.contact.interaction.attractive
     if attractive and step.part_of_cell > LARGEST_PART_OF_CELL:
-        return Errors(math.nan, math.nan, math.nan, math.nan)
+        return Errors.not_known(_NEAR_IMAGES)
+    fixed = step.run.support.fixed
+    if math.isnan(step.response.force):
+        unknown = Errors.not_known(_INSTABILITY)
+        if not fixed:
+            return unknown._replace(force=unbalanced)
+        return unknown._replace(height=0.0, penetration=0.0 if given_depth else lowest)
     stiffness = abs(step.response.force)
     # all atoms in contact may be in plastic contact
     softness = 1.0 / stiffness if stiffness else math.inf
@@ -169,7 +200,7 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     if step.options.continuum:
         area += continuum_area_error(step) + _area_change(step, _attraction_force(step))
     area += _unknown_surroundings(step)
-    if not step.run.support.fixed:
+    if not fixed:
         height = shift + (relaxation + unbalanced) * softness
         area = _within_cell(step, area)
         return Errors(area, unbalanced, height, height + lowest)

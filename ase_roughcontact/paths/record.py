@@ -183,6 +183,9 @@ class LoadStep:
         "that of the lowest point of the indenter; zero at a given penetration",
         "Å",
     )
+    unknown_errors: str = column(
+        lambda s: s.errors.unknown, "why errors are not known (nan), else empty"
+    )
     perimeter: float = column(
         lambda s: s.perimeter,
         "length of the boundary between repelled atoms and others, along the grid",

@@ -96,7 +96,7 @@ class RelaxedStep(RelaxedContact):
     def errors(self) -> Errors:
         """Estimated errors, those by the scan that is pressed included."""
         errors, of_scan = estimated_errors(self), self.options.scan_errors
-        return Errors(*np.add(errors, of_scan(self)).tolist()) if of_scan else errors
+        return errors.plus(of_scan(self)) if of_scan else errors
 
     def marked(self, message: str) -> RelaxedStep:
         """Return the step, which has not converged for a reason that is not empty."""

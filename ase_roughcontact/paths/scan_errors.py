@@ -33,7 +33,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import count
@@ -50,6 +50,7 @@ from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import StepOptions
 from ase_roughcontact.topography.measurement import HALVINGS, NOISY
+from ase_roughcontact.windows.footprint import BeyondSurfaceError
 
 _LOGGER = logging.getLogger(__name__)
 #: Number of targets at which copies are pressed, and what a plan says of them.
@@ -62,10 +63,18 @@ COPIES_LEFT_OUT = (
 _LEAST_RATIO, _LARGEST_RATIO = 0.125, 0.5
 # Largest area without noise over that with it.
 _LARGEST_AREA = 4.0
-# Index of the area in a result, and errors that are not known.
-_AREA, _UNKNOWN = 0, Errors(math.nan, math.nan, math.nan, math.nan)
+# Indices of the area and the force in results and errors, and their number.
+_AREA, _FORCE, _COUNT = 0, 1, 4
 # Quantities, in the order of `Errors`, that a path prescribes and that have no error.
 _PRESCRIBED = {"loads": [1], "heights": [2], "penetrations": [2, 3]}
+# The scan and kinds of copies, in reasons for errors that are not known.
+_PRESSED = {
+    "given": "the scan, on the grid for its errors",
+    "coarser": "copies of the scan with fewer pixels",
+    "noisy": "copies of the scan with more noise",
+    "seamless": "a copy of the scan with edges that fit each other",
+}
+_NO_CONTACT = "the scan does not touch at the steps at which its copies are pressed"
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,47 +101,77 @@ class ScanErrors:
     targets: Sequence[float]
 
     def __call__(self, step: RelaxedStep) -> Errors:
-        """Return the errors of a relaxed step; NaN if no copy could be relaxed."""
+        """Return the errors of a relaxed step.
+
+        They are not known if too few copies could be relaxed at the nearest target.
+        """
         if not step.touches:
             return Errors(0.0, 0.0, 0.0, 0.0)
-        forces, errors = self._at_targets
-        if not forces.size:
-            return _UNKNOWN
         force, area = step.fields.normal_force, step.fields.contact_area
-        found = [float(np.interp(force, forces, each)) for each in errors.T]
+        placed = [each for each in self._at_targets if not math.isnan(each.force)]
+        if not placed:
+            reasons = (each.unknown for each in self._at_targets)
+            return Errors.not_known(next(reasons, _NO_CONTACT))
+        nearest = min(placed, key=lambda each: abs(each.force - force))
+        if nearest.unknown:
+            return Errors.not_known(nearest.unknown)
+        known = sorted(
+            (each for each in placed if not each.unknown), key=lambda each: each.force
+        )
+        forces = [each.force for each in known]
+        errors = np.transpose([each.errors for each in known])
+        found = [float(np.interp(force, forces, each)) for each in errors]
         scales = area, abs(force), 1.0, 1.0
         return Errors(*np.multiply(found, scales).tolist())
 
     @cached_property
-    def _at_targets(self) -> tuple[FloatArray, FloatArray]:
-        """Normal forces of the targets, in this order, and errors, one row each."""
+    def _at_targets(self) -> list[_AtTarget]:
+        """Errors at the targets at which the scan touches or can't be pressed."""
         rough = self.problem.facts.roughness
         chosen = np.linspace(0, len(self.targets) - 1, TARGETS).round().astype(int)
         # a path may have one target only, as one of sliding
         targets = list(dict.fromkeys(np.asarray(self.targets)[chosen].tolist()))
-        groups = [rough], *rough.copies().values()
-        number, total = count(1), sum(map(len, groups))
-        results: list[list[FloatArray]] = []
-        for maps in groups:
-            results.append([])
+        groups = {"given": [rough], **rough.copies()}
+        number, total = count(1), sum(map(len, groups.values()))
+        results: dict[str, list[list[_Result]]] = {kind: [] for kind in groups}
+        for kind, maps in groups.items():
             for each in maps:
                 _LOGGER.info("errors of the scan: copy %d of %d", next(number), total)
-                results[-1].append(self._results(each, targets))
-        given, *others = map(np.array, results)
-        forces, errors = given[0, :, 1], np.zeros_like(given[0])
-        for change, found in zip((_pixels, _noise, _edges), others, strict=True):
-            if found.size:
-                errors = np.hypot(errors, change(given[0], found))
-        errors[:, _PRESCRIBED[self.control]] = 0.0
-        with np.errstate(divide="ignore", invalid="ignore"):
-            errors[:, :2] /= abs(given[0, :, :2])
-        errors[:, _AREA] = np.hypot(errors[:, _AREA], rough.measurement.lost_slope)
-        order = np.argsort(forces)
-        known = order[np.isfinite(errors[order]).all(axis=1)]
-        return forces[known], errors[known]
+                results[kind].append(self._results(each, targets))
+        found = []
+        for i, target in enumerate(targets):
+            at_target = {k: [copy[i] for copy in results[k]] for k in results}
+            if at_target["given"][0].values[_AREA] != 0.0:
+                found.append(self._errors(target, at_target))
+        return found
 
-    def _results(self, rough: Any, targets: Sequence[float]) -> FloatArray:
-        """Return the results of a map at targets, one row each; NaN where it fails."""
+    def _errors(
+        self, target: float, results: Mapping[str, Sequence[_Result]]
+    ) -> _AtTarget:
+        """Return the errors at a target by the results of scan and copies there."""
+        (scan,) = results["given"]
+        given = np.array(scan.values)
+        force = target if self.control == "loads" else float(given[_FORCE])
+        if scan.failure:
+            return _AtTarget(force, given, f"{_PRESSED['given']}: {scan.failure}")
+        errors, unknown = np.zeros(_COUNT), ""
+        for kind, change in _CHANGES.items():
+            if not results[kind]:
+                continue
+            of_kind = change(given, np.array([each.values for each in results[kind]]))
+            if np.isnan(of_kind).any():
+                failures = (each.failure for each in results[kind] if each.failure)
+                unknown = unknown or f"{_PRESSED[kind]}: {next(failures)}"
+            errors = np.hypot(errors, of_kind)
+        errors[_PRESCRIBED[self.control]] = 0.0
+        scales = abs(given[[_AREA, _FORCE]])
+        errors[[_AREA, _FORCE]] /= np.where(scales > 0.0, scales, 1.0)
+        lost = self.problem.facts.roughness.measurement.lost_slope
+        errors[_AREA] = np.hypot(errors[_AREA], lost)
+        return _AtTarget(force, errors, unknown)
+
+    def _results(self, rough: Any, targets: Sequence[float]) -> list[_Result]:
+        """Return the results of a map at the targets."""
         indenter: Any = self.problem.indenter
         record: Any = _Result
         stepper = Stepper(
@@ -141,52 +180,92 @@ class ScanErrors:
             self.start,
             replace(self.options, relaxer=None, fmax=None, scan_errors=None),
         )
-        results = np.full((len(targets), len(_UNKNOWN)), np.nan)
+        results = []
         for number, target in enumerate(targets):
             try:
-                results[number] = stepper.step(number, target, record)
-            except (ValueError, RuntimeError):  # it may touch beyond the scan
-                break
+                results.append(stepper.step(number, target, record))
+            except BeyondSurfaceError as error:
+                results.append(_Result(failure=error.problem))
+            except (ValueError, RuntimeError) as error:
+                results.append(_Result(failure=str(error)))
         return results
 
 
-class _Result(list):
-    """Area and others of a relaxed step, in the order of `Errors`."""
+@dataclass(frozen=True)
+class _Result:
+    """Area and others of a relaxed step, in the order of `Errors`.
+
+    `failure` is the reason why they are NaN, or empty.
+    """
+
+    values: tuple[float, ...] = (math.nan,) * _COUNT
+    failure: str = ""
 
     @classmethod
-    def of(cls, step: RelaxedStep) -> Any:
+    def of(cls, step: RelaxedStep) -> _Result:
         if not step.run.converged:
-            return cls(_UNKNOWN)
+            return cls(failure=f"not converged: {step.run.message}")
         area = "continuum_area" if step.options.continuum else "contact_area"
         names, columns = (area, "normal_force", "height", "penetration"), columns_of()
-        return cls(columns[name].value(step) for name in names)
+        return cls(tuple(columns[name].value(step) for name in names))
+
+
+@dataclass(frozen=True, eq=False)
+class _AtTarget:
+    """Errors at a target of the path.
+
+    Attributes
+    ----------
+    force : float
+        Normal force of the scan; NaN if it is not known (eV/Å).
+    errors : ndarray, shape (4,)
+        Those of area and force are relative.
+    unknown : str
+        Why some are not known; else empty.
+    """
+
+    force: float
+    errors: FloatArray
+    unknown: str
 
 
 def _pixels(given: FloatArray, coarser: FloatArray) -> FloatArray:
     """Return the errors by pixels of results, and those of fewer pixels.
 
-    Where a quarter of the pixels does not reach far enough, NaN, the ratio is 1/2.
+    Without a result of a quarter of the pixels the ratio is 1/2, and so it is without
+    one of half of them, when three times the error lies between the others.
     """
     half = coarser[0]
     quarter = coarser[1] if len(coarser) > 1 else np.full_like(half, np.nan)
     before = abs(half - quarter)
     last = np.fmax(abs(given - half), _LEAST_RATIO * before)
+    last = np.where(np.isnan(half), abs(given - quarter) / 3.0, last)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.fmin(last / before, _LARGEST_RATIO)
     return last * ratio / (1.0 - ratio)
 
 
 def _noise(given: FloatArray, noisy: FloatArray) -> FloatArray:
-    """Return the errors by noise of results, and those of noisy copies."""
+    """Return the errors by noise of results, and those of noisy copies.
+
+    They are NaN if there are results of less than two copies.
+    """
+    noisy = noisy[~np.isnan(noisy).any(axis=1)]
+    if len(noisy) < 2:
+        return np.full_like(given, np.nan)
     change = noisy.mean(axis=0) - given
-    with np.errstate(divide="ignore", invalid="ignore"):
-        square = given[:, _AREA] ** -2.0
-        without = 2.0 * square - np.mean(noisy[:, :, _AREA] ** -2.0, axis=0)
-        without = np.maximum(without, square / _LARGEST_AREA**2)
-        change[:, _AREA] = without**-0.5 - given[:, _AREA]
+    with np.errstate(divide="ignore"):
+        square = given[_AREA] ** -2.0
+        without = 2.0 * square - np.mean(noisy[:, _AREA] ** -2.0)
+        without = max(without, square / _LARGEST_AREA**2)
+        change[_AREA] = without**-0.5 - given[_AREA]
     return np.hypot(change, noisy.std(axis=0, ddof=1))
 
 
 def _edges(given: FloatArray, seamless: FloatArray) -> FloatArray:
     """Return the errors by edges that do not fit of results, and those without."""
     return abs(seamless[0] - given)
+
+
+# Errors by the results of each kind of copies.
+_CHANGES = {"coarser": _pixels, "noisy": _noise, "seamless": _edges}

@@ -60,7 +60,7 @@ class StepOptions:
     continuum: bool = False
     lost_slope: float = 0.0
     cantilever: float = 0.0
-    scan_errors: Callable[[Any], tuple[float, ...]] | None = None
+    scan_errors: Callable[[Any], Any] | None = None
 
     def __post_init__(self) -> None:
         """Check the options."""

@@ -26,6 +26,8 @@ _MOST_IN_VAIN = 5
 _PROGRESS = 1e-3
 # Correlation from which two parameters can't be distinguished.
 _CORRELATED = 0.99
+# Part of a parameter that the residuals do not determine, from which it has no error.
+_FREE = 1e-6
 # Change of the unknowns for derivatives of the parameters.
 _CHANGE = 1e-6
 #: Standard uncertainty of the logarithm of the range of the attraction, which a scene
@@ -48,7 +50,8 @@ class Fit(Printed):
         height at which the depth of the curve is zero.
     units : tuple of str
     values, errors : ndarray, shape (p,)
-        Values and their standard errors, to which all `contributions` add.
+        Values and their standard errors, to which all `contributions` add; NaN of
+        parameters that the points do not determine.
     contributions : dict of ndarray, shape (p,)
         Parts of the errors: of the ``"noise"``, of an uncertainty of a factor
         of two of the ``"range"`` of the attraction, and of the ``"grid"``.
@@ -235,11 +238,13 @@ def solve(
     except StopIteration:
         converged = trials.distance < 1.0
     best = trials.best
-    inverse = _scales(model, best.unknowns) @ np.linalg.pinv(best.jacobian)
+    scales = _scales(model, best.unknowns)
+    inverse = scales @ np.linalg.pinv(best.jacobian)
     squares = np.sum(best.residuals[best.compared] ** 2)
     ratio = math.sqrt(squares / _degrees(best))
     covariance = ratio**2 * inverse @ inverse.T
-    deviation = np.sqrt(np.diag(covariance))
+    undetermined = _undetermined(scales, best.jacobian)
+    deviation = np.where(undetermined, math.nan, np.sqrt(np.diag(covariance)))
     changes = model.changes(best)
     contributions = {"noise": deviation} | {
         name: abs(inverse @ change).sum(axis=1) for name, change in changes.items()
@@ -274,14 +279,30 @@ def _scales(model: Any, x: FloatArray) -> FloatArray:
     return np.transpose(rows) / (2.0 * _CHANGE)
 
 
+def _undetermined(scales: FloatArray, jacobian: FloatArray) -> np.ndarray:
+    """Return which parameters can change without a change of the residuals."""
+    free = np.eye(jacobian.shape[1]) - np.linalg.pinv(jacobian) @ jacobian
+    changes: np.ndarray = abs(scales @ free).max(axis=1)
+    return changes > _FREE * abs(scales).max(axis=1)
+
+
 def _degrees(trial: Trial) -> int:
     """Return the number of degrees of freedom."""
     return max(int(trial.compared.sum()) - len(trial.unknowns), 1)
 
 
 def _warnings(model: Any, fit: Fit) -> Iterator[str]:
-    """Yield warnings of residuals that are no noise, and of correlated parameters."""
+    """Yield warnings of residuals that are no noise, and of parameters without errors.
+
+    That is, of those that do not change the curve, and of correlated ones.
+    """
     unit = fit.ordinate[1]
+    for name, error in zip(fit.names, fit.errors, strict=True):
+        if math.isnan(error):
+            yield (
+                f"the error of {name} is not known, as the compared points do not "
+                "determine it: do not fit it, or measure a larger range"
+            )
     if fit.noise > FAR_ABOVE * max(model.noise, model.error):
         yield (
             f"the residuals of {fit.noise / UNITS[unit]:.3g} {unit} are far above the "

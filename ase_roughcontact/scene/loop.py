@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -127,9 +128,7 @@ class Loop(PathKind):
             "states": str(len(states)),
             "instabilities": f"{jumps[0]} on approach, {jumps[1]} on retraction",
             "pull-off force": f"{with_unit(loop.pull_off_force, 'nN')} (simulation)",
-            "dissipated energy": f"{number(lost)} ± {number(error, 2)} eV"
-            if abs(lost) > error
-            else f"none within the tolerance of {number(error, 2)} eV",
+            "dissipated energy": _energy(lost, error),
         }
         with suppress(ValueError):  # the loop itself is valid
             curve = self._curve(loop)
@@ -168,6 +167,14 @@ class Loop(PathKind):
         """Return the force curve with the cantilever; None without one."""
         stiffness = self.stiffness
         return None if stiffness is None else cantilever_curve(loop, stiffness)
+
+
+def _energy(lost: float, error: float) -> str:
+    if math.isnan(error):
+        return f"{number(lost)} eV; its error is not known, as steps have no results"
+    if abs(lost) <= error:
+        return f"none within the tolerance of {number(error, 2)} eV"
+    return f"{number(lost)} ± {number(error, 2)} eV"
 
 
 def _jump(jump: CantileverJump | None) -> str:

@@ -73,7 +73,7 @@ class _Answers:
 
     @property
     def estimate(self) -> float:
-        """Largest relative estimated error; zero if it is not known of any step."""
+        """Largest relative estimated error that is known; zero if none is."""
         return self._relative(np.nan_to_num(self.errors, nan=0.0))
 
     def _relative(self, differences: FloatArray) -> float:
@@ -146,6 +146,11 @@ def tradeoff(
         left_out.append('a grid finer than "high", which needs more memory')
     answers = cache(partial(_answers, targets=targets, of=of))
     exact, truth = answers(best), answers(finest)
+    if unknown := int(np.isnan(truth.errors).sum()):
+        left_out.append(
+            f"the estimated error of the finest grid in {unknown} of {len(targets)} "
+            "steps, where it is not known"
+        )
     choices = []
     for source, label, settings in [("scene", "as given", {}), *variants(best)]:
         tried = best.with_values(settings) if settings else scene

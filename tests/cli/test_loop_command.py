@@ -2,9 +2,11 @@
 
 import csv
 import io
+import math
 import re
 import shutil
 from contextlib import redirect_stdout
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -85,6 +87,14 @@ def test_a_loop_without_instability_prints_no_remainder_of_the_tolerance():
     scene = Scene.parse(LOOP.replace(wall, 'kind = "repulsive"'))
     printed = scene.path.summary(scene.bodies, tuple(scene.relax(validity="ignore")))
     assert re.fullmatch(r"none within .* of [\d.]+ eV", printed["dissipated energy"])
+
+
+def test_the_energy_lost_in_a_loop_with_a_state_without_energy_is_not_known():
+    scene = Scene.parse(LOOP)
+    first, second, *others = scene.relax(validity="ignore")
+    states = first, replace(second, energy=math.nan, converged=False), *others
+    printed = scene.path.summary(scene.bodies, states)
+    assert "not known" in printed["dissipated energy"]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """The HTML page of a run: complete, without other files, with warnings and units."""
 
+import math
 import re
 from dataclasses import replace
 
@@ -59,6 +60,16 @@ def test_numbers_of_atoms_are_whole(tmp_path):
     (state,) = scene.relax([1.0], validity="ignore")
     many = replace(state, repulsive_atoms=123456)
     assert "<td>123456</td>" in page(reference_for(scene), [many], tmp_path)
+
+
+def test_an_error_that_is_not_known_is_no_negligible_one(tmp_path):
+    scene = Scene.parse(SMALL)
+    (tmp_path / "scene.toml").write_text(SMALL)
+    (state,) = scene.relax([1.0], validity="ignore")
+    values = {"contact_area": 1e3, "area_error": math.nan, "unknown_errors": "a jump"}
+    text = page(reference_for(scene), [replace(state, **values)], tmp_path)
+    assert '<td>10.00 <span class="error">± not known</span></td>' in text
+    assert "in 1 of 1 steps: a jump" in text
 
 
 @pytest.fixture(scope="module")

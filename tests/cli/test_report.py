@@ -1,5 +1,6 @@
 """Printed output and figures of a run."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -127,6 +128,20 @@ def test_errors_of_areas_are_a_range_of_the_area_asked_for(run, model, errors, t
     shown = [replace(steps[2], area_error=error, **areas) for error in errors]
     found = results(replace(reference, scene=asked), shown).get("errors of areas", "")
     assert found.startswith(text) and bool(found) == bool(text)
+
+
+def test_errors_that_are_not_known_are_named_with_their_reasons(run):
+    reference, steps, _ = run
+    known = replace(steps[2], area_error=0.1, contact_area=1.0)
+    unknown = replace(steps[2], height_error=math.nan, unknown_errors="at a jump")
+    older = replace(steps[2], area_error=math.nan)  # of a file without the reason
+    found = results(reference, [known, unknown, unknown, older])
+    assert " 10 %" in found["errors of areas"]
+    first, second = found["errors not known"].split("; ")
+    assert first == "in 2 of 4 steps: at a jump"
+    assert second.startswith("in 1 of 4 steps: ")
+    text = plain(*StepTable(reference, verbose=True).parts(unknown))
+    assert " ".join(text.split()).endswith("height - Å; -: not known, at a jump")
 
 
 def test_errors_of_steps_are_printed_with_verbose(run):

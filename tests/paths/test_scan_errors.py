@@ -211,3 +211,70 @@ def test_the_copy_that_is_pressed_is_logged(pressed, caplog):
     assert caplog.messages == [
         f"errors of the scan: copy {i + 1} of {count}" for i in range(count)
     ]
+
+
+WHOLE_TIP = {"sphere.radius": math.inf, "topography.role": "indenter"}
+
+
+def tip_scan():
+    """Scan of a tip on which copies with fewer pixels reach beyond the edge first."""
+    x = PIXEL * np.arange(-24, 25)
+    return 5.0 - (x[:, None] ** 2 + x**2) / 60.0
+
+
+@pytest.mark.parametrize("loads", [(100.0, 600.0), (600.0, 100.0)])
+def test_errors_are_not_known_only_where_copies_can_not_be_pressed(pressed, loads):
+    (alone,) = pressed(tip_scan(), **WHOLE_TIP, **{"path.values": (100.0,)})
+    steps = pressed(tip_scan(), **WHOLE_TIP, **{"path.values": loads})
+    light, heavy = sorted(steps, key=lambda step: step.normal_force)
+    assert light.area_error == pytest.approx(alone.area_error, rel=1e-3)
+    assert light.unknown_errors == alone.unknown_errors == ""
+    assert np.isnan([heavy.area_error, heavy.height_error]).all()
+    assert "fewer pixels" in heavy.unknown_errors and "12 nm" in heavy.unknown_errors
+
+
+def spoilt(monkeypatch, kind, index):
+    """Let scans have copies of one kind, of which one ends within the contact."""
+    every = HeightMap.copies
+
+    def some(self):
+        maps = every(self)[kind]
+        inner = maps[index].heights((5, 5), 0.1 * min(maps[index].spacing))
+        maps[index] = HeightMap(inner, 0.1 * min(maps[index].spacing))
+        return {k: maps if k == kind else [] for k in every(self)}
+
+    monkeypatch.setattr(HeightMap, "copies", some)
+
+
+def test_three_of_four_noisy_copies_are_enough(pressed, monkeypatch):
+    noise = 0.01 * np.random.default_rng(3).normal(size=(POINTS, POINTS))
+    noisy = surface(3, 8) + noise
+    only(monkeypatch, "noisy")
+    all_four = pressed(noisy)
+    monkeypatch.undo()
+    spoilt(monkeypatch, "noisy", 0)
+    for step, complete in zip(pressed(noisy), all_four, strict=True):
+        assert step.unknown_errors == ""
+        assert step.area_error == pytest.approx(complete.area_error, rel=0.4)
+
+
+def test_a_quarter_of_the_pixels_alone_is_enough(pressed, monkeypatch):
+    heights = surface(1, 8)[:113, :113]  # of which every fourth has the same middle
+    plain = pressed(heights, errors=False)
+    quarter = pressed(
+        heights[::4, ::4], errors=False, **{"topography.spacing": 4 * PIXEL}
+    )
+    spoilt(monkeypatch, "coarser", 0)
+    for given, coarse, step in zip(plain, quarter, pressed(heights), strict=True):
+        assert step.unknown_errors == ""
+        third = abs(given.continuum_area - coarse.continuum_area) / 3.0
+        by_pixels = step.area_error - given.area_error
+        assert by_pixels == pytest.approx(third, rel=0.2)
+
+
+def test_errors_are_known_of_no_step_if_no_copy_touches(pressed):
+    """The first, middle and last depth are out of contact."""
+    depths = {"path.control": "height", "path.values": (9e3, 0.0, 9e3, 0.0, 9e3)}
+    steps = pressed(surface(1, 8), **depths)
+    assert [step.area_error for step in steps[::2]] == [0.0, 0.0, 0.0]
+    assert math.isnan(steps[1].area_error) and "touch" in steps[1].unknown_errors

@@ -11,6 +11,7 @@ from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.fit import fit_curve
+from ase_roughcontact.scene.least_squares import Trial, solve
 
 NN = UNITS["nN"]
 BASELINE = ["force_offset", "force_slope"]
@@ -91,3 +92,38 @@ def test_a_fit_of_a_curve_without_noise_converges_on_any_window(shape):
     found = fit_curve(scene("adhesive", work=0.06, shape=shape), curve)
     assert found.converged
     assert found.values[0] == pytest.approx(0.05, rel=0.01)
+
+
+class Line:
+    """Model y = a x of three points, with a parameter b that changes nothing."""
+
+    names, units, reasons = ("a", "b"), ("", ""), ""
+    abscissa = ordinate = "y", ""
+    noise = error = 1.0
+    start = np.array([1.0, 1.0])
+    bounds = np.array([[0.0, 0.0], [9.0, 9.0]])
+    measured = np.array([1.0, 2.0, 3.0]), np.array([2.0, 4.1, 5.9])
+
+    def values(self, x):
+        return x
+
+    def trial(self, x):
+        places, heights = self.measured
+        jacobian = np.column_stack([places, np.zeros(3)])
+        fitted = x[0] * places
+        return Trial(x, fitted - heights, jacobian, np.ones(3, bool), fitted)
+
+    def changes(self, trial):
+        return {}
+
+
+def test_the_error_of_a_parameter_that_changes_nothing_is_not_known():
+    fit, _, _ = solve(Line(), None)
+    places, heights = Line.measured
+    slope = places @ heights / (places @ places)
+    variance = np.sum((slope * places - heights) ** 2) / (places @ places)
+    error = np.sqrt(variance)
+    assert abs(fit.values[0] - slope) < 0.1 * error  # where a fit ends
+    np.testing.assert_allclose(fit.errors, [error, np.nan], rtol=0.1)
+    (warning,) = fit.warnings
+    assert warning.startswith("the error of b is not known")
