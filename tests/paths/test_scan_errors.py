@@ -249,9 +249,9 @@ def spoilt(monkeypatch, kind, index):
 def test_three_of_four_noisy_copies_are_enough(pressed, monkeypatch):
     noise = 0.01 * np.random.default_rng(3).normal(size=(POINTS, POINTS))
     noisy = surface(3, 8) + noise
-    only(monkeypatch, "noisy")
-    all_four = pressed(noisy)
-    monkeypatch.undo()
+    with monkeypatch.context() as patch:
+        only(patch, "noisy")
+        all_four = pressed(noisy)
     spoilt(monkeypatch, "noisy", 0)
     for step, complete in zip(pressed(noisy), all_four, strict=True):
         assert step.unknown_errors == ""
