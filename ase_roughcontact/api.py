@@ -32,6 +32,7 @@ from ase_roughcontact.optimize import (
     HalfSpacePrecon,
     NewtonKrylov,
 )
+from ase_roughcontact.optimize.tolerance import fmax_for
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.path_records import SlidingStep, TimeStep
@@ -90,6 +91,7 @@ __all__ = [
     "column",
     "crystal_slab",
     "fcc_spacing",
+    "fmax_for",
     "load_path",
     "pressure_of",
     "release",

@@ -63,7 +63,8 @@ def load_path(
         or a `functools.partial` of one with its options. By default `NewtonKrylov`,
         or `ActiveSet` for a hard wall.
     fmax : float, optional
-        Tolerance of the force on every atom (eV/Å), instead of `accuracy`.
+        Tolerance of the force on every atom (eV/Å), instead of `accuracy`. Steps whose
+        force or area it leaves wrong by more than 1 % are marked; see `fmax_for`.
     accuracy : {"fast", "normal", "high"} or float
         Allowed relative error of force and area. For the model of atoms it sets a
         tolerance relative to the mean force on the atoms in contact, 1e-4 for each of

@@ -30,6 +30,7 @@ from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.base import ContactOptimizer
+from ase_roughcontact.optimize.constraints import surface_held
 from ase_roughcontact.optimize.optimizers import default_optimizer
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import Relaxer
@@ -144,6 +145,7 @@ class PathAtoms:
             message="" if converged else failure,
             iterations=steps,
             pairs=pairs,
+            constrained=surface_held(atoms),
         )
 
     def show(self, stepper: Stepper) -> None:

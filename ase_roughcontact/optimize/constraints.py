@@ -110,6 +110,15 @@ class Indenter:
         return constraint
 
 
+def surface_held(atoms: Atoms) -> bool:
+    """Return whether atoms have constraints for which `Indenter` raises an error."""
+    try:
+        Indenter(atoms)
+    except ValueError:
+        return True
+    return False
+
+
 def _supported(constraint: object, atoms: Atoms) -> bool:
     """Return whether a constraint at most cancels the force on the indenter.
 

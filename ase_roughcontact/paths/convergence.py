@@ -72,15 +72,25 @@ class StepRelaxer:
                 contact, state, support, tolerance, self._max_steps, start
             )
             run = earlier = _with_cost_of(earlier, run, tolerance)
-            required = self._required(run.fields)
+            required = self.required(run.fields)
             if self._given or not run.converged or tolerance <= required:
                 return run
             # less than half of the last one, until it is the smallest that is required
             tolerance = max(_REDUCTION * required, self._smallest)
             state, start = run.state, None
 
-    def _required(self, state: ContactState) -> float:
-        """Return the tolerance that a state requires, infinity out of contact."""
+    def required(self, state: ContactState) -> float:
+        """Return the tolerance that the accuracy requires in a state.
+
+        Parameters
+        ----------
+        state : ContactState
+
+        Returns
+        -------
+        float
+            Infinity without an atom in contact.
+        """
         if not state.repulsive_atoms:
             return math.inf
         # atoms that are about to lose contact carry nothing

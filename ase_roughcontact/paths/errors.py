@@ -2,15 +2,7 @@ r"""Estimated errors of area, force, height and penetration of a relaxed step.
 
 They add up from four sources:
 
-- *Tolerance.* With the changes :math:`\lambda = dg/dZ` and :math:`x = dp/dZ` of a
-  relaxed contact by a unit of height, the forces :math:`f_i` and gaps :math:`g_i` that
-  the relaxation leaves change the normal force to first order by
-
-  .. math:: \delta N = \sum_i f_i\,(1 - \lambda_i)
-            + a_0^2 \sum_\text{touching} x_i\, g_i,
-
-  the second sum under hard walls only. Atoms that these forces and gaps could open or
-  close there, with the self-compliance of an atom, are an error of the area.
+- *Relaxation.* Remaining forces and gaps; see `RelaxationErrors`.
 - *Grid*, if the continuum is asked for. Errors of the area are those of
   `edge_area` or `grid_error`. At a given height the error of the force is about
 
@@ -81,7 +73,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import inner, max_abs
+from ase_roughcontact.paths.relaxation_errors import area_of_force
 from ase_roughcontact.paths.relaxed_contact import RelaxedContact
 from ase_roughcontact.theory.counted_area import continuum_area, grid_error, open_sides
 from ase_roughcontact.topography.lowest_point import lowest_point_error
@@ -109,8 +101,6 @@ LARGEST_PART_OF_CELL = 0.85
 # error covers nine of ten differences to scans that are continued by reflection, of 64
 # and 128 points, Hurst exponents 0.5 and 0.8, and areas of 0.5, 2 and 10 %.
 _EDGE_FACTOR = 1.0 / 3.0
-# Relative rounding error of the sum of the forces.
-_ROUNDING = 1e-13
 
 
 # Reasons for errors that are not known.
@@ -175,40 +165,43 @@ def estimated_errors(step: RelaxedContact) -> Errors:
         all are where an adhesive contact nearly touches its images.
     """
     unbalanced = step.run.unbalanced
-    given_depth = step.control == "penetrations"
+    given_depth, fixed = step.control == "penetrations", step.run.support.fixed
     lowest = _lowest_point(step)
     if not (step.touches or step.fields.attractive_atoms):
-        return Errors(0.0, unbalanced, 0.0, 0.0 if given_depth else lowest)
+        left, penetration = step.relaxation, 0.0 if given_depth else lowest
+        force = left.force if fixed else unbalanced
+        return Errors(left.area, force, 0.0, penetration, left.unknown)
     attractive = step.contact.interaction.attractive
     if attractive and step.part_of_cell > LARGEST_PART_OF_CELL:
         return Errors.not_known(_NEAR_IMAGES)
-    fixed = step.run.support.fixed
-    if math.isnan(step.response.force):
-        unknown = Errors.not_known(_INSTABILITY)
+    unstable = math.isnan(step.response.force)
+    if reason := _INSTABILITY if unstable else step.relaxation.unknown:
+        unknown = Errors.not_known(reason)
         if not fixed:
             return unknown._replace(force=unbalanced)
         return unknown._replace(height=0.0, penetration=0.0 if given_depth else lowest)
     stiffness = abs(step.response.force)
     # all atoms in contact may be in plastic contact
     softness = 1.0 / stiffness if stiffness else math.inf
-    relaxation = _relaxation(step)
     compliance = _cell_compliance(step)
     shift = _cell_shift(step)
     if step.options.continuum:
         shift += _grid_height(step, softness) + _kept_shape(step)
-    area = _cell_area(step) + _area_change(step, relaxation) + _undecided_area(step)
+    area = _cell_area(step) + step.relaxation.area
     if step.options.continuum:
-        area += continuum_area_error(step) + _area_change(step, _attraction_force(step))
+        area += continuum_area_error(step) + area_of_force(
+            step.fields, _attraction_force(step)
+        )
     area += _unknown_surroundings(step)
     if not fixed:
-        height = shift + (relaxation + unbalanced) * softness
+        height = shift + step.relaxation.height
         area = _within_cell(step, area)
         return Errors(area, unbalanced, height, height + lowest)
     if given_depth:
         shift, lowest = shift + lowest, 0.0
     force = _force_change(shift, softness + compliance)
-    area += _area_change(step, force)
-    return Errors(_within_cell(step, area), relaxation + force, 0.0, lowest)
+    area += area_of_force(step.fields, force)
+    return Errors(_within_cell(step, area), step.relaxation.force + force, 0.0, lowest)
 
 
 def _within_cell(step: RelaxedContact, area: float) -> float:
@@ -216,13 +209,6 @@ def _within_cell(step: RelaxedContact, area: float) -> float:
     if not step.halfspace.periodic:
         return area
     return min(area, step.fields.cell_area * step.fields.gap.size)
-
-
-def _area_change(step: RelaxedContact, force: float) -> float:
-    """Return the area that carries a force, at most all of the contact (Å^2)."""
-    area, pressure = step.fields.contact_area, step.fields.contact_pressure
-    # the attraction of a wall may cancel its reaction
-    return force / pressure if force < pressure * area else area
 
 
 def _force_change(shift: float, compliance: float) -> float:
@@ -243,23 +229,6 @@ def continuum_area_error(step: RelaxedContact) -> float:
     return of_grid + step.options.lost_slope * step.fields.contact_area
 
 
-def _relaxation(step: RelaxedContact) -> float:
-    """Return the error of the force at a fixed height, by the tolerance (eV/Å)."""
-    fields, response = step.fields, step.response
-    if np.isinf(response.force):  # full contact of a hard wall: no atom can open
-        change = 0.0
-    else:
-        change, (n, m) = 0.0, fields.gap.shape
-        if fields.forces.any():
-            change = np.sum(fields.forces[:n, :m] * (1.0 - response.gap))
-        if step.contact.interaction.hard:
-            touching = fields.contact
-            change += fields.cell_area * inner(
-                response.pressure[touching], fields.gap[touching]
-            )
-    return abs(float(change)) + _ROUNDING * fields.total_magnitude
-
-
 def _unknown_surroundings(step: RelaxedContact) -> float:
     """Return the error of the area by the edges of a scan without a period (Å^2)."""
     halfspace, count = step.halfspace, step.fields.gap.size
@@ -271,28 +240,6 @@ def _unknown_surroundings(step: RelaxedContact) -> float:
     part = min(part / force, 1.0) if force > 0.0 else 1.0
     patches = max(math.pi * step.perimeter**2 / (64.0 * area), 1.0)
     return _EDGE_FACTOR * min(area, nominal - area) * part / math.sqrt(patches)
-
-
-def _undecided_area(step: RelaxedContact) -> float:
-    """Return the area of atoms that the remaining forces and gaps could move (Å^2).
-
-    That is, into contact with a hard wall or out of it.
-    """
-    contact, fields = step.contact, step.fields
-    if not contact.interaction.hard:
-        return 0.0
-    (n, m), area = fields.gap.shape, fields.cell_area
-    forces, compliance = fields.forces[:n, :m], contact.halfspace.self_compliance / area
-    error = compliance * max_abs(forces) + step.gap_error
-    if not error:
-        return 0.0
-    margin = area * fields.pressure
-    margin += forces
-    if contact.interaction.attractive:
-        margin -= area * contact.wall(np.maximum(fields.gap, 0.0))[1]
-    margin *= compliance
-    margin -= fields.gap
-    return area * float(np.count_nonzero(np.abs(margin, out=margin) <= error))
 
 
 def _grid_height(step: RelaxedContact, softness: float) -> float:

@@ -19,6 +19,8 @@ from ase_roughcontact.windows.fixed import at_edge
 
 #: Least width of the zone of attraction at the edge of a contact, in a0.
 LEAST_EDGE_ZONE = 7.0
+#: Largest relative error of force or area that a given `fmax` may leave.
+LARGEST_ERROR_BY_FMAX = 0.01
 # Separates the entries of the column.
 _SEPARATOR = "; "
 
@@ -176,6 +178,21 @@ def _slip(step: RelaxedStep) -> float:
     return step.lateral.slip / length if length else math.nan
 
 
+def _error_by_fmax(step: RelaxedStep) -> float:
+    """Return the relative error of force or area that a given `fmax` leaves.
+
+    Force relative to all forces of the wall, area beyond one atom.
+    """
+    fields, errors = step.fields, step.relaxation
+    if step.options.fmax is None or not step.touches:
+        return math.nan
+    force = errors.force
+    if not step.run.support.fixed:
+        force = errors.height * abs(step.response.force)
+    area = max(errors.area - fields.cell_area, 0.0)
+    return max(force / fields.total_magnitude, area / fields.contact_area)
+
+
 #: Limits of the model.
 CHECKS = (
     Check(
@@ -215,6 +232,12 @@ CHECKS = (
         "patches of few pixels depend on heights between them that were not measured, "
         "and on noise",
         _patch_width,
+    ),
+    Check(
+        f"error by fmax > {LARGEST_ERROR_BY_FMAX:g}",
+        "the forces that fmax allows change the force or the area by this part: give "
+        "accuracy, or the fmax of fmax_for(atoms, error)",
+        _error_by_fmax,
     ),
     Check(
         "smallest gap/core < 1",

@@ -11,6 +11,10 @@ import numpy as np
 
 from ase_roughcontact.contact import Contact, ContactState, Problem
 from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.paths.relaxation_errors import (
+    RelaxationErrors,
+    relaxation_errors,
+)
 from ase_roughcontact.paths.step_options import StepOptions
 from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.solvers.response import HeightResponse, height_response
@@ -166,3 +170,8 @@ class RelaxedContact:
     def response(self) -> HeightResponse:
         """Change of the relaxed contact by a unit of height."""
         return height_response(self.contact, self.fields, _RESIDUAL)
+
+    @cached_property
+    def relaxation(self) -> RelaxationErrors:
+        """Errors that the relaxation leaves."""
+        return relaxation_errors(self.contact, self.run, self.response, self.gap_error)

@@ -137,6 +137,8 @@ class Run:
         FFT pairs; see `Relaxation`.
     tolerance : float
         Largest force that it allowed.
+    constrained : bool
+        Whether constraints held atoms of the surface.
     """
 
     state: State
@@ -150,6 +152,7 @@ class Run:
     iterations: int = 0
     pairs: float = 0.0
     tolerance: float = math.inf
+    constrained: bool = False
 
     @classmethod
     def of(
