@@ -189,9 +189,8 @@ def estimated_errors(step: RelaxedContact) -> Errors:
         shift += _grid_height(step, softness) + _kept_shape(step)
     area = _cell_area(step) + step.relaxation.area
     if step.options.continuum:
-        area += continuum_area_error(step) + area_of_force(
-            step.fields, _attraction_force(step)
-        )
+        area += continuum_area_error(step)
+        area += area_of_force(step.fields, _attraction_force(step))
     area += _unknown_surroundings(step)
     if not fixed:
         height = shift + step.relaxation.height

@@ -82,6 +82,7 @@ def test_errors_are_not_known_if_atoms_are_held():
     held = step(atoms, LBFGS, fmax=1e-3, penetrations=[0.5])
     assert held.converged
     assert np.isnan([held.force_error, held.area_error]).all()
+    assert "constraints" in held.unknown_errors
 
 
 def test_an_atom_about_to_touch_a_soft_wall_is_an_error_of_the_area():
