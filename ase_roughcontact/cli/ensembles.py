@@ -6,6 +6,7 @@ import argparse
 import itertools
 import math
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
@@ -43,7 +44,7 @@ _SEED = "roughness.seed"
 # Values of some keys, and the scene that has them.
 _Variant: TypeAlias = tuple[dict[str, Any], Scene]
 # What is printed of a mean area whose error is not one that is wanted.
-_MEAN = "target", "realisations", "mean", "error"
+_MEAN = "target", "realisations", "mean", "error", "unknown"
 
 
 def ensemble(options: argparse.Namespace) -> int:
@@ -175,8 +176,29 @@ def _print_means(
             print(json_line(settings | shown, units), flush=True)
     elif not options.quiet:
         heading = ", ".join(f"{key} = {value}" for key, value in settings.items())
-        tables = means_table(scene, sampling) if sampling else [_table(scene, means)]
-        show(*([heading] if heading else []), *tables)
+        show(*([heading] if heading else []), *means_table(scene, means, sampling))
+
+
+def means_table(
+    scene: Scene, means: Sequence[MeanArea], sampling: Sampling | None = None
+) -> list[Any]:
+    """Return mean areas, their errors, and what is still needed of a sampled one."""
+    reasons = Counter(mean.unknown for mean in means if mean.unknown)
+    notes = [
+        f"Errors are not known in {count} of {len(means)} steps: {reason}."
+        for reason, count in reasons.items()
+    ]
+    if sampling is None:
+        return [_table(scene, means), *notes]
+    wanted = f"standard error of {100.0 * sampling.wanted:g} %"
+    if sampling.done:
+        others = "other " if reasons else ""
+        notes.append(f"All {others}areas have a {wanted} or less.")
+    elif sampling.missing:
+        likely = "{} to {}".format(*sampling.likely_missing)
+        needed = f"About {sampling.missing} more steps (likely {likely})"
+        notes.append(f"{needed} for a {wanted}.")
+    return [_table(scene, means, more=True), *notes]
 
 
 def _table(scene: Scene, means: Sequence[MeanArea], more: bool = False) -> Table:
@@ -191,22 +213,14 @@ def _table(scene: Scene, means: Sequence[MeanArea], more: bool = False) -> Table
             mean.mean / UNITS["nm²"],
             number(100.0 * mean.error, 2),
             mean.realisations,
-            "{} ({} to {})".format(mean.expected, *mean.likely),
+            "-"
+            if mean.unknown
+            else "{} ({} to {})".format(mean.expected, *mean.likely),
         )
         for mean in means
     ]
     count = 5 if more else 4
     return table(heads[:count], [row[:count] for row in rows])
-
-
-def means_table(scene: Scene, sampling: Sampling) -> list[Any]:
-    """Return the mean areas of an ensemble, their errors and what is still needed."""
-    wanted = f"standard error of {100.0 * sampling.wanted:g} %"
-    likely = "{} to {}".format(*sampling.likely_missing)
-    rest = f"About {sampling.missing} more steps (likely {likely}) for a {wanted}."
-    done = f"All areas have a {wanted} or less."
-    means = _table(scene, sampling.means, more=True)
-    return [means, done if sampling.done else rest]
 
 
 def _values_of_key(text: str) -> tuple[str, list[Any]]:

@@ -24,6 +24,9 @@ from ase_roughcontact.scene import Scene
 # A standard deviation from few realisations is uncertain: the number of them grows at
 # most by this factor before it is estimated again.
 _GROWTH = 2.0
+#: Reasons for errors that are not known.
+TOO_FEW = "fewer than two realisations have converged"
+NO_CONTACT = "no realisation is in contact"
 # Probabilities that the number that is needed exceeds the ends of its range.
 _RANGE = np.array([0.05, 0.95])
 
@@ -41,12 +44,14 @@ class MeanArea:
     mean : float
         Mean area (Å^2).
     error : float
-        Standard error of the mean, relative to it.
+        Standard error of the mean, relative to it; NaN if it is not known.
     expected : int
         Number of realisations after which the error is expected to be the wanted one.
     likely : (int, int)
         Range that contains this number with a probability of 90 %, as the variance of
         ``n`` normally distributed areas is one of ``n - 1`` degrees of freedom.
+    unknown : str
+        Why the error is not known; else empty.
     """
 
     target: float
@@ -55,13 +60,15 @@ class MeanArea:
     error: float
     expected: int
     likely: tuple[int, int]
+    unknown: str = ""
 
     @classmethod
     def of(cls, target: float, areas: np.ndarray, wanted: float) -> MeanArea:
         """Return the mean of areas, and how many more the wanted error needs."""
         mean = float(areas.mean()) if areas.size else math.nan
-        if areas.size < 2 or not mean > 0.0:
-            return cls(target, areas.size, mean, math.inf, 0, (0, 0))
+        unknown = TOO_FEW if areas.size < 2 else "" if mean > 0.0 else NO_CONTACT
+        if unknown:
+            return cls(target, areas.size, mean, math.nan, 0, (0, 0), unknown)
         spread = float(areas.std(ddof=1)) / mean
         count, freedom = (spread / wanted) ** 2, areas.size - 1
         least, most = np.ceil(count * freedom / chdtri(freedom, _RANGE)).astype(int)
@@ -113,13 +120,18 @@ class Sampling:
 
     @property
     def error(self) -> float:
-        """Largest standard error of the means so far, relative to them."""
-        return max(mean.error for mean in self.means)
+        """Largest standard error of the means so far, relative to them.
+
+        NaN if none is known.
+        """
+        known = (mean.error for mean in self.means if not mean.unknown)
+        return max(known, default=math.nan)
 
     @property
     def done(self) -> bool:
-        """Whether all means have the wanted error."""
-        return self.error <= self.wanted
+        """Whether all means have the wanted error, but for steps without contact."""
+        too_few = any(mean.unknown == TOO_FEW for mean in self.means)
+        return self.error <= self.wanted and not too_few
 
     @property
     def missing(self) -> int:
@@ -155,11 +167,13 @@ def sample_ensemble(
     """Add realisations of the roughness until each mean area has a wanted error.
 
     Each load step has as many realisations as it needs: small contacts scatter more
-    than large ones. With a wall whose states depend on those before, each realisation
-    is calculated up to the last step that needs it. Paths in time are calculated as a
-    whole, and averaged at the ends of their parts at the deepest target. Seeds count up
-    from that of the scene. A run that was interrupted, or had another error, is
-    continued, and steps of `run_ensemble` in the database are used.
+    than large ones. Steps at which no realisation of the pilot is in contact, or fewer
+    than two have converged, have no error and get no more. With a wall whose states
+    depend on those before, each realisation is calculated up to the last step that
+    needs it. Paths in time are calculated as a whole, and averaged at the ends of their
+    parts at the deepest target. Seeds count up from that of the scene. A run that was
+    interrupted, or had another error, is continued, and steps of `run_ensemble` in the
+    database are used.
 
     Parameters
     ----------
@@ -228,7 +242,11 @@ def _rounds(
                     sampling = Sampling(error, areas.means(cases, error), progress)
                     yield sampling
             missing = np.array([mean.error > error for mean in sampling.means])
-            expected = [mean.expected for mean in sampling.means]
+            # some may not have converged
+            expected = [
+                math.ceil(mean.expected * count / max(mean.realisations, 1))
+                for mean, count in zip(sampling.means, counts.tolist(), strict=True)
+            ]
             more = np.ceil(_GROWTH * counts).clip(max=most).astype(int)
             more = np.where(missing, np.clip(expected, counts + 1, more), counts)
             if progress.failures or (more <= counts).all():

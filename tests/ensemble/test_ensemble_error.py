@@ -1,6 +1,7 @@
 """Ensembles that grow until the mean areas have a wanted error."""
 
 import json
+import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from shutil import copyfile
@@ -14,12 +15,15 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.cli.ensembles import means_table
 from ase_roughcontact.ensemble import (
     MeanArea,
+    Progress,
+    adaptive,
     case_of,
     mean_areas,
     product,
     read_ensemble,
     sample_ensemble,
 )
+from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.scene import PathConfig
 
 LOADS = replace(SCENE, path=PathConfig(values=(0.3, 10.0)))
@@ -115,6 +119,63 @@ def test_steps_that_have_not_converged_are_not_in_the_mean(tmp_path):
     assert [mean.realisations for mean in mean_areas(hasty, database)] == [0, 0]
 
 
+def test_steps_without_contact_are_left_out(tmp_path):
+    scene = replace(LOADS, path=PathConfig("penetration", values=(-1.0, 0.4)))
+    last = sample(scene, tmp_path / "e.db", 0.2)[-1]
+    free, touching = last.means
+    assert (free.realisations, free.mean) == (8, 0.0) and math.isnan(free.error)
+    assert last.done and last.error == touching.error <= 0.2
+    table, note, done = means_table(scene, last.means, last)
+    assert plain(table).splitlines()[-2].split()[2:] == ["-", "8", "-"]
+    assert note == f"Errors are not known in 1 of 2 steps: {free.unknown}."
+    assert done == "All other areas have a standard error of 20 % or less."
+
+
+def test_a_path_without_contact_ends_with_the_pilot(tmp_path):
+    scene = replace(LOADS, path=PathConfig("penetration", values=(-2.0, -1.0)))
+    last = sample(scene, tmp_path / "e.db", 0.1)[-1]
+    assert math.isnan(last.error) and not last.done and last.missing == 0
+    assert [mean.realisations for mean in last.means] == [8, 8]
+    (_, note) = means_table(scene, last.means, last)
+    assert note.startswith("Errors are not known in 2 of 2 steps")
+
+
+def test_steps_that_do_not_converge_end_with_the_pilot(tmp_path):
+    hasty = LOADS.with_values({"solver.max_steps": 1})
+    last = sample(hasty, tmp_path / "e.db", 0.1, pilot=3)[-1]
+    assert last.progress.steps == last.progress.total == 6
+    assert not last.done and "converged" in last.means[0].unknown
+
+
+def test_seeds_that_do_not_converge_are_made_up_for_in_few_rounds(
+    tmp_path, monkeypatch
+):
+    """Every second realisation of a step with areas that scatter by a half."""
+    rounds = []
+
+    def stored(scenes, database, executor, **options):
+        rounds.append(len(scenes))
+        rng = np.random.default_rng(1)
+        areas = rng.normal(1.0, 0.5, len(scenes)).tolist()
+        rows = [
+            {
+                **{"case": case_of(each), "step": 0, "height": 0.0, "energy": 0.0},
+                **{"converged": number % 2 == 0, "contact_area": areas[number]},
+            }
+            for number, each in enumerate(scenes)
+        ]
+        EnsembleDatabase(str(database)).add_steps(rows, {})
+        yield Progress(steps=len(rows), total=len(rows))
+
+    monkeypatch.setattr(adaptive, "run_ensemble", stored)
+    scene = replace(LOADS, path=PathConfig(values=(1.0,)))
+    last = sample(scene, tmp_path / "e.db", 0.05)[-1]
+    (mean,) = last.means
+    assert last.done and mean.realisations == pytest.approx(100, rel=0.3)
+    assert rounds[-1] < 2.5 * mean.realisations
+    assert len(rounds) < 12
+
+
 @pytest.mark.parametrize("spread", [0.1, 0.31])
 @pytest.mark.parametrize("shape", ["normal", "skewed"])
 def test_range_of_a_pilot_contains_the_number_that_is_needed(spread, shape):
@@ -151,7 +212,7 @@ def test_bad_options_are_rejected_at_once(tmp_path, scene, options, message):
 def test_table_has_errors_and_predictions(sampled):
     _, reports = sampled
     pilot = next(r for r in reports if r.means[0].realisations == 8)
-    table, rest = means_table(LOADS, pilot)
+    table, rest = means_table(LOADS, pilot.means, pilot)
     _, _, light, heavy = plain(table).splitlines()
     mean = pilot.means[0]
     row = (0.3, mean.mean / 100.0, 100.0 * mean.error, 8, mean.expected)
