@@ -15,7 +15,7 @@ from ase_roughcontact import LoadStep, __version__
 from ase_roughcontact import __all__ as public_names
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
-from ase_roughcontact.paths.record import columns_of
+from ase_roughcontact.paths.record import columns_of, columns_on_request
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "examples" / "guide"
@@ -219,6 +219,12 @@ def test_columns_on_the_page_are_those_of_a_step():
             for name, column in listed.items()
         ]
         assert "".join(rows) in PAGES["examples/guide/files.md"]
+    on_request = columns_on_request(LoadStep) | columns_on_request(SlidingStep)
+    rows = [
+        f"| `{name}` | {column.description} | {column.unit} |\n"
+        for name, column in on_request.items()
+    ]
+    assert "".join(rows) in PAGES["examples/guide/files.md"]
 
 
 def test_guide_fits_into_its_number_of_words():

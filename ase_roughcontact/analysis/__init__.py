@@ -3,6 +3,7 @@
 Units are eV and Å.
 """
 
+from ase_roughcontact.analysis.contact_conductance import conductance
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.contact_patches import patches
 from ase_roughcontact.analysis.distributions import (
@@ -13,7 +14,6 @@ from ase_roughcontact.analysis.distributions import (
 from ase_roughcontact.analysis.first_contact_point import first_contact
 from ase_roughcontact.analysis.map_files import write_map
 from ase_roughcontact.analysis.path_values import (
-    conductance,
     dynamic_stiffness,
     extrapolate,
     loop_energies,

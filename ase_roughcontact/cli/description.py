@@ -6,6 +6,7 @@ import math
 
 from ase_roughcontact._util.units import UNITS, with_unit
 from ase_roughcontact.elasticity import Layer
+from ase_roughcontact.paths.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.solid import label_of
@@ -85,9 +86,13 @@ def theory(reference: Reference) -> dict[str, str]:
         found["pull-off force"] = "; ".join(forces) or pull_off_text(reference)
     if scene.is_flat:
         found["columns"] = (
-            "p: nominal pressure; gap: mean; kappa = A h' E*/N; k: stiffness; 2k/E* is "
-            "the electrical or thermal conductance times the sum of the resistivities"
+            "p: nominal pressure; gap: mean; kappa = A h' E*/N; k: stiffness"
         )
+        if "conductance" in columns_of(scene.record):
+            found["columns"] += (
+                "; C: electrical or thermal conductance of the contact region times "
+                "the sum of the resistivities"
+            )
     elif not scene.path.columns:
         found[f"A/A_{smooth.symbol}"] = (
             f"contact area relative to {smooth.name}, {smooth.sphere}{_bare(scene)}"

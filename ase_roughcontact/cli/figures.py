@@ -19,7 +19,7 @@ from ase_roughcontact.atoms.trajectory import read_frames
 from ase_roughcontact.atoms.view import with_indenter
 from ase_roughcontact.cli.report import printed_times
 from ase_roughcontact.paths.path_records import TimeStep
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
 from ase_roughcontact.plot.surfaces import map_panels
@@ -253,8 +253,10 @@ def _draw_flat(reference: Reference, steps: Sequence[Any], file: Path) -> None:
         scale = scene.rough.rms_slope * modulus
         plot.plot_flat_area(upper, pressure, area / nominal, scale, error / nominal)
         plot.plot_flat_gap(middle, pressure, _column(shown, "mean_gap"))
-        stiffness = _column(shown, "contact_stiffness")
-        plot.plot_flat_conductance(lower, pressure, stiffness, modulus)
+        stiffness, conductance = _column(shown, "contact_stiffness"), None
+        if "conductance" in columns_of(scene.record):
+            conductance = _column(shown, "conductance")
+        plot.plot_flat_conductance(lower, pressure, stiffness, modulus, conductance)
         upper.legend()
         letter(panels)
 

@@ -46,7 +46,7 @@ _CAPTIONS = {
 }
 _FLAT_CAPTIONS = {
     "curve.png": "Contact area relative to the nominal one, beside theory, mean gap, "
-    "and contact stiffness with the conductance, against the nominal pressure.",
+    "and contact stiffness and conductance, against the nominal pressure.",
     "contact.png": "Pressure on the points in contact.",
 }
 

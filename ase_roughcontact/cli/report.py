@@ -125,8 +125,8 @@ def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
     scene, units = reference.scene, units_of(reference.scene)
     path, area = scene.path, scene.area_column
 
-    def column(name: str, label: str = "") -> tuple[str, Callable]:
-        digits, unit = 2 if name.endswith("error") else 4, units[name]
+    def column(name: str, label: str = "", digits: int = 4) -> tuple[str, Callable]:
+        digits, unit = 2 if name.endswith("error") else digits, units[name]
         head = heading(scene, name, label or _LABELS.get(name, ""))
         if name == "seconds":
             return head, lambda step: f"{step.seconds:.2f}"
@@ -146,6 +146,7 @@ def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
         return [
             column(area if name == "contact_area" else name, label)
             for name, label in path.columns.items()
+            if name in units
         ]
     names = ["normal_force", "penetration"]
     if path.control != "load":
@@ -168,16 +169,17 @@ def _flat_columns(
         nominal = max(step.nominal_pressure, 0.0)
         return number(float(theory_of.contact_fraction(nominal, float(persson))), 3)
 
-    return [
+    found = [
         column("nominal_pressure", "p"),
-        column("mean_gap", "gap"),
+        column("mean_gap", "gap", 3),
         ("A/A_0", lambda s: _ratio(getattr(s, area), scene.nominal_area, 3)),
         ("Persson", expected),
         ("kappa", lambda s: _ratio(getattr(s, area) * scale, s.normal_force)),
-        column("contact_stiffness", "k"),
-        column("conductance", "2k/E*"),
-        column("seconds"),
+        column("contact_stiffness", "k", 3),
     ]
+    if "conductance" in columns_of(scene.record):
+        found.append(column("conductance", "C", 3))
+    return [*found, column("seconds")]
 
 
 def target_unit(scene: Scene) -> str:

@@ -93,12 +93,16 @@ class HalfSpace(ABC):
         """Return a half space of the same kind and solid on another grid."""
         return type(self)(shape, spacing, self.solid, **self.fft)
 
+    def of(self, solid: ElasticSolid) -> HalfSpace:
+        """Return the half space of another solid, which shares the transform."""
+        other = type(self)(self.shape, self.spacing, solid, **self.fft)
+        other.window_transform = self.window_transform
+        return other
+
     def softened(self, factor: float) -> HalfSpace:
         """Return the half space of a softer solid, which shares the transform."""
         solid = self.solid.solid if isinstance(self.solid, Scaled) else self.solid
-        other = type(self)(self.shape, self.spacing, Scaled(solid, factor), **self.fft)
-        other.window_transform = self.window_transform
-        return other
+        return self.of(Scaled(solid, factor))
 
     def in_single_precision(self) -> HalfSpace:
         """Return the same half space with transforms in single precision."""

@@ -14,7 +14,13 @@ from ase_roughcontact._util.files import PathName, write_table
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
-from ase_roughcontact.paths.record import MISSING, LoadStep, units_of
+from ase_roughcontact.paths.record import (
+    MISSING,
+    LoadStep,
+    columns_of,
+    columns_on_request,
+    units_of,
+)
 from ase_roughcontact.scene import Scene
 
 # Columns that the scene determines, and the types of those that are not floats.
@@ -24,8 +30,11 @@ _OF_SCENE = (
     *("friction_coefficient", "shear_strength", "spacing", "contact_modulus", "rate"),
 )
 _TYPES = {"control": str, "seed": int, "kind": str, "permanent": bool}
-# Records whose columns an ensemble has.
-_RECORDS = LoadStep, TimeStep, FlatStep, SlidingStep
+# Records whose columns an ensemble has, those on request included.
+_RECORDS = [
+    record.with_columns(list(columns_on_request(record)))
+    for record in (LoadStep, TimeStep, FlatStep, SlidingStep)
+]
 # Units of columns, with those of the scene.
 _COLUMN_UNITS = {
     **dict.fromkeys(("radius", "short_wavelength", "long_wavelength"), "a0"),
@@ -45,6 +54,7 @@ COLUMNS: dict[str, type] = {
         name: kind
         for record in _RECORDS
         for name, kind in get_type_hints(record).items()
+        if name in columns_of(record)
     },
     "version": str,
 }

@@ -20,7 +20,7 @@ from ase_roughcontact._util.files import (
 from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.contact import State
 from ase_roughcontact.paths.path_steps import Frame, LastStep, PathSteps
-from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.paths.record import LoadStep, columns_of, missing_values
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 
@@ -66,6 +66,10 @@ class Output:
         CSV file for steps before those in the trajectory are kept.
     record : type
         Class of the results: `LoadStep`, or a subclass with more columns.
+    columns : sequence of str, optional
+        Names of columns that are calculated where they are asked for, such as
+        ``["conductance"]``; by default those of the class. Steps that are resumed have
+        what they were calculated with.
     frames : Frames, optional
         What makes the frames of a trajectory; `load_path` sets it.
 
@@ -87,6 +91,7 @@ class Output:
     keep: str = "all"
     resume: bool = False
     record: type[LoadStep] = LoadStep
+    columns: Sequence[str] | None = None
     frames: Frames | None = None
 
     def __post_init__(self) -> None:
@@ -123,6 +128,8 @@ def follow(
     ------
     TypeError
         If the class of the results is not derived from that of the path.
+    ValueError
+        If the results have no such column.
     """
     output, report, kind = output or Output(), ValidityReport(validity), path.kind
     path.record = kind if output.record is LoadStep else output.record
@@ -131,6 +138,7 @@ def follow(
             f"the results of this path are of the class {kind.__name__}: derive "
             f"{path.record.__name__} from {kind.__name__}"
         )
+    path.record = path.record.with_columns(output.columns)
     if output.trajectory is not None:  # which carries it
         path.system = path.stepper.describe_system(**path.parameters, **description)
     return _followed(path, output, report)
@@ -166,7 +174,9 @@ def _followed(
             add_frame = files.enter_context(frames.writer(file, output.keep, len(done)))
         if output.csv is not None:
             first = done[0].step if done else 0
-            known = chain(_lines(output.csv, first), map(asdict, done))
+            lines = _lines(output.csv, first)
+            before = (missing_values(path.record) | dict(line) for line in lines)
+            known = chain(before, map(asdict, done))
             heads = {
                 name: f"{name} ({each.unit})" if each.unit else name
                 for name, each in columns_of(path.record).items()

@@ -10,7 +10,12 @@ import numpy as np
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.creep import creep_energy, dissipation_rate
 from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.paths.record import LoadStep, column, columns_of
+from ase_roughcontact.paths.record import (
+    LoadStep,
+    column,
+    column_on_request,
+    columns_of,
+)
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.windows.memory import friction_memory
 
@@ -72,10 +77,11 @@ class SlidingStep(LoadStep):
         "Å^2",
         "slip",
     )
-    lateral_stiffness: float = column(
+    lateral_stiffness = column_on_request(
         lambda s: s.lateral.stiffness,
-        "derivative of the lateral force along x to the displacement, if all atoms "
-        "that friction acts on stuck: with a coefficient, the repelled ones",
+        "of sliding paths: derivative of the lateral force along x to the "
+        "displacement, if all atoms that friction acts on stuck: with a coefficient, "
+        "the repelled ones",
         "eV/Å^2",
         "lateral stiffness",
     )
@@ -154,6 +160,8 @@ class TimeStep(LoadStep):
 @dataclass(frozen=True)
 class FlatStep(LoadStep):
     """Result for a nominally flat indenter; its attributes are the output columns."""
+
+    default_columns = ("conductance",)
 
     nominal_pressure: float = column(
         lambda s: s.fields.normal_force / (s.fields.gap.size * s.fields.cell_area),

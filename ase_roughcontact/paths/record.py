@@ -13,18 +13,24 @@ of columns follow from it. A subclass adds columns: ::
         )
 
     load_path(atoms, depths, output=Output(record=MyStep, csv="curve.csv"))
+
+A column that needs a solution of its own is on request, `column_on_request`: a class of
+results has it where it is asked for, see `LoadStep.with_columns`.
 """
 
 from __future__ import annotations
 
+import copyreg
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import Field, dataclass, field, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import Field, dataclass, field, fields, make_dataclass
 from functools import lru_cache
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, ClassVar, TypeVar, get_type_hints, overload
 
+from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.paths.limits import violations
 from ase_roughcontact.paths.relaxed import RelaxedStep
+from ase_roughcontact.solvers.conductance import region_conductance
 from ase_roughcontact.theory.counted_area import continuum_area
 from ase_roughcontact.windows.memory import memory_of
 
@@ -64,6 +70,52 @@ def column(
     dataclasses.Field
     """
     return field(metadata={"column": Column(value, description, unit, label)})
+
+
+class ColumnOnRequest:
+    """Column of a class of results that has it where it is asked for.
+
+    Parameters
+    ----------
+    column : Column
+        Its values are floats.
+    """
+
+    def __init__(self, column: Column) -> None:
+        self.column = column
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, step: None, owner: type) -> ColumnOnRequest: ...
+    @overload
+    def __get__(self, step: Any, owner: type) -> float: ...
+    def __get__(self, step: Any, owner: type) -> Any:
+        if step is None:
+            return self
+        raise AttributeError(
+            f"{self._name} is calculated where it is asked for: give "
+            f'Output(columns=[{self._name!r}]), or columns = ["{self._name}"] in '
+            "[output] of a scene"
+        )
+
+
+def column_on_request(
+    value: Callable[[RelaxedStep], float],
+    description: str,
+    unit: str = "",
+    label: str = "",
+) -> ColumnOnRequest:
+    """Return a column that is calculated where it is asked for; see `Column`.
+
+    It is an attribute without a type of a class of results.
+
+    Returns
+    -------
+    ColumnOnRequest
+    """
+    return ColumnOnRequest(Column(value, description, unit, label))
 
 
 def text_of(shape: tuple[int, ...]) -> str:
@@ -126,6 +178,9 @@ class LoadStep:
     >>> print(f'{step.contact_area:.0f} ± {step.area_error:.0f} Å^2')
     580 ± 0 Å^2
     """
+
+    #: Names of the columns on request that paths have by default.
+    default_columns: ClassVar[tuple[str, ...]] = ()
 
     step: int = column(lambda s: s.number, "number of the step, from zero")
     height: float = column(lambda s: s.height, "height of the indenter", "Å", "height")
@@ -197,10 +252,11 @@ class LoadStep:
         "1 %; nan at or beyond an instability, where the state is no minimum",
         "eV/Å^2",
     )
-    conductance: float = column(
-        lambda s: -2.0 * s.response.force / s.halfspace.contact_modulus,
-        "electrical or thermal conductance times the sum of the resistivities of both "
-        "bodies, from the contact stiffness; see `conductance`",
+    conductance = column_on_request(
+        lambda s: region_conductance(s.halfspace, s.fields.contact),
+        "electrical or thermal conductance of the contact region, times the sum of the "
+        "resistivities of both bodies: 4 a for a circle of radius a; infinite in full "
+        "contact of a periodic cell",
         "Å",
     )
     mean_pressure: float = column(
@@ -278,6 +334,46 @@ class LoadStep:
     )
 
     @classmethod
+    def with_columns(
+        cls: type[Step], columns: Sequence[str] | None = None
+    ) -> type[Step]:
+        """Return the class of results with columns that are on request.
+
+        Parameters
+        ----------
+        columns : sequence of str, optional
+            Names of any columns; by default `default_columns`.
+
+        Returns
+        -------
+        type
+
+        Raises
+        ------
+        ValueError
+            If there is no such column.
+        TypeError
+            If the names are one string.
+
+        Examples
+        --------
+        >>> from ase_roughcontact import LoadStep
+        >>> from ase_roughcontact.paths.record import columns_of
+        >>> asked = LoadStep.with_columns(['conductance'])
+        >>> 'conductance' in columns_of(asked), 'conductance' in columns_of(LoadStep)
+        (True, False)
+        """
+        if isinstance(columns, str):
+            raise TypeError(f"columns must be a list of names, got {columns!r}")
+        original, added = vars(cls).get("_made_from", (cls, ()))
+        known, on_request = columns_of(original), columns_on_request(original)
+        for name in cls.default_columns if columns is None else columns:
+            if name not in known:
+                lookup(name, on_request, "column on request")
+                added = tuple(dict.fromkeys([*added, name]))
+        return _with_columns(original, added) if added else cls
+
+    @classmethod
     def of(cls: type[Step], relaxed: RelaxedStep) -> Step:
         """Calculate the columns of relaxed atoms.
 
@@ -328,9 +424,8 @@ class LoadStep:
         KeyError
             If the columns have no number of the step.
         """
-        missing = {k: MISSING.get(kind) for k, kind in get_type_hints(cls).items()}
-        values = {name: columns.get(name, missing[name]) for name in columns_of(cls)}
-        return cls(**values | {"step": columns["step"]})
+        known = {name: columns[name] for name in columns_of(cls) if name in columns}
+        return cls(**missing_values(cls) | known | {"step": columns["step"]})
 
 
 def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
@@ -351,6 +446,47 @@ def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
         If the class is not a dataclass of columns.
     """
     return dict(_columns(record))  # type: ignore[arg-type]
+
+
+def missing_values(record: type[LoadStep] = LoadStep) -> dict[str, Any]:
+    """Return what stands for a missing value in each column; see `MISSING`."""
+    types = get_type_hints(record)
+    return {name: MISSING.get(types[name]) for name in columns_of(record)}
+
+
+def columns_on_request(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
+    """Return the columns that a class of results has where they are asked for."""
+    found = {name: getattr(record, name, None) for name in dir(record)}
+    return {k: v.column for k, v in found.items() if isinstance(v, ColumnOnRequest)}
+
+
+@lru_cache
+def _with_columns(record: Any, added: tuple[str, ...]) -> Any:
+    """Return a class of results with columns on request."""
+    on_request = columns_on_request(record)
+    made = make_dataclass(
+        record.__name__,
+        [(k, float, field(metadata={"column": on_request[k]})) for k in added],
+        bases=(record,),
+        frozen=True,
+        namespace={
+            "__module__": record.__module__,
+            "__doc__": record.__doc__,
+            "_made_from": (record, added),
+        },
+    )
+    copyreg.pickle(made, _reduced)
+    return made
+
+
+def _reduced(step: Any) -> tuple:
+    """Return a function and arguments that make a result of `_with_columns` again."""
+    values = tuple(getattr(step, name) for name in columns_of(type(step)))
+    return _restored, (*step._made_from, values)
+
+
+def _restored(record: type, added: tuple[str, ...], values: tuple) -> Any:
+    return _with_columns(record, added)(*values)
 
 
 @lru_cache
@@ -378,13 +514,11 @@ def units_of(record: type[LoadStep] = LoadStep) -> dict[str, str]:
 def _attributes(record: type[LoadStep]) -> str:
     """Return the section on attributes of a class of results, for its docstring."""
     lines = ["", "", "    Attributes", "    ----------"]
-    for each in fields(record):
-        entry = each.metadata["column"]
+    types = {each.name: each.type for each in fields(record)}
+    for name, entry in (columns_of(record) | columns_on_request(record)).items():
         unit = f" ({entry.unit})" if entry.unit else ""
-        lines += [
-            f"    {each.name} : {each.type}",
-            f"        {entry.description}{unit}",
-        ]
+        kind = types.get(name, "float, on request")
+        lines += [f"    {name} : {kind}", f"        {entry.description}{unit}"]
     return "\n".join(lines)
 
 

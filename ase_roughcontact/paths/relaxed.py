@@ -7,10 +7,18 @@ from functools import cached_property
 
 import numpy as np
 
+from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.errors import Errors, estimated_errors
 from ase_roughcontact.paths.relaxed_contact import RelaxedContact
-from ase_roughcontact.solvers.friction import FrictionSolution
+from ase_roughcontact.solvers.friction import (
+    FrictionOptions,
+    FrictionSolution,
+    solve_friction,
+)
+
+# Residual of the tractions from which the lateral stiffness follows.
+_OF_STIFFNESS = FrictionOptions(tolerance=1e-3)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -20,6 +28,8 @@ class LateralState:
     Attributes
     ----------
     box : Box
+    halfspace : LateralHalfSpace
+        On the box.
     bounds : ndarray, shape (n, m)
         Of the tractions (eV/Å^3).
     displacement, moved, base : ndarray, shape (2,)
@@ -32,8 +42,6 @@ class LateralState:
         Area of an atom (Å^2).
     by_pressure : ndarray, shape (2, n, m), or float
         Lateral displacement by the pressure, zero if it is neglected (Å).
-    stiffness : float
-        Lateral force per displacement along x, if all atoms stuck (eV/Å^2).
     alternations : int
         How often the normal and the lateral problem were solved in turn; 0 if their
         coupling is neglected.
@@ -43,6 +51,7 @@ class LateralState:
     """
 
     box: Box
+    halfspace: LateralHalfSpace
     bounds: np.ndarray
     displacement: np.ndarray
     moved: np.ndarray
@@ -51,7 +60,6 @@ class LateralState:
     solution: FrictionSolution
     cell_area: float
     by_pressure: np.ndarray | float = 0.0
-    stiffness: float = np.nan
     alternations: int = 0
     new_contact: float = 0.0
 
@@ -64,6 +72,15 @@ class LateralState:
     def bound(self) -> float:
         """Largest magnitude of the force, if all atoms slip in one direction."""
         return self.cell_area * float(self.bounds.sum())
+
+    @cached_property
+    def stiffness(self) -> float:
+        """Lateral force per displacement along x, if all atoms stuck (eV/Å^2)."""
+        imposed = np.zeros((2, *self.bounds.shape))
+        imposed[0] = 1.0
+        bounds = np.where(self.bounds > 0.0, np.inf, 0.0)
+        stuck = solve_friction(self.halfspace, bounds, imposed, options=_OF_STIFFNESS)
+        return self.cell_area * float(stuck.tractions[0].sum())
 
     @property
     def sticking(self) -> int:

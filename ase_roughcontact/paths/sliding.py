@@ -42,8 +42,6 @@ LATERAL_CONTROLS = ("displacements", "forces", "bases")
 _KEPT_HALFSPACES = 3
 # Relative difference of lateral targets that counts as rounding.
 _ROUNDING = 1e-12
-# Residual of the tractions from which the lateral stiffness follows.
-_OF_STIFFNESS = FrictionOptions(tolerance=1e-3)
 
 
 @dataclass
@@ -108,7 +106,6 @@ class SlidingSteps(NumberedSteps):
             self._origin = self.lateral[0]
         self._displacement: np.ndarray | None = None
         self._dissipated = 0.0
-        self._stiffness_of: tuple[Any, float] = None, 0.0  # contact, and its stiffness
         self._cross: Coupling | None = None
         problem = self.stepper.problem
         if self.coupling == "solved":
@@ -191,8 +188,6 @@ class SlidingSteps(NumberedSteps):
                 relaxed, state = self._cross.agreed(relaxed, again, slid)
             else:
                 state = slid(relaxed)
-            stiffness = state.cell_area * self._stiffness(state.bounds > 0.0)
-            state = replace(state, stiffness=stiffness)
             relaxed = relaxed.marked(state.solution.message)
             self._displacement, self._dissipated = state.displacement, state.dissipated
             self._fields = self._on_window(state, relaxed.run.state)
@@ -255,6 +250,7 @@ class SlidingSteps(NumberedSteps):
         at = at + move + solution.shift
         return LateralState(
             box=box,
+            halfspace=halfspace,
             bounds=bounds,
             displacement=at,
             moved=at - self._origin,
@@ -296,18 +292,6 @@ class SlidingSteps(NumberedSteps):
         force = spring * (lateral - at - move) if spring else lateral
         x, y = (force / area).tolist()
         return at, move, Drive((x, y), spring / area)
-
-    def _stiffness(self, touching: np.ndarray) -> float:
-        """Return the sum of the tractions per displacement along x without slip."""
-        halfspace = self._halfspace(touching.shape)
-        key = touching.shape, touching.tobytes()
-        if self._stiffness_of[0] != key:
-            imposed = np.zeros((2, *touching.shape))
-            imposed[0] = 1.0
-            bound = np.where(touching, np.inf, 0.0)
-            found = solve_friction(halfspace, bound, imposed, options=_OF_STIFFNESS)
-            self._stiffness_of = key, float(found.tractions[0].sum())
-        return self._stiffness_of[1]
 
 
 def _carried(vectors: Iterable[np.ndarray], box: Box, window: Box) -> np.ndarray:

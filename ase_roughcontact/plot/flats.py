@@ -66,9 +66,16 @@ def plot_flat_gap(axes: Any, pressure: np.ndarray, gap: ArrayLike) -> Any:
 
 
 def plot_flat_conductance(
-    axes: Any, pressure: np.ndarray, stiffness: np.ndarray, modulus: float
+    axes: Any,
+    pressure: np.ndarray,
+    stiffness: np.ndarray,
+    modulus: float,
+    conductance: np.ndarray | None = None,
 ) -> Any:
-    """Plot the contact stiffness of a rough flat, with its conductance at the right.
+    """Plot the contact stiffness of a rough flat, and its conductance at the right.
+
+    The scales are those on which both agree for the elastic contact of a hard wall
+    without attraction.
 
     Parameters
     ----------
@@ -78,7 +85,9 @@ def plot_flat_conductance(
     stiffness : ndarray, shape (k,)
         Of the contact (eV/Å^2).
     modulus : float
-        E*, for the conductance times the sum of the resistivities (eV/Å^3).
+        E* (eV/Å^3).
+    conductance : ndarray, shape (k,), optional
+        Times the sum of the resistivities (Å).
 
     Returns
     -------
@@ -86,11 +95,17 @@ def plot_flat_conductance(
     """
     unit = UNITS["N/m"]
     _against(axes, pressure)
-    axes.plot(pressure / _MPA, stiffness / unit, "o-", color=ORANGE, lw=0.8)
+    axes.plot(
+        pressure / _MPA, stiffness / unit, "o-", color=ORANGE, lw=0.8, label="stiffness"
+    )
     axes.set(yscale="log", ylabel="contact stiffness $k$ (N/m)")
-    axes.tick_params(which="both", right=False)
-    label = "conductance\n× resistivity (nm)"
-    add_right_scale(axes, label, 2.0 * unit / modulus / _NM, color=GREY)
+    if conductance is not None:
+        scaled = 0.5 * modulus * conductance / unit
+        axes.plot(pressure / _MPA, scaled, "s--", color=GREY, ms=3, label="conductance")
+        axes.tick_params(which="both", right=False)
+        label = "conductance\n× resistivity (nm)"
+        add_right_scale(axes, label, 2.0 * unit / modulus / _NM, color=GREY)
+        axes.legend()
     return axes
 
 

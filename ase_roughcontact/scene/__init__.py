@@ -23,6 +23,7 @@ scene.
 from ase_roughcontact.scene.config import (
     OPTIMIZERS,
     InteractionConfig,
+    OutputConfig,
     SolverConfig,
     SphereConfig,
     SubstrateConfig,
@@ -45,6 +46,7 @@ __all__ = [
     "HeterogeneityConfig",
     "InteractionConfig",
     "Loop",
+    "OutputConfig",
     "PathConfig",
     "PathKind",
     "RoughnessConfig",

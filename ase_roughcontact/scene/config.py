@@ -252,3 +252,16 @@ class SolverConfig(Section):
     accuracy: float | str = "normal"
     fmax: float | None = None
     max_steps: int = 10_000
+
+
+@dataclass(frozen=True)
+class OutputConfig(Section):
+    """``[output]``: names of the columns that are calculated where they are asked for.
+
+    By default a rough flat has the conductance, and other scenes have none.
+    """
+
+    title = "output"
+    changes_results = False
+
+    columns: tuple[str, ...] | None = None

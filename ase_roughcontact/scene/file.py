@@ -61,6 +61,7 @@ class SceneFile:
     friction: config.FrictionConfig | None = None
     path: PathKind = field(default_factory=Steps)
     solver: config.SolverConfig = field(default_factory=config.SolverConfig)
+    output: config.OutputConfig = field(default_factory=config.OutputConfig)
 
     def __post_init__(self) -> None:
         """Ask for the continuum if a surface was measured, unless the file says."""
@@ -243,7 +244,7 @@ class SceneFile:
         There are none if, and only if, both have the same `identity`.
         """
         changes = []
-        for title in SECTIONS:
+        for title in (k for k, each in SECTIONS.items() if each.changes_results):
             was, now = (each.entries().get(title, {}) for each in (old, self))
             first, second = (each._given.get(title, {}) for each in (old, self))
             changes += [
@@ -257,7 +258,7 @@ class SceneFile:
     @property
     def _given(self) -> dict[str, dict[str, Any]]:
         """Values by section and key that are not the default, for comparison."""
-        return {title: section.given for title, section in self.sections.items()}
+        return {k: v.given for k, v in self.sections.items() if v.changes_results}
 
 
 def default_text() -> str:

@@ -73,6 +73,8 @@ class Scene(SceneFile):
     substrate, sphere, roughness, topography, interaction, friction, path, solver
         Sections of a scene file. With neither `roughness` nor `topography` the sphere
         is smooth.
+    output
+        The same; it does not change the other results.
 
     Examples
     --------
@@ -146,7 +148,9 @@ class Scene(SceneFile):
     def record(self) -> type[LoadStep]:
         """Class of the results."""
         record = self.path.record
-        return FlatStep if self.is_flat and record is LoadStep else record
+        if self.is_flat and record is LoadStep:
+            record = FlatStep
+        return record.with_columns(self.output.columns)
 
     @property
     def warnings(self) -> list[str]:
@@ -208,6 +212,8 @@ class Scene(SceneFile):
         with problems.of("solver"):
             _ = self.accuracy, self.fmax, self.optimizer
             integer("max_steps", self.solver.max_steps, 1)
+        with problems.of("output"):
+            _ = self.record
         with problems.of("friction"):
             _ = self.friction and self.friction.law
             if self.friction and not issubclass(self.path.record, SlidingStep):
@@ -417,7 +423,12 @@ class Scene(SceneFile):
         generator of LoadStep
         """
         frames = self.frames()
-        output = Output(**files, record=record or self.record, frames=frames)
+        output = Output(
+            **files,
+            record=record or self.record,
+            columns=self.output.columns,
+            frames=frames,
+        )
         stepper = self.stepper(frames, scan_errors)
         lost = stepper.options.lost_slope
         warn_of_lost_slope(lost, self.grid_change, validity)

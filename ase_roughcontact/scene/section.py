@@ -11,7 +11,14 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from types import UnionType
-from typing import Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
+from typing import (
+    Any,
+    ClassVar,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 from ase_roughcontact._util.identity import canonical
 from ase_roughcontact._util.units import (
@@ -24,6 +31,9 @@ from ase_roughcontact._util.units import (
 from ase_roughcontact._util.validation import lookup, shown, unknown
 
 AnySection = TypeVar("AnySection", bound="Section")
+
+# Type of a key that has a list of names; other lists are of quantities.
+_NAMES = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -39,11 +49,14 @@ class Section:
         converted, and do not depend on the spacing of atoms.
     file_keys : tuple of str
         Keys whose values are names of files.
+    changes_results : bool
+        Whether results with other values are those of another scene.
     """
 
     title: ClassVar[str]
     units: ClassVar[Mapping[str, str]] = {}
     file_keys: ClassVar[tuple[str, ...]] = ()
+    changes_results: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Convert quantities with a unit to numbers."""
@@ -263,12 +276,18 @@ def _converted(
 
 
 def members(hint: Any) -> tuple[type, ...]:
-    """Return the types of a union; generic types without their parameters."""
+    """Return the types of a union; lists of names with their parameters."""
     members = get_args(hint) if get_origin(hint) is UnionType else (hint,)
-    return tuple(get_origin(member) or member for member in members)
+    return tuple(
+        member if member == _NAMES else get_origin(member) or member
+        for member in members
+    )
 
 
-def _is_of_type(value: Any, kind: type) -> bool:
+def _is_of_type(value: Any, kind: Any) -> bool:
+    if kind == _NAMES:
+        is_list = isinstance(value, (list, tuple))
+        return is_list and all(isinstance(each, str) for each in value)
     if kind is tuple:  # of quantities
         return isinstance(value, (list, tuple)) and all(
             _is_of_type(each, float)
@@ -281,7 +300,8 @@ def _is_of_type(value: Any, kind: type) -> bool:
 
 
 # Descriptions of the types of values.
-_TYPES: dict[type, str] = {
+_TYPES: dict[Any, str] = {
+    _NAMES: "a list of names",
     tuple: "a list of numbers",
     bool: "true or false",
     float: "a number",

@@ -24,7 +24,7 @@ from ase_roughcontact.analysis.path_values import loop_energies, static_friction
 from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
 from ase_roughcontact.paths.path_records import SlidingStep
 from ase_roughcontact.paths.path_steps import PathSteps
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.sliding import LATERAL_CONTROLS, SlidingSteps
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.bodies import Bodies
@@ -215,6 +215,8 @@ class Sliding(PathKind):
             of_loop = with_unit(energies[-1], "eV")
             found["lost energy"] += f", {of_loop} of it in the last loop"
         last = touching[-1]
+        if "lateral_stiffness" not in columns_of(type(last)):
+            return found
         lateral, normal = last.lateral_stiffness, last.contact_stiffness
         ratio = "the normal one is not defined, as the contact is at an instability"
         if normal > 0.0:

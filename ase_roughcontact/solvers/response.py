@@ -111,10 +111,8 @@ def height_response(
     hard = np.zeros(shape, bool)
     if contact.interaction.hard:
         hard = state.contact & ~state.plastic  # the others stay at the hardness
-    if halfspace.periodic and hard.all():
-        return HeightResponse(np.full(shape, -np.inf), -np.inf, halfspace)
-    if contact.interaction.purely_hard:
-        return _hard_response(halfspace, hard, tolerance)
+    if contact.interaction.purely_hard or (halfspace.periodic and hard.all()):
+        return punch_response(halfspace, hard, tolerance)
     d = _relative_stiffness(contact, state, hard)
     active = hard | (d != 0.0)
     if not active.any():
@@ -179,28 +177,48 @@ def _general_response(
     return result
 
 
-def _hard_response(
-    halfspace: HalfSpace, hard: np.ndarray, tolerance: float
+def punch_response(
+    halfspace: HalfSpace, footprint: np.ndarray, tolerance: float = 1e-4
 ) -> HeightResponse:
-    r"""Return the response of a hard wall without attraction to a unit of height.
+    r"""Return the change of the contact of a rigid punch by a unit of height.
 
-    Solve :math:`-G x = 1` on the atoms in elastic contact, with zero elsewhere, by
-    conjugate gradients, preconditioned by the inverse of the model. The force grows by
-    the length times the work of each step. What is missing after the last one is
-    estimated: a geometric series with the mean ratio of the last three.
+    It is that of any contact whose region is held fixed, under a rigid surface without
+    attraction.
+
+    Parameters
+    ----------
+    halfspace : HalfSpace
+    footprint : ndarray of bool, shape (n, m)
+        Atoms that move with the punch; nothing acts on the others.
+    tolerance : float
+        The relative error of the force is about its square.
+
+    Returns
+    -------
+    HeightResponse
+        With an infinite force if the footprint is a whole periodic cell.
+
+    Notes
+    -----
+    Conjugate gradients solve :math:`-G x = 1` on the footprint, with zero elsewhere,
+    preconditioned by the inverse of the model. The force grows by the length times the
+    work of each step. What is missing after the last one is estimated: a geometric
+    series with the mean ratio of the last three.
     """
-    box = Box.bounding(hard)
+    box = Box.bounding(footprint)
     if box is None:
-        return HeightResponse(np.zeros(hard.shape), 0.0, halfspace)
+        return HeightResponse(np.zeros(footprint.shape), 0.0, halfspace)
+    if halfspace.periodic and footprint.all():
+        return HeightResponse(np.full(footprint.shape, -np.inf), -np.inf, halfspace)
     model = _covering(halfspace, box)
     dtype, opened = model.dtype, model.compliance
-    single = tolerance >= _SINGLE_PRECISION and hard.size >= _LARGE
+    single = tolerance >= _SINGLE_PRECISION and footprint.size >= _LARGE
     if not (model.exact and (single or dtype.itemsize == 8)):
         exact = halfspace.in_single_precision() if single else halfspace
         dtype, opened = exact.dtype, partial(_opening, exact)
-    inside = hard.astype(dtype)
+    inside = footprint.astype(dtype)
     residual = inside.copy()
-    x, direction, buffer = (np.zeros(hard.shape, dtype) for _ in range(3))
+    x, direction, buffer = (np.zeros(footprint.shape, dtype) for _ in range(3))
     growth: list[float] = []
     last_work, part = np.inf, model.box.slices
     for _ in range(_HARD_STEPS):
@@ -219,7 +237,7 @@ def _hard_response(
         if growth[-1] <= _LAST_STEP * tolerance**2 * sum(growth):
             break
     else:
-        return HeightResponse(np.full(hard.shape, np.nan), np.nan, halfspace)
+        return HeightResponse(np.full(footprint.shape, np.nan), np.nan, halfspace)
     force = sum(growth) + _rest(growth[-3:])
     force *= halfspace.cell_area / halfspace.self_compliance
     x *= -1.0 / halfspace.self_compliance

@@ -23,6 +23,8 @@ from ase_roughcontact import (
     sliding_path,
 )
 from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.paths import output
+from ase_roughcontact.paths.sliding import SlidingSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 
@@ -94,7 +96,8 @@ def test_tractions_of_rough_contacts_are_those_of_ciavarella_and_jaeger(seed):
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
 def test_ratio_of_lateral_and_normal_stiffness(poisson):
     stepper = stepper_of(128, solid=Isotropic(1.0, poisson))
-    steps = follow(stepper, 3.0, Coulomb(1e3), [0.0, 1e-3])
+    path = SlidingSteps(stepper, 3.0, Coulomb(1e3), [0.0, 1e-3])
+    steps = list(output.follow(path, Output(columns=["lateral_stiffness"])))
     lateral = steps[1].lateral_force_x / 1e-3
     ratio = 2.0 * (1.0 - poisson) / (2.0 - poisson)
     normal = 2.0 * np.sqrt(steps[1].contact_area / np.pi)  # 2 E* a

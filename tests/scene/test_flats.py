@@ -61,8 +61,9 @@ def test_area_and_gap_of_a_wave_are_those_of_westergaard(wave, part):
     pressure = step.normal_force / scene.nominal_area
     assert pressure == pytest.approx(part * full * UNITS["MPa"])
     assert step.nominal_pressure == pytest.approx(pressure)
+    # both agree for the elastic contact of a hard wall
     conductance = 2.0 * step.contact_stiffness / scene.contact_modulus
-    assert step.conductance == pytest.approx(conductance)
+    assert step.conductance == pytest.approx(conductance, rel=1e-3)
     fraction = 2.0 / math.pi * math.asin(math.sqrt(part))
     assert step.continuum_area / scene.nominal_area == pytest.approx(fraction, abs=0.01)
     # mean gap by K. L. Johnson, Contact Mechanics (1985), section 13.2

@@ -115,7 +115,8 @@ def test_forces_of_rounding_are_printed_as_zero():
 
 
 def test_no_ratio_of_stiffnesses_at_an_instability():
-    scene, steps = relaxed(displacements=[0, 0.01], steps=1)
+    asked = {"output__columns": ["lateral_stiffness"]}
+    scene, steps = relaxed(displacements=[0, 0.01], steps=1, **asked)
     found = scene.path.summary(scene, steps)["stiffness without slip"]
     assert re.fullmatch(r"[\d.]+ N/m, 0\.8\d* times the normal one", found)
     steps[-1] = replace(steps[-1], contact_stiffness=np.nan)
@@ -173,7 +174,8 @@ def test_maps_show_stick_beside_slip_on_the_first_way_and_after_a_turn():
 
 def test_direction_forces_and_changing_loads():
     keys = {"displacements": None, "forces": ["1 nN", 3], "values": [20, "40 nN"]}
-    scene, steps = relaxed(**keys, direction="30 deg")
+    asked = {"output__columns": ["lateral_stiffness"]}
+    scene, steps = relaxed(**keys, direction="30 deg", **asked)
     forces = np.array([[s.lateral_force_x, s.lateral_force_y] for s in steps]) / NN
     turned = np.linspace(1, 3, 5)[:, None] * [np.sqrt(0.75), 0.5]
     assert forces == pytest.approx(turned, rel=1e-4)
