@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 if sys.version_info >= (3, 11):
     import tomllib as tomllib
@@ -59,8 +59,8 @@ def locked(file: PathName) -> Iterator[None]:
 def lock(name: PathName) -> Iterator[bool]:
     """Lock a file until the end of the context, or of this process however it ends.
 
-    The file is created, and removed in the end. Yields whether neither another process
-    nor another thread had locked it.
+    The file is created, and removed in the end, unless it was replaced. Yields whether
+    neither another process nor another thread had locked it.
 
     Raises
     ------
@@ -72,8 +72,8 @@ def lock(name: PathName) -> Iterator[bool]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             # the process that held the lock may have removed the file meanwhile
-            free = os.path.samestat(os.fstat(file.fileno()), os.stat(name))
-        except (BlockingIOError, FileNotFoundError):
+            free = _is_file(name, file)
+        except BlockingIOError:
             free = False
         except OSError:
             Path(name).unlink(missing_ok=True)
@@ -81,8 +81,16 @@ def lock(name: PathName) -> Iterator[bool]:
         try:
             yield free
         finally:
-            if free:
+            if free and _is_file(name, file):
                 Path(name).unlink(missing_ok=True)
+
+
+def _is_file(name: PathName, file: IO[Any]) -> bool:
+    """Return whether an open file is still the one of a name."""
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), os.stat(name))
+    except FileNotFoundError:
+        return False
 
 
 @contextmanager
@@ -194,6 +202,17 @@ def check_replaced(file: Path, mark: bytes) -> None:
             f"{file} was not written by ase-roughcontact, or by an earlier version, "
             "and would be overwritten: give another name, or delete it"
         )
+
+
+def check_different(**files: PathName) -> None:
+    """Raise `ValueError` if two files, by what they are for, are one."""
+    found: dict[Path, str] = {}
+    for name, file in files.items():
+        other = found.setdefault(Path(file).resolve(), name)
+        if other != name:
+            raise ValueError(
+                f"{other} and {name} are one file, {os.fspath(file)}: give two names"
+            )
 
 
 def refuse_link(file: PathName) -> None:

@@ -13,7 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from ase_roughcontact._util.files import check_replaced
+from ase_roughcontact._util.files import check_different, check_replaced
 from ase_roughcontact._util.printing import number, show, table
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
@@ -83,6 +83,7 @@ def ensemble(options: argparse.Namespace) -> int:
     if options.error is not None and _SEED in values:
         raise ValueError("--error chooses the seeds: omit --set roughness.seed")
     if options.table:
+        check_different(table=options.table, database=options.database)
         check_replaced(Path(options.table), b"case,step")
     variants, pool = _variants(scene, values), {"workers": options.workers}
     with ExitStack() as stack:

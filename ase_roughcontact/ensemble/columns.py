@@ -10,7 +10,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from ase_roughcontact._util.files import PathName, write_table
+from ase_roughcontact._util.files import PathName, check_different, write_table
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
@@ -164,6 +164,7 @@ def write_csv(
     file : path
         Overwritten if it exists.
     """
+    check_different(database=database, file=file)
     columns = read_ensemble(database, selection, **query)
     texts = [
         [f"{value:.10g}" for value in values] if values.dtype.kind == "f" else values

@@ -102,9 +102,13 @@ class EnsembleDatabase:
         rows = self.select(f"id>{after}", columns=columns, **query)
         return {row.id: (row.case, row.step) for row in rows}
 
-    def done(self) -> set[str]:
-        """Return the cases whose calculation has ended without an error."""
-        return {row.case for row in self.select(record="case", state="done")}
+    def done(self) -> dict[str, int | None]:
+        """Return the cases that ended without an error, and how many steps each had.
+
+        None for a row of an earlier version, which does not have this number.
+        """
+        rows = self.select(record="case", state="done")
+        return {row.case: row.get("steps") for row in rows}
 
     def add_steps(
         self, rows: Sequence[dict[str, Any]], data: dict[str, Any], **query: Any

@@ -15,7 +15,7 @@ from ase_roughcontact._util.files import locked, table_rows, table_writer
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.executors import worker_pool
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.results import check_folder, write_inputs
+from ase_roughcontact.scene.results import check_folder, check_inputs, write_inputs
 
 #: Attributes of a place that are numbers, and their units in the file.
 PLACE_UNITS = {
@@ -87,12 +87,14 @@ def run_places(
     Raises
     ------
     ValueError
-        If the scene has no scan or is invalid, or the folder contains another one.
+        If the scene has no scan or is invalid, a file of it has the name of a result,
+        or the folder contains another scene.
     RuntimeError
         If another run is writing the folder.
     """
     folder = Path(folder)
     places, table = _grid(scene, shape), folder / "places.csv"
+    check_inputs(scene)
     folder.mkdir(parents=True, exist_ok=True)
     with locked(table):
         found = _earlier(scene, folder)

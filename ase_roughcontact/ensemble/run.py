@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import uuid
+from collections import defaultdict
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future, wait
 from contextlib import AbstractContextManager, ExitStack
@@ -11,7 +12,11 @@ from contextlib import AbstractContextManager, ExitStack
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.ensemble.cases import case_of
-from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
+from ase_roughcontact.ensemble.database import (
+    EnsembleDatabase,
+    database_address,
+    without_password,
+)
 from ase_roughcontact.ensemble.executors import worker_pool
 from ase_roughcontact.ensemble.progress import (
     WHOLE,
@@ -76,7 +81,8 @@ def run_ensemble(
     OSError
         If the database can't be used, as its disk is full or has no file locks.
     RuntimeError
-        If a worker or a scheduler died. All finished steps are in the database.
+        If a worker or a scheduler died, or the lock of the run was removed. All
+        finished steps are in the database.
 
     Notes
     -----
@@ -145,6 +151,7 @@ def _run(
     run = f"run-{uuid.uuid4().hex}"
     submitted: dict[Future, str] = {}
     newest, reported = 0, None
+    stored: defaultdict[str, set[int]] = defaultdict(set)  # steps by case
     costs = {case: costs for case, (_, costs) in tasks.items()}
     largest_first = sorted(costs, key=lambda case: -sum(costs[case].values()))
     meter = ProgressMeter({case: costs[case] for case in largest_first})
@@ -157,9 +164,12 @@ def _run(
             new = database.steps(after=newest)
             newest = max(new, default=newest)
             for case, step in new.values():
+                stored[case].add(step)
                 meter.finish(case, step)
-            for case in database.done() if in_time else ():
-                meter.finish(case, WHOLE)
+            for case, count in database.done().items() if in_time else ():
+                last = max(stored[case], default=0)
+                if len(stored[case]) == (count or last + 1):
+                    meter.finish(case, WHOLE)
             progress = meter.progress()
             if progress != reported:
                 reported = progress
@@ -174,11 +184,11 @@ def _run(
                         given = database, run, case, tasks[case][0], list(costs[case])
                         submitted[executor.submit(calculate_case, *given)] = case
                 wait(submitted, timeout=interval)
-                busy = False  # whether other runs work on some of the cases
+                states = set[str]()  # of the tasks that have ended
                 for task in [task for task in submitted if task.done()]:
                     state, message = task.result()
                     case = submitted.pop(task)
-                    busy |= state == "busy"
+                    states.add(state)
                     if state == "failed":
                         meter.failures[case] = message
             except OSError:
@@ -189,7 +199,14 @@ def _run(
                     f"could not start ({type(error).__name__}: {error}): all finished "
                     "steps are in the database; start the ensemble again to continue"
                 ) from error
-            if busy:
+            if "stopped" in states:
+                address = without_password(database.address)
+                raise RuntimeError(
+                    f"the lock {address}-{run}.lock of this run was removed: all "
+                    "finished steps are in the database; start the ensemble again to "
+                    "continue"
+                )
+            if "busy" in states:  # other runs work on some of the cases
                 time.sleep(interval)
 
 

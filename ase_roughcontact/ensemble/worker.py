@@ -45,7 +45,8 @@ def calculate_case(
     Returns
     -------
     state : {"done", "failed", "stopped", "busy"}
-        "stopped" if the run has ended, "busy" if another worker calculates the case.
+        "stopped" if the run does not hold its lock any more, "busy" if another worker
+        calculates the case.
     message : str
         Why it failed.
     """
@@ -76,7 +77,8 @@ def calculate_case(
                 frame.unlink(missing_ok=True)
         except Exception as error:
             state, message = "failed", f"{type(error).__name__}: {error}"
-        database.set_state(case, state, data, message=message, **scene_columns(scene))
+        values = {"message": message, "steps": len(database.steps(case=case))}
+        database.set_state(case, state, data, **values, **scene_columns(scene))
     return state, message
 
 

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from ase_roughcontact._util.files import (
     PathName,
+    check_different,
     locked,
     refuse_link,
     table_rows,
@@ -76,7 +77,8 @@ class Output:
     Raises
     ------
     ValueError
-        If `resume` is set without a trajectory, or `keep` is unknown.
+        If `resume` is set without a trajectory, both files are one, or `keep` is
+        unknown.
     TypeError
         If `record` is not a dataclass of columns.
 
@@ -99,6 +101,8 @@ class Output:
         if self.resume and self.trajectory is None:
             raise ValueError("resume=True needs the trajectory to resume from")
         one_of(("all", "last"), keep=self.keep)
+        if self.csv is not None and self.trajectory is not None:
+            check_different(csv=self.csv, trajectory=self.trajectory)
         columns_of(self.record)  # raises if it is not a class of results
 
 

@@ -15,6 +15,26 @@ from ase_roughcontact.scene.file import SceneFile, read_text
 
 #: Files that are the results of a scene.
 RESULTS = "sweep.traj", "places.csv"
+#: All files and folders that commands write into the folder of a scene.
+OUTPUTS = {
+    *("scene.toml", "curve.csv", "cantilever.csv", "places.csv", "report.html"),
+    *("sweep.traj", "view.traj", "maps", "curve.png", "force.png", "contact.png"),
+    *("loop.png", "cantilever.png", "time.png", "friction.png", "tractions.png"),
+    "places.png",
+}
+# Endings of files that are written beside these.
+_ENDINGS = "", ".new", ".lock"
+
+
+def check_inputs(scene: SceneFile) -> None:
+    """Raise `ValueError` if a file of a scene has the name of one that is written."""
+    written = {name + ending for name in OUTPUTS for ending in _ENDINGS}
+    for file in scene.files:
+        if Path(file).name.lower() in written:
+            raise ValueError(
+                f"{file} has the name of a file in the folder of the results, to which "
+                "it would be copied: rename it"
+            )
 
 
 def check_folder(
@@ -115,6 +135,7 @@ def write_results(
     """
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"{folder} is a file, give a folder for the results")
+    check_inputs(scene)
     folder.mkdir(parents=True, exist_ok=True)
     check_folder(scene, folder, ["places.csv"])
     _check_replaced(folder)

@@ -461,7 +461,8 @@ class Scene(SceneFile):
         ------
         ValueError
             If the folder contains a run of another scene, with the differences, a
-            damaged one, or a table or scene that no run wrote.
+            damaged one, or a table or scene that no run wrote, or if a file of the
+            scene has the name of one that is written.
         OSError
             If the folder can't be written, or a file in it is a symbolic link.
         """

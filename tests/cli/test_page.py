@@ -14,6 +14,7 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.cli.page import page
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
+from ase_roughcontact.scene.results import OUTPUTS
 
 
 def page_of(folder, scene):
@@ -76,6 +77,12 @@ def test_an_error_that_is_not_known_is_no_negligible_one(tmp_path):
 def loop(tmp_path_factory):
     folder = tmp_path_factory.mktemp("loop")
     return folder / "results", page_of(folder, LOOP)
+
+
+def test_names_of_all_results_are_known(loop):
+    folder, _ = loop
+    assert "cantilever.csv" in OUTPUTS
+    assert {path.name for path in folder.iterdir()} <= OUTPUTS
 
 
 def test_the_page_of_a_loop_has_its_values_and_force_curves(loop):

@@ -1,9 +1,13 @@
 """Load steps of ensembles as arrays and as CSV files."""
 
+from shutil import copyfile
+
 import numpy as np
+import pytest
 from ensemble_scenes import SCENES, STEPS, rows
 
 from ase_roughcontact._util.files import table_rows
+from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import case_of, read_ensemble, write_csv
 
 
@@ -32,3 +36,13 @@ def test_csv_has_ten_digits(undisturbed, tmp_path):
             np.testing.assert_allclose(written.astype(float), values, rtol=5e-10)
         else:
             np.testing.assert_array_equal(written, values.astype(str))
+
+
+def test_a_table_does_not_replace_its_database(undisturbed, tmp_path):
+    database = tmp_path / "e.db"
+    copyfile(undisturbed, database)
+    with pytest.raises(ValueError, match="one file"):
+        write_csv(database, tmp_path / "x" / ".." / "e.db")
+    options = ["--database", str(database), "--table", str(database)]
+    assert main(["ensemble", *options]) == 2
+    assert len(read_ensemble(database)["step"]) == STEPS

@@ -91,6 +91,17 @@ def test_a_failed_case_stops_no_other_and_is_tried_again(tmp_path):
     assert len(read_ensemble(database, case=case_of(SCENE))["step"]) == 3
 
 
+def test_a_run_that_has_lost_its_lock_says_so(tmp_path):
+    def remove_locks():
+        for file in tmp_path.glob("*.lock"):
+            file.unlink()
+
+    database = tmp_path / "e.db"
+    with pytest.raises(RuntimeError, match=r"lock .* was removed"):
+        list(run_ensemble([SCENE], database, Here(remove_locks)))
+    assert finish([SCENE], database).steps == 3
+
+
 @pytest.mark.parametrize(
     "scenes, database, options, message",
     [

@@ -5,6 +5,7 @@ Walls with attraction or a plastic shape, and paths in time.
 
 import re
 from concurrent.futures import ThreadPoolExecutor
+from shutil import copyfile
 
 import numpy as np
 import pytest
@@ -131,6 +132,20 @@ def test_a_missing_last_time_is_calculated_after_all_before_it(tmp_path):
         db.delete([row.id for row in found])
     assert finish([TIME], database).steps == 1
     assert_rows_are_those_of_the_whole_path(database, TIME)
+
+
+@pytest.mark.parametrize("deleted", [[3, 5], [-1]])
+def test_deleted_times_are_calculated_again(two_seeds, deleted, tmp_path):
+    database, (scene, _) = tmp_path / "e.db", two_seeds[1]
+    copyfile(two_seeds[0], database)
+    before = rows(database, record="step", case=case_of(scene))
+    with connect(database) as db:
+        db.delete([before[number].id for number in deleted])
+    assert finish([scene], database).steps == 1
+    columns = read_ensemble(database, case=case_of(scene))
+    assert columns["step"].tolist() == list(range(len(before)))
+    forces = [row.normal_force for row in before]
+    np.testing.assert_allclose(columns["normal_force"], forces, rtol=1e-5)
 
 
 def test_realisations_of_a_sample_have_the_history_of_the_whole_path(tmp_path):

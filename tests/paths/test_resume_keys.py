@@ -123,3 +123,9 @@ def test_the_remaining_steps_and_the_number_of_iterations_may_change(other, tmp_
     first_step(file, path=PATH)
     steps = list(steps_of(file, resume=True, path=path))
     assert len(steps) == len(path["penetrations"])
+
+
+def test_table_and_trajectory_are_two_files(tmp_path):
+    same = {"csv": tmp_path / "a", "trajectory": tmp_path / "b" / ".." / "a"}
+    with pytest.raises(ValueError, match="csv and trajectory are one file"):
+        rc.Output(**same)

@@ -1,5 +1,6 @@
 """Scenes with a scan as the roughness."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from small_scene import SMALL
 
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.ensemble import run_places
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.columns import scene_columns
 from ase_roughcontact.scene import Scene
@@ -66,6 +68,26 @@ def test_a_scan_is_pressed_and_its_path_resumed(folder):
     smooth = replace(scene, topography=None).relax([0.6])
     assert 0.0 < steps[-1].contact_area < next(smooth).contact_area
     assert steps[-1].converged
+
+
+@pytest.mark.parametrize(
+    "name", ["curve.csv", "Sweep.traj", "scene.toml", "places.csv", "curve.csv.new"]
+)
+@pytest.mark.parametrize("out", ["run", "."])
+def test_a_scan_with_the_name_of_a_result_is_refused(folder, name, out):
+    (folder / "scan.txt").rename(folder / name)
+    content = (folder / name).read_bytes()
+    scene = read(folder, SECTION.replace("scan.txt", name))
+    for write in (lambda: scene.run(folder / out), lambda: places(scene, folder / out)):
+        with pytest.raises(ValueError, match=name):
+            list(write())
+    assert (folder / name).read_bytes() == content
+    assert {path.name for path in folder.iterdir()} == {name, "scan.toml"}
+
+
+def places(scene, folder):
+    with ThreadPoolExecutor(1) as pool:
+        yield from run_places(scene, (1, 1), folder, pool)
 
 
 def test_theory_for_a_scan_is_that_of_its_statistics(folder):
