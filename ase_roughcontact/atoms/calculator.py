@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.calculators.calculator import Calculator, all_changes
-from ase.outputs import Properties, all_outputs
+from ase.calculators.calculator import all_changes
 
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.kernels import array_equal
+from ase_roughcontact._util.properties import PropertiesCalculator
 from ase_roughcontact._util.validation import unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
-from ase_roughcontact.atoms.history import same_history
-from ase_roughcontact.atoms.info import check_surface
+from ase_roughcontact.atoms.history import check_history, same_history
+from ase_roughcontact.atoms.marks import check_indenter
 from ase_roughcontact.atoms.model import ContactModel, checked, problem_for
 from ase_roughcontact.atoms.sticking import (
     Sticking,
@@ -27,11 +27,11 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
 
-#: Names in `Calculator.results` beside those of ASE.
+#: Properties of the state of the contact, which ASE does not define.
 CONTACT_PROPERTIES = ["normal_force", "contact_area", "pressure", "gap", "contact"]
 
 
-class RoughContact(Calculator):
+class RoughContact(PropertiesCalculator):
     r"""Elastic half space under a rigid rough indenter.
 
     The atoms are a grid of surface atoms and the indenter, see `substrate`. With
@@ -95,12 +95,13 @@ class RoughContact(Calculator):
 
     Notes
     -----
-    Besides ASE's properties, `results` has `normal_force` (eV/Å), `contact_area`
-    (Å^2), after `sliding_path` and where atoms `stick` the `lateral_force` along x and
-    y that holds the indenter (eV/Å), and, as arrays of the window's
-    shape (n, m), `pressure` (eV/Å^3), `gap` (Å) and `contact` (bool). `get_property`
-    returns them, too, and `state` all at once. ASE's file formats do not store
-    properties that ASE does not define; `snapshot` makes frames that carry them.
+    The dictionary `results` has the properties that ASE defines. `get_property` returns
+    others, too: ``"normal_force"`` (eV/Å), ``"contact_area"`` (Å^2), after
+    `sliding_path` and where atoms `stick` the ``"lateral_force"`` along x and y that
+    holds the indenter (eV/Å), and, as arrays of the window's shape (n, m),
+    ``"pressure"`` (eV/Å^3), ``"gap"`` (Å) and ``"contact"`` (bool). `state` returns
+    them all at once. ASE's file formats do not store them; `snapshot` makes frames that
+    carry them.
 
     The work of the load on a fixed indenter, where it is wanted in an energy, is
     ``load * atoms.positions[-1, 2]``.
@@ -121,7 +122,7 @@ class RoughContact(Calculator):
     True
     >>> atoms.calc.state(atoms).repulsive_atoms
     177
-    >>> int(atoms.calc.results['contact'].sum())
+    >>> int(atoms.calc.get_property('contact', atoms).sum())
     177
     """
 
@@ -130,9 +131,8 @@ class RoughContact(Calculator):
         "free_energy",
         "energies",
         "forces",
-        *CONTACT_PROPERTIES,
-        "lateral_force",
     ]
+    own_properties = [*CONTACT_PROPERTIES, "lateral_force"]
     default_parameters: dict[str, Any] = {
         "indenter": None,
         "contact_modulus": None,
@@ -213,7 +213,7 @@ class RoughContact(Calculator):
         model = self._model(self.atoms)
         values = displacement(self.atoms, model.grid)
         height = float(self.atoms.positions[-1, 2])
-        state = self._state = model.state(values, height)
+        state = self._state = model.state(values, height).read_only()
         self._fixed, self._sticking = _constraints_of(self.atoms)
         load = self.parameters["load"]
         if self._fixed:
@@ -236,9 +236,9 @@ class RoughContact(Calculator):
             "free_energy": energy,
             "energies": energies,
             "forces": forces,
-            **{name: getattr(state, name) for name in CONTACT_PROPERTIES},
-            "lateral_force": lateral_force,
         }
+        self.own_results = {name: getattr(state, name) for name in CONTACT_PROPERTIES}
+        self.own_results["lateral_force"] = lateral_force
 
     def _warn_of_load(self, load: float) -> None:
         """Warn of a load on a fixed indenter, once for every load."""
@@ -261,6 +261,7 @@ class RoughContact(Calculator):
         Returns
         -------
         ContactState
+            Its arrays are read-only.
 
         Raises
         ------
@@ -271,11 +272,6 @@ class RoughContact(Calculator):
             raise ValueError("nothing has been calculated: give the atoms")
         self.get_property("energy", atoms)
         return self._state
-
-    def export_properties(self) -> Properties:
-        """Return those results that ASE defines, as a mapping."""
-        names = all_outputs.keys() & self.results.keys()
-        return Properties({name: self.results[name] for name in names})
 
     def get_spin_polarized(self) -> bool:
         """Return False.
@@ -290,7 +286,7 @@ class RoughContact(Calculator):
         if self.atoms is None:
             return all_changes[:]
         fixed, sticking = _constraints_of(atoms)
-        if (self._fixed, self._sticking is None) != (fixed, sticking is None):
+        if self._fixed != fixed or self._sticking != sticking:
             return ["constraints"]
         if not same_history(self.atoms, atoms):
             return ["history"]
@@ -303,10 +299,11 @@ class RoughContact(Calculator):
 
     def _model(self, atoms: Atoms) -> ContactModel:
         """Return the model of the atoms, built anew where their lattice has changed."""
+        check_history(atoms)
         if self._cached_model is None or not self._cached_model.fits(atoms):
             self._cached_model = ContactModel.of(atoms, self.parameters)
         self._cached_model.adopt_history(atoms)
-        check_surface(atoms, self._cached_model.surface_id)
+        check_indenter(atoms, self._cached_model.surface_id)
         return self._cached_model
 
 
@@ -342,6 +339,7 @@ def problem_of(atoms: Atoms) -> tuple[Problem, Box]:
 
     The indenter is not sampled.
     """
+    check_history(atoms)
     parameters, grid = calculator_of(atoms).parameters, SurfaceGrid.of(atoms)
     problem = problem_for(grid, parameters)
     return problem, problem.window(grid.window, grid.origin)

@@ -11,6 +11,7 @@ from ase import Atoms
 from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.info import INDENTER_KEY, LATTICE
+from ase_roughcontact.atoms.marks import set_mark
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography.facts import surface_id
@@ -76,6 +77,7 @@ def regrid(atoms: Atoms, change: GridChange) -> float:
     _exchange(atoms, fine, window, shape)
     if fine.indenter is not problem.indenter:
         atoms.info[INDENTER_KEY] = surface_id(fine.indenter)
+        set_mark(atoms, fields=0)
     atoms.calc.set(indenter=fine.indenter, interaction=problem.wall)
     return lost_slope(problem.indenter, fine.indenter)
 
@@ -93,6 +95,7 @@ def _exchange(
     atoms.arrays, atoms.cell = new.arrays, new.cell
     atoms.set_constraint(constraints)
     atoms.info.pop(LATTICE, None)
+    set_mark(atoms, fields=0)
 
 
 def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:

@@ -12,10 +12,10 @@ from ase_roughcontact._util.validation import surface
 from ase_roughcontact.atoms.info import (
     CREEP_DEPTH,
     LATTICE,
-    check_surface,
     field_of,
     info_of,
 )
+from ase_roughcontact.atoms.marks import check_indenter
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.facts import sampled_heights, surface_id
@@ -218,7 +218,7 @@ def set_displacement(atoms: Atoms, values: np.ndarray) -> None:
 def surface_above(atoms: Atoms, grid: SurfaceGrid, indenter: Surface) -> np.ndarray:
     """Return z of an indenter's surface above the window, shape (n, m) (Å)."""
     surface(indenter=indenter)
-    check_surface(atoms, surface_id(indenter))
+    check_indenter(atoms, surface_id(indenter))
     mean = atoms.positions[:-1, 2].mean() if grid.periodic else 0.0
     return atoms.positions[-1, 2] + mean + grid.heights(indenter)
 

@@ -17,8 +17,9 @@ from ase_roughcontact.atoms.grid import (
     on_grid,
     set_lateral_displacement,
 )
-from ase_roughcontact.atoms.info import INDENTED, field_of, info_of
-from ase_roughcontact.atoms.sticking import sticking_of
+from ase_roughcontact.atoms.info import INDENTED, LATTICE, field_of, info_of
+from ase_roughcontact.atoms.marks import marked_fields, set_mark
+from ase_roughcontact.atoms.sticking import check_kept, sticking_of
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
 from ase_roughcontact.contact.state import (
     PLASTIC_DEPTH,
@@ -31,6 +32,30 @@ from ase_roughcontact.elasticity.creep import Creep
 
 #: Key in the `info` of atoms of the creep of their solid.
 CREEP = "creep"
+
+
+def kept_keys(atoms: Atoms) -> list[str]:
+    """Return the keys of what a surface has kept of earlier steps; see `history_of`."""
+    info = info_of(atoms)
+    keys = [*filter(_is_kept, atoms.arrays), *filter(_is_text, info)]
+    if PLASTIC_DEPTH in info and info.get(INDENTED):
+        keys.append(PLASTIC_DEPTH)
+    if LATTICE in info:
+        keys += SHIFTS
+    if sticking_of(atoms) is not None:
+        keys += [*TRACTIONS, SLIPPING]
+    return list(dict.fromkeys(keys))
+
+
+def check_history(atoms: Atoms) -> None:
+    """Raise `ValueError` if atoms have lost what their surface has kept."""
+    check_kept(atoms)
+    if len(kept_keys(atoms)) < marked_fields(atoms):
+        raise ValueError(
+            "a file has lost what the surface of these atoms keeps of earlier steps "
+            "(plastic shape, creep or friction): write snapshot(atoms), to .db and "
+            ".json with data=frame.info, or start from new atoms"
+        )
 
 
 def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
@@ -54,10 +79,9 @@ def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
         for key, values in atoms.arrays.items()
         if _is_kept(key)
     }
-    info = info_of(atoms)
-    for key in info.keys() - history.keys():
-        if (key == PLASTIC_DEPTH and info.get(INDENTED)) or _is_text(key):
-            history[key] = field_of(atoms, key, grid.window)
+    texts = info_of(atoms).keys() - history.keys()
+    for key in texts.intersection(kept_keys(atoms)):
+        history[key] = field_of(atoms, key, grid.window)
     moved = lateral_displacement(atoms, grid)
     if moved is not None:
         history |= zip(SHIFTS, moved[:, :n, :m].copy(), strict=True)
@@ -98,6 +122,7 @@ def set_history(
         if key in SHIFTS:
             continue
         atoms.arrays[key] = np.append(on_grid(values, grid), 0.0)
+    set_mark(atoms, len(kept_keys(atoms)))
 
 
 def same_history(a: Atoms, b: Atoms) -> bool:

@@ -21,25 +21,6 @@ TOUCHING = "touching"
 LATTICE = "lattice"
 
 
-def check_surface(atoms: Atoms, identity: str | None) -> None:
-    """Raise `ValueError` if atoms were built for another indenter.
-
-    Parameters
-    ----------
-    atoms : Atoms
-        Substrate and indenter.
-    identity : str or None
-        `surface_id` of the indenter to be used; None is not checked.
-    """
-    built_for = atoms.info.get(INDENTER_KEY)
-    if None not in (built_for, identity) and built_for != identity:
-        raise ValueError(
-            f"the atoms were built for the indenter {built_for}, got {identity}: give "
-            "substrate() and the calculator the same indenter, or delete "
-            f"atoms.info[{INDENTER_KEY!r}] to replace the indenter on purpose"
-        )
-
-
 def info_of(frame: Atoms) -> dict:
     """Return the `info` of a frame, and the data of a database."""
     return frame.info.get("data", {}) | frame.info

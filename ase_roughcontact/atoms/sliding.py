@@ -9,10 +9,17 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact.atoms.calculator import model_of
-from ase_roughcontact.atoms.grid import on_grid, set_lateral_displacement
-from ase_roughcontact.atoms.history import creep_of, history_of, set_history
-from ase_roughcontact.atoms.info import LATTICE
+from ase_roughcontact.atoms.grid import SurfaceGrid, on_grid, set_lateral_displacement
+from ase_roughcontact.atoms.history import (
+    check_history,
+    creep_of,
+    history_of,
+    kept_keys,
+    set_history,
+)
+from ase_roughcontact.atoms.info import LATTICE, info_of
 from ase_roughcontact.atoms.loading import AtomsPath, single_path
+from ase_roughcontact.atoms.marks import set_mark
 from ase_roughcontact.atoms.sticking import (
     STICKS,
     SlipError,
@@ -20,7 +27,7 @@ from ase_roughcontact.atoms.sticking import (
     check_released,
     exceeds,
 )
-from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTION_DEPTH
+from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.interactions.friction import FrictionLaw, check_law
 from ase_roughcontact.paths.output import Output
@@ -124,6 +131,8 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
         raise SlipError(index[slips[sticks]], len(index), "already")
     moved = halfspace.displacement(on_grid(tractions, grid))
     set_lateral_displacement(atoms, grid, moved)
+    for key in (*TRACTIONS, SLIPPING):  # the constraint has them
+        atoms.arrays.pop(key, None)
     atoms.info[LATTICE] |= {"axis": atoms.positions[-1, :2].tolist(), STICKS: True}
     sticking = Sticking(
         atoms,
@@ -133,6 +142,7 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
         grid.spacing**2 * np.stack([each[:, sticks].T for each in changes], axis=-1),
     )
     atoms.set_constraint([*atoms.constraints, sticking])
+    set_mark(atoms, len(kept_keys(atoms)))
     return sticking
 
 
@@ -145,7 +155,9 @@ def release(atoms: Atoms) -> None:
         Changed in place: the indenter goes back above the middle of the lattice, which
         stands for its displacement.
     """
-    grid = model_of(atoms).grid
+    if LATTICE not in info_of(atoms):
+        check_history(atoms)
+    grid = SurfaceGrid.of(atoms)
     history = history_of(atoms, grid)
     others = [c for c in atoms.constraints if not isinstance(c, Sticking)]
     atoms.set_constraint(others)

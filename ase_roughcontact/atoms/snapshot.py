@@ -20,7 +20,12 @@ from ase.units import GPa
 
 from ase_roughcontact.atoms.calculator import model_of
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
-from ase_roughcontact.atoms.history import creep_of, history_of, set_history
+from ase_roughcontact.atoms.history import (
+    check_history,
+    creep_of,
+    history_of,
+    set_history,
+)
 from ase_roughcontact.atoms.info import (
     CREEP_DEPTH,
     INDENTED,
@@ -29,7 +34,9 @@ from ase_roughcontact.atoms.info import (
     TOUCHING,
     as_text,
     field_of,
+    info_of,
 )
+from ase_roughcontact.atoms.marks import TAG_KEPT
 from ase_roughcontact.atoms.sticking import STICKS, sticking_of
 from ase_roughcontact.contact.state import PLASTIC_DEPTH, SHIFTS, SLIPPING
 from ase_roughcontact.elasticity.greens import ElasticSolid
@@ -59,6 +66,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         also `pressure_of`, and `info`. For viewers, tags are 1 for atoms in contact, 4
         for those in plastic contact, 5 for those that slip, 2 for atoms under
         attraction and 0 for all others, and initial charges are the pressures in GPa.
+        The tag of the indenter is 6 if the surface keeps fields of earlier steps.
 
     Raises
     ------
@@ -84,7 +92,8 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         TAG_OPEN,
     )
     results, sticking = atoms.calc.results, sticking_of(atoms)
-    forces, lateral_force = results["forces"].copy(), results["lateral_force"]
+    forces = results["forces"].copy()
+    lateral_force = atoms.calc.get_property("lateral_force", atoms)
     if sticking is not None:
         forces[sticking.index, :2] = 0.0  # the indenter has them
     if SLIPPING in history:
@@ -92,7 +101,8 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         frame.info[LATTICE] = frame.info[LATTICE] | {"shape": list(grid.window)}
         frame.info[LATTICE].pop(STICKS, None)
         forces[-1, :2] = -lateral_force
-    frame.set_tags(np.append(tags, TAG_OPEN))
+    frame.set_array("tags", None)  # of another type of integer
+    frame.set_tags(np.append(tags, TAG_KEPT if history else TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
     fields = {k: v for k, v in history.items() if k not in (PLASTIC_DEPTH, *SHIFTS)}
     for key in fields:
@@ -175,6 +185,7 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     ValueError
         If the frame is not a grid of surface atoms and an indenter.
     """
+    check_history(frame)
     grid = SurfaceGrid.of(frame)
     window = displacement(frame, grid)[: grid.window[0], : grid.window[1]]
     values = window
@@ -186,10 +197,10 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     atoms.positions[:-1, :2] += np.add(grid.origin, frame.positions[-1, :2])
     atoms.positions[-1], atoms.cell = frame.positions[-1], frame.cell
     set_displacement(atoms, values)
-    if INDENTER_KEY in frame.info:
-        atoms.info[INDENTER_KEY] = frame.info[INDENTER_KEY]
-    history = history_of(frame, grid)
-    set_history(atoms, SurfaceGrid.of(atoms), history, creep_of(frame))
+    if INDENTER_KEY in info_of(frame):
+        atoms.info[INDENTER_KEY] = info_of(frame)[INDENTER_KEY]
     if any(isinstance(constraint, FixAtoms) for constraint in frame.constraints):
         atoms.set_constraint(FixAtoms([len(atoms) - 1]))
+    history = history_of(frame, grid)
+    set_history(atoms, SurfaceGrid.of(atoms), history, creep_of(frame))
     return atoms

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from ase import Atoms
+from ase.constraints import FixCartesian
 
 from ase_roughcontact._util.validation import finite_array, shown
 from ase_roughcontact.atoms.info import LATTICE
@@ -78,6 +80,17 @@ class Sticking:
             self._others = np.setdiff1d(np.arange(len(atoms) - 1), index)
             self._middle = atoms.positions[:-1, :2].mean(axis=0)
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether the same friction acts on the same atoms."""
+        if not isinstance(other, Sticking):
+            return False
+        names = "index", "_bounds", "_friction", "_stiffness", "_start", "_offsets"
+        return all(
+            np.array_equal(getattr(self, name), getattr(other, name)) for name in names
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
     def move(self, atoms: Atoms, displacement: Sequence[float]) -> None:
         """Move the indenter, and the atoms that stick to it, sideways.
 
@@ -148,6 +161,14 @@ class Sticking:
             forces[self._others, :2] -= forces[self._others, :2].mean(axis=0)
         forces[self.index, :2] = 0.0
 
+    def todict(self) -> dict[str, Any]:
+        """Return the constraint of ASE that files store in place of this one.
+
+        It fixes x and y of the atoms. They don't stick to the indenter any more, which
+        a calculation notices.
+        """
+        return FixCartesian(self.index, mask=(True, True, False)).todict()
+
     def index_shuffle(self, atoms: Atoms, index: object) -> None:
         """Raise an error, by which ASE leaves the constraint out of parts of atoms."""
         raise NotImplementedError
@@ -202,7 +223,7 @@ def check_kept(atoms: Atoms) -> None:
         raise ValueError(
             "the atoms stick to the indenter, but the constraint that stick returned "
             "is not among atoms.constraints: keep it in the list that set_constraint "
-            "gets, or end it by release(atoms)"
+            "gets, or end it by release(atoms). Files lose it: write snapshot(atoms)"
         )
 
 

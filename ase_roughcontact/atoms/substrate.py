@@ -21,6 +21,7 @@ from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.info import INDENTER_KEY
+from ase_roughcontact.atoms.marks import set_mark
 from ase_roughcontact.elasticity.material import check_element, fcc_spacing
 from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.facts import IndenterFacts, surface_id
@@ -128,6 +129,7 @@ def supported(atoms: Atoms, indenter: Surface, fixed: bool) -> Atoms:
         atoms.info[INDENTER_KEY] = identity
     if fixed:
         atoms.set_constraint(FixAtoms([len(atoms) - 1]))
+    set_mark(atoms, fields=0)
     return atoms
 
 

@@ -145,10 +145,24 @@ class ContactState:
     hardness: float = math.inf
     kept_depth: np.ndarray | None = None
 
+    def read_only(self) -> ContactState:
+        """Return the same state with arrays that can't be written to."""
+        touching, kept_depth = self.touching, self.kept_depth
+        return replace(
+            self,
+            forces=_read_only(self.forces),
+            gap=_read_only(self.gap),
+            pressure=_read_only(self.pressure),
+            touching=None if touching is None else _read_only(touching),
+            kept_depth=None if kept_depth is None else _read_only(kept_depth),
+        )
+
     @cached_property
     def contact(self) -> np.ndarray:
         """Mask of the atoms that the wall repels, shape (n, m)."""
-        return self.pressure > 0.0 if self.touching is None else self.touching
+        return _read_only(
+            self.pressure > 0.0 if self.touching is None else self.touching
+        )
 
     @cached_property
     def repulsive_atoms(self) -> int:
@@ -174,7 +188,7 @@ class ContactState:
     @cached_property
     def plastic(self) -> np.ndarray:
         """Mask of the atoms under the hardness, in plastic contact, shape (n, m)."""
-        return flows(self.pressure, self.hardness)
+        return _read_only(flows(self.pressure, self.hardness))
 
     @cached_property
     def plastic_atoms(self) -> int:
@@ -193,3 +207,10 @@ class ContactState:
     def contact_area(self) -> float:
         """Area of the atoms in contact."""
         return self.repulsive_atoms * self.cell_area
+
+
+def _read_only(values: np.ndarray) -> np.ndarray:
+    """Return a view of an array that can't be written to."""
+    view = values.view()
+    view.flags.writeable = False
+    return view

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 from ase import Atom, Atoms
-from ase.calculators.calculator import Calculator, all_changes
+from ase.calculators.calculator import all_changes
 from ase.calculators.mixing import SumCalculator
 from ase.constraints import FixCartesian
 from scipy.interpolate import RectBivariateSpline
 
+from ase_roughcontact._util.properties import PropertiesCalculator
 from ase_roughcontact._util.validation import finite, positive, surface
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.interactions import Interaction, LennardJones93
@@ -27,7 +28,7 @@ _ROUNDING = 1e-9
 _SMOOTH = 1e-3
 
 
-class RigidIndenter(Calculator):
+class RigidIndenter(PropertiesCalculator):
     r"""Forces between atoms and a rigid rough indenter.
 
     The indenter is an atom of the number zero (symbol X) at :math:`(X, Y, Z)`. With its
@@ -63,18 +64,13 @@ class RigidIndenter(Calculator):
 
     Notes
     -----
-    Besides ASE's properties, `results` has `normal_force` (eV/Å) and, as arrays of all
-    atoms, `gap` (Å, infinite where the shape is not known) and `contact` (bool).
+    Besides the properties of ASE, `get_property` returns ``"normal_force"`` (eV/Å) and,
+    as arrays of all atoms, ``"gap"`` (Å, infinite where the shape is not known) and
+    ``"contact"`` (bool).
     """
 
-    implemented_properties = [
-        "energy",
-        "free_energy",
-        "forces",
-        "normal_force",
-        "gap",
-        "contact",
-    ]
+    implemented_properties = ["energy", "free_energy", "forces"]
+    own_properties = ["normal_force", "gap", "contact"]
     nolabel = True
 
     def __init__(
@@ -144,10 +140,8 @@ class RigidIndenter(Calculator):
         gaps = np.full(len(self.atoms), np.inf)
         contact = np.zeros(len(self.atoms), bool)
         gaps[others], contact[others] = gap, pressure > 0.0
-        self.results = {
-            "energy": total,
-            "free_energy": total,
-            "forces": forces,
+        self.results = {"energy": total, "free_energy": total, "forces": forces}
+        self.own_results = {
             "normal_force": normal_force,
             "gap": gaps,
             "contact": contact,

@@ -49,7 +49,7 @@ for depth in DEPTHS:
     if not LBFGS(atoms, logfile=None).run(fmax=0.02, steps=1000):
         raise RuntimeError(f"the atoms did not relax at a depth of {depth} Å")
     height = atoms.positions[-1, 2] - atoms.positions[atoms.get_tags() == 1, 2].mean()
-    path.append((touching - height, indenter.results["normal_force"]))
+    path.append((touching - height, indenter.get_property("normal_force")))
 
 # %%
 # The elastic model at the same depths.
@@ -64,7 +64,7 @@ for depth in depths:
     elastic.positions[-1, 2] = touching - depth
     if not rough.NewtonKrylov(elastic, logfile=None).run(fmax=1e-4):
         raise RuntimeError(f"the contact did not converge at a depth of {depth} Å")
-    expected.append(elastic.calc.results["normal_force"])
+    expected.append(elastic.calc.get_property("normal_force", elastic))
     force = forces[len(expected) - 1]
     print(f"depth {depth:.2f} Å: {force:.2f} eV/Å, elastic {expected[-1]:.2f} eV/Å")
 

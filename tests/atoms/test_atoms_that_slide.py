@@ -48,7 +48,7 @@ def test_atoms_that_stick_move_with_the_indenter():
     moved = (atoms.positions - before)[:-1, :2]
     grid = SurfaceGrid.of(atoms)
     inside = moved[grid.in_window].reshape(32, 30, 2)
-    contact = atoms.calc.results["contact"]
+    contact = atoms.calc.get_property("contact", atoms)
     assert contact.any()
     assert inside[contact] == pytest.approx(np.tile(PATH[1], (contact.sum(), 1)))
     fields = ContactMap.from_atoms(atoms).lateral
@@ -64,7 +64,7 @@ def test_the_indenter_has_the_lateral_force():
     atoms = atoms_on()
     last = slide(atoms)[-1]
     force = [last.lateral_force_x, last.lateral_force_y]
-    assert atoms.calc.results["lateral_force"] == pytest.approx(force)
+    assert atoms.calc.get_property("lateral_force", atoms) == pytest.approx(force)
     assert snapshot(atoms).info["lateral_force"] == pytest.approx(force)
     assert (atoms.get_forces(apply_constraint=False)[:, :2] == 0.0).all()
     assert (atoms_on().calc.get_property("lateral_force", atoms_on()) == 0.0).all()
@@ -75,7 +75,7 @@ def test_results_are_those_of_the_last_step_after_an_optimizer_of_ase():
     atoms.calc.set(interaction=wall)
     last = slide(atoms, PATH[:3], optimizer=LBFGS, fmax=1e-3)[-1]
     force = [last.lateral_force_x, last.lateral_force_y]
-    assert atoms.calc.results["lateral_force"] == pytest.approx(force)
+    assert atoms.calc.get_property("lateral_force", atoms) == pytest.approx(force)
 
 
 def test_a_surface_that_slid_can_be_loaded_again():

@@ -10,7 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ase.calculators.calculator import Calculator
+from ase.calculators.calculator import all_properties
+from ase.calculators.singlepoint import SinglePointCalculator
 from ase.optimize import FIRE, FIRE2
 from built import atoms_under, force_along, up
 
@@ -50,18 +51,42 @@ def test_energies_sum_to_the_energy_with_the_load_on_the_indenter(wall, periodic
     assert energies[-1] == pytest.approx(0.3 * 0.6)
 
 
-def test_contact_quantities_are_results_like_any_other():
+def test_contact_quantities_are_properties_beside_the_results_of_ase():
     atoms = make_atoms(rc.LennardJones93.adhesive(1.0, 1.0, 0.02))
     atoms.get_potential_energy()
     calc, state = atoms.calc, atoms.calc.state(atoms)
-    assert set(calc.results) == set(calc.implemented_properties)
-    assert type(calc).get_property is Calculator.get_property
-    assert calc.results["normal_force"] == state.normal_force > 0.0
-    assert calc.results["contact_area"] == state.repulsive_atoms > 0
+    assert set(calc.results) == set(calc.implemented_properties) <= set(all_properties)
+    assert calc.get_property("normal_force") == state.normal_force > 0.0
+    assert calc.get_property("contact_area") == state.repulsive_atoms > 0
     for name in ("pressure", "gap", "contact"):
         assert calc.get_property(name).shape == (8, 6)
         np.testing.assert_array_equal(calc.get_property(name), getattr(state, name))
-        np.testing.assert_array_equal(calc.results[name], getattr(state, name))
+
+
+def test_results_make_a_calculator_of_a_single_point():
+    atoms = make_atoms()
+    forces = atoms.get_forces(apply_constraint=False)
+    frozen = SinglePointCalculator(atoms.copy(), **atoms.calc.results)
+    np.testing.assert_array_equal(frozen.get_forces(), forces)
+
+
+def test_properties_of_the_contact_follow_the_atoms():
+    atoms = make_atoms()
+    before = atoms.calc.get_property("normal_force", atoms)
+    atoms.positions[-1, 2] -= 0.1
+    assert atoms.calc.get_property("gap", atoms, allow_calculation=False) is None
+    assert atoms.calc.get_property("normal_force", atoms) > before
+
+
+def test_the_state_can_not_be_written_to():
+    atoms = make_atoms()
+    state, force = atoms.calc.state(atoms), atoms.calc.state(atoms).normal_force
+    for name in ("pressure", "gap", "forces", "contact", "plastic"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(state, name)[:] = 1
+    pressure = atoms.calc.get_property("pressure", atoms)
+    pressure *= 2.0  # a copy
+    assert rc.pressure_of(rc.snapshot(atoms)).sum() == pytest.approx(force)
 
 
 # Optimizers and control

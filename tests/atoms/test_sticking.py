@@ -108,7 +108,7 @@ def test_relaxed_atoms_are_those_of_the_friction_solver(options):
     before = atoms.get_potential_energy()
     stick(atoms, LAW).move(atoms, MOVE)
     assert LBFGS(atoms, logfile=None).run(fmax=1e-7, steps=600)
-    force = atoms.calc.results["lateral_force"]
+    force = atoms.calc.get_property("lateral_force", atoms)
     assert force == pytest.approx(force_of(expected[1]), rel=1e-4)
     energy = atoms.get_potential_energy() - before
     assert energy == pytest.approx(expected[1].lateral_energy, rel=1e-5)
@@ -136,7 +136,7 @@ def test_a_spring_pulls_the_indenter_as_on_a_path_of_its_base(first):
     moved = atoms.positions[-1] - start
     assert moved[:2] == pytest.approx([expected.lateral_x, expected.lateral_y], 1e-4)
     assert moved[2] == 0.0
-    assert atoms.calc.results["lateral_force"] == pytest.approx(
+    assert atoms.calc.get_property("lateral_force", atoms) == pytest.approx(
         force_of(expected), 1e-4
     )
 
@@ -150,7 +150,9 @@ def test_under_a_load_the_indenter_is_held_sideways_only():
     height = atoms.positions[-1, 2]
     atoms.positions[-1, 2] += 0.01
     assert LBFGS(atoms, logfile=None).run(fmax=1e-6, steps=500)
-    assert atoms.calc.results["normal_force"] == pytest.approx(5.0, abs=1e-5)
+    assert atoms.calc.get_property("normal_force", atoms) == pytest.approx(
+        5.0, abs=1e-5
+    )
     assert atoms.positions[-1, 2] == pytest.approx(height, abs=1e-5)
 
 
@@ -177,11 +179,14 @@ def test_frames_have_the_lateral_forces(tmp_path):
     sticking = stick(atoms, LAW)
     sticking.move(atoms, MOVE)
     LBFGS(atoms, logfile=None).run(fmax=1e-6)
-    force = atoms.calc.results["lateral_force"]
+    force = atoms.calc.get_property("lateral_force", atoms)
     write(tmp_path / "frame.extxyz", snapshot(atoms))
     for frame in (snapshot(atoms), read(tmp_path / "frame.extxyz"), slid([0, 0.01])[0]):
         if frame.calc.name == "roughcontact":
-            force, frame = frame.calc.results["lateral_force"], snapshot(frame)
+            force, frame = (
+                frame.calc.get_property("lateral_force", frame),
+                snapshot(frame),
+            )
         on_indenter = frame.get_forces(apply_constraint=False)[-1, :2]
         assert on_indenter == pytest.approx(-force, rel=1e-6)
         assert frame.info["lateral_force"] == pytest.approx(force)
@@ -291,7 +296,10 @@ def test_a_constraint_that_is_removed_without_release_is_an_error():
     assert (atoms.positions == before).all()
     atoms.set_constraint([sticking, *others])
     assert LBFGS(atoms, logfile=None).run(fmax=1e-6)
-    force, moved = atoms.calc.results["lateral_force"][0], atoms.positions - before
+    force, moved = (
+        atoms.calc.get_property("lateral_force", atoms)[0],
+        atoms.positions - before,
+    )
     assert force == pytest.approx(0.5 * (0.02 - moved[-1, 0]), rel=1e-4)
     assert force > 1e-3
     for other in (copy, frame):  # the frame is no longer stuck
@@ -300,6 +308,25 @@ def test_a_constraint_that_is_removed_without_release_is_an_error():
     atoms.set_constraint(others)
     release(atoms)
     assert (atoms.get_forces(apply_constraint=False)[:, :2] == 0.0).all()
+
+
+def test_other_atoms_that_stick_at_the_same_positions_have_other_forces():
+    class Inner(Tresca):
+        """Friction on atoms under more than half of the largest pressure."""
+
+        def bound(self, pressure, *_):
+            return np.where(pressure > 0.5 * pressure.max(), 1.0, 0.0)
+
+    atoms, other = pressed(), pressed()
+    all_touching, inner = stick(atoms, LAW), stick(other, Inner(1.0))
+    assert len(inner.index) < len(all_touching.index)
+    all_touching.move(atoms, MOVE)
+    others = [c for c in atoms.constraints if c is not all_touching]
+    first = atoms.calc.get_property("lateral_force", atoms)
+    atoms.set_constraint([*others, inner])
+    force = atoms.get_forces(apply_constraint=False)[inner.index, :2].sum(axis=0)
+    assert atoms.calc.get_property("lateral_force", atoms) == pytest.approx(-force)
+    assert abs(force[0]) < 0.9 * abs(first[0])
 
 
 @pytest.mark.parametrize("displacement", [0.05, (0.1,), (np.nan, 0.0), (0, 0, 0)])

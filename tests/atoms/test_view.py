@@ -137,11 +137,11 @@ def test_columns_of_a_frame_have_no_gap_without_its_indenter():
 
 def test_frames_and_views_do_not_change_the_atoms():
     atoms = relaxed()
-    before = atoms.positions.copy()
+    before, tags = atoms.positions.copy(), atoms.get_tags()
     for view in (rc.snapshot, with_indenter, with_columns):
         view(atoms)
     np.testing.assert_array_equal(atoms.positions, before)
-    assert not atoms.get_tags().any()
+    np.testing.assert_array_equal(atoms.get_tags(), tags)
     assert set(atoms.arrays) <= {"numbers", "positions", "tags"}
     assert set(atoms.info) == {"indenter"}
 

@@ -54,7 +54,7 @@ def test_atoms_follow_every_step_with_its_results(wall):
     for step in rc.load_path(atoms, heights=[-1.0, -1.5], window="auto"):
         assert not atoms.calc.check_state(atoms)
         assert atoms.get_potential_energy() == step.energy
-        assert atoms.calc.results["normal_force"] == step.normal_force
+        assert atoms.calc.get_property("normal_force", atoms) == step.normal_force
         assert atoms.positions[-1, 2] == step.height
         fresh = atoms.copy()
         fresh.calc = rc.RoughContact(**atoms.calc.parameters)

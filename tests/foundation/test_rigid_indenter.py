@@ -33,7 +33,7 @@ def test_forces_are_minus_the_gradient(request, name):
     atoms.positions[-1] -= [1.3, 0.4, 0.9]
     atoms.set_constraint()
     forces = atoms.get_forces()
-    assert indenter.results["contact"].any()
+    assert indenter.get_property("contact").any()
     direction = np.random.default_rng(2).normal(size=forces.shape)
     expected = force_along(atoms, direction)
     assert np.sum(forces * direction) == pytest.approx(expected, rel=1e-6)
@@ -45,7 +45,7 @@ def test_a_free_indenter_carries_its_load(surface):
     indenter = rc.add_indenter(atoms, rough_sphere(surface), load=0.8)
     position = atoms.positions[-1].copy()
     assert LBFGS(atoms, logfile=None).run(fmax=1e-4, steps=300)
-    assert indenter.results["normal_force"] == pytest.approx(0.8, abs=2e-4)
+    assert indenter.get_property("normal_force") == pytest.approx(0.8, abs=2e-4)
     np.testing.assert_array_equal(atoms.positions[-1, :2], position[:2])
     assert atoms.positions[-1, 2] < position[2] - 0.05
     # the load is balanced by the constraint on the lowest layer
@@ -86,8 +86,10 @@ def test_a_small_load_is_that_of_the_half_space_of_the_same_crystal(surface):
     position = half_space.positions[-1, :2]
     indenter = rc.add_indenter(atoms, sphere, wall, position=position, load=load)
     assert LBFGS(atoms, logfile=None).run(fmax=1e-6, steps=300)
-    gap = indenter.results["gap"][n * n : -1].reshape(n, n).T
-    np.testing.assert_allclose(gap, half_space.calc.results["gap"], atol=2e-5)
+    gap = indenter.get_property("gap")[n * n : -1].reshape(n, n).T
+    np.testing.assert_allclose(
+        gap, half_space.calc.get_property("gap", half_space), atol=2e-5
+    )
 
 
 @pytest.mark.parametrize("optimizer", [FIRE, LBFGS, PreconLBFGS])
@@ -100,7 +102,7 @@ def test_optimizers_find_the_same_state(surface, optimizer):
         precon = rc.FoundationPrecon(atoms, foundation)
         options |= {"precon": precon, "use_armijo": False}
     assert optimizer(atoms, **options).run(fmax=1e-4, steps=500)
-    assert indenter.results["normal_force"] == pytest.approx(2.2437, abs=1e-3)
+    assert indenter.get_property("normal_force") == pytest.approx(2.2437, abs=1e-3)
 
 
 @pytest.mark.parametrize("load", [None, 0.8])
@@ -177,7 +179,7 @@ def test_a_roughness_with_the_period_of_the_cell_has_no_border(surface):
         indenter = rc.add_indenter(atoms, shape)
         atoms.positions[-1, 2] -= 0.6
         energies.append(atoms.get_potential_energy())
-        assert indenter.results["contact"].sum() == 36
+        assert indenter.get_property("contact").sum() == 36
     assert energies == pytest.approx(3 * energies[:1])
 
 
@@ -188,4 +190,4 @@ def test_a_map_with_the_periods_of_a_rectangular_cell_has_no_border(surface):
     indenter = rc.add_indenter(atoms, rc.HeightMap(waves, spacing / 4, periodic=True))
     atoms.positions[-1, 2] -= 0.6
     assert np.isfinite(atoms.get_potential_energy())
-    assert indenter.results["contact"].sum() == 24
+    assert indenter.get_property("contact").sum() == 24

@@ -293,7 +293,9 @@ def test_frames_have_the_displacements_by_pressure_and_tractions(tmp_path):
     assert abs(gap[touching]).max() < 1e-4
     assert gap[~touching].min() > 0.0
     force = [last.lateral_force_x, last.lateral_force_y]
-    assert atoms.calc.results["lateral_force"] == pytest.approx(force, abs=1e-9)
+    assert atoms.calc.get_property("lateral_force", atoms) == pytest.approx(
+        force, abs=1e-9
+    )
     assert atoms.get_potential_energy() == pytest.approx(last.energy)
 
 

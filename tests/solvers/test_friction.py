@@ -134,7 +134,9 @@ def slips(half, matrix, bound, imposed):
     t = dense_tractions(matrix, bound, imposed)
     gap = imposed - (matrix @ t.ravel()).reshape(t.shape)
     size = np.hypot(*t)
-    return (gap * t).sum(axis=0) / (half.self_compliance * size.max() * size.clip(1e-99))
+    return (gap * t).sum(axis=0) / (
+        half.self_compliance * size.max() * size.clip(1e-99)
+    )
 
 
 @pytest.mark.parametrize("seed", range(4))
