@@ -222,8 +222,9 @@ def continuum_area_error(step: RelaxedContact) -> float:
     if step.edge_area is not None:
         of_grid = step.edge_area.error
     else:
-        wall = step.contact.interaction
-        softness = step.halfspace.contact_modulus / wall.stiffness_at_contact
+        stiffness = step.contact.interaction.stiffness_at_contact
+        modulus = step.halfspace.contact_modulus
+        softness = modulus / stiffness if stiffness else math.inf
         of_grid = grid_error(step.perimeter, step.fields.cell_area, softness)
     return of_grid + step.options.lost_slope * step.fields.contact_area
 
@@ -317,6 +318,8 @@ def _profile_factor(step: RelaxedContact) -> float:
     depth = step.contact.first_contact - step.height
     finest = step.halfspace.spacing / math.sqrt(fields.contact_area)
     linear = abs(step.response.force) * depth
+    if not linear > 0.0:  # the height of the first contact, or a contact above it
+        return 1.0
     return max(1.0, 1.0 / (3.0 * max(1.0 - fields.normal_force / linear, finest)))
 
 

@@ -27,6 +27,8 @@ from ase_roughcontact.paths.record import LoadStep
 _SMALLEST_FORCE = 0.05
 # Part of the smallest step by which the deepest height may be missed.
 _ROUNDING = 1e-3
+# Smallest step of which parts change the heights, relative to them.
+_RESOLVED = 1e-12
 #: Default of the smallest step, relative to the largest.
 SMALLEST_STEP = 1 / 256
 # Smallest step at a kink of the force, where no energy is lost, relative to others.
@@ -113,6 +115,12 @@ class LoopSteps(PathSteps):
             )
         touching = self.stepper.windows.first_contact
         self._top, self._bottom = touching + attraction, touching - self.deepest
+        resolved = _RESOLVED * max(abs(self._top), abs(self._bottom))
+        if not self.smallest_step > resolved:
+            raise ValueError(
+                f"smallest_step must be above {resolved:.2g}, the rounding of heights, "
+                f"got {self.smallest_step}"
+            )
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._smallest_force = _SMALLEST_FORCE * unit
         self.position = _Position(self.step)

@@ -167,7 +167,7 @@ class _Trials:
         """Return the residuals of a trial; StopIteration if it is the last one."""
         try:
             self._last = trial = self._model.trial(x.copy())
-        except (ValueError, RuntimeError, MemoryError) as error:
+        except (ValueError, ArithmeticError, RuntimeError, MemoryError) as error:
             if self._least == math.inf:
                 raise
             self.doubts = [
@@ -222,7 +222,17 @@ def solve(
         That of the fit.
     changes : dict of ndarray, shape (n, m)
         Of its residuals, see `model`.
+
+    Raises
+    ------
+    ValueError
+        If all measured values are equal, or the first trial can't be calculated.
     """
+    if not model.noise > 0.0:
+        raise ValueError(
+            f"the {len(model.measured[1])} measured values are all equal, so that no "
+            "parameter follows from them: give the part of the curve in contact"
+        )
     trials = _Trials(model, callback)
     try:
         solution = least_squares(
@@ -255,7 +265,7 @@ def solve(
         values=model.values(best.unknowns),
         errors=np.sqrt(sum(part**2 for part in contributions.values())),
         contributions=contributions,
-        correlation=covariance / np.outer(deviation, deviation),
+        correlation=_correlation(covariance, deviation),
         distance=model.measured[0],
         force=model.measured[1],
         fitted=best.fitted,
@@ -284,6 +294,13 @@ def _undetermined(scales: FloatArray, jacobian: FloatArray) -> np.ndarray:
     free = np.eye(jacobian.shape[1]) - np.linalg.pinv(jacobian) @ jacobian
     changes: np.ndarray = abs(scales @ free).max(axis=1)
     return changes > _FREE * abs(scales).max(axis=1)
+
+
+def _correlation(covariance: FloatArray, deviation: FloatArray) -> FloatArray:
+    """Return the correlations; NaN where an error is zero or not known."""
+    scale = np.outer(deviation, deviation)
+    unknown = np.full_like(covariance, np.nan)
+    return np.divide(covariance, scale, out=unknown, where=scale > 0.0)
 
 
 def _degrees(trial: Trial) -> int:

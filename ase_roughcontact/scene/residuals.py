@@ -46,6 +46,8 @@ from ase_roughcontact.windows.regrid import GridChange
 _NN, _NM = UNITS["nN"], UNITS["nm"]
 # Part of a measured jump from which a calculated one is its counterpart.
 _COUNTERPART = 0.3
+# Least penetration of a wall that only repels, in spacings.
+_SHALLOWEST = 1e-3
 # Limits of a parameter of the scene relative to its first value.
 _LEAST, _MOST = 0.05, 20.0
 
@@ -207,8 +209,9 @@ class Residuals:
         free = self._free
         scene = changed(scene, dict(zip(free, values, strict=False)))
         lowest = values[-1] * _NM - self._corrected(values).deepest
-        # at least into the range of the wall
-        least = -0.5 * (scene.wall.cutoff - scene.wall.contact_distance)
+        # at least into the range of the wall, or to a contact with a hard one
+        attraction = scene.wall.cutoff - scene.wall.contact_distance
+        least = _SHALLOWEST * scene.spacing - 0.5 * attraction
         deepest = max(float(scene.first_contact - lowest), least)
         path = Loop(deepest, tolerance=self._tolerance)
         trial = replace(scene, path=path)

@@ -100,5 +100,5 @@ def grid_error(perimeter: float, cell_area: float, softness: float = 0.0) -> flo
     spacing = math.sqrt(cell_area)
     factor = _ERROR_PER_CORRECTION
     if softness:
-        factor = max(factor, cell_area / (cell_area + _HARD_FROM * softness**2))
+        factor = max(factor, cell_area / (cell_area + _HARD_FROM * softness * softness))
     return factor * _GRID_CORRECTION * perimeter * spacing + 0.5 * cell_area

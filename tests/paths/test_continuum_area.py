@@ -125,7 +125,9 @@ def test_wall_is_soft_on_grids_that_are_fine_for_its_softness():
         for ratio in (1e-3, 1.0, 6.0, 54.0, 1e9)
     ]
     assert parts == pytest.approx([0.25, 0.25, 0.5, 0.9, 1.0])
-    assert grid_error(40.0, 4.0) == pytest.approx(0.25 * correction + 2.0)
+    for softness in (0.0, 1e300, np.inf):
+        error = grid_error(40.0, 4.0, softness)
+        assert error == pytest.approx(0.25 * correction + 2.0)
 
 
 @pytest.mark.parametrize("wall", WALLS)

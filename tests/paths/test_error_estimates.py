@@ -2,6 +2,7 @@
 
 import csv
 from collections import defaultdict
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -254,6 +255,22 @@ def test_errors_out_of_contact_are_zero():
     step = relaxed("repulsive", fixed=True, heights=[20.0], grid="a0")
     assert (step.area_error, step.force_error, step.height_error) == (0.0, 0.0, 0.0)
     assert 0.0 < step.penetration_error < 0.05
+
+
+def test_contact_at_the_height_of_the_first_one_has_the_errors_under_a_sphere():
+    # where loops and fits pass this height, an atom may have a force of rounding
+    sphere, solid = rc.RoughSphere(RADIUS), Isotropic(1.0, 0.0)
+    problem = rc.Problem(sphere, solid, rc.HardWall(), spacing=1.0)
+    options = StepOptions(continuum=True, window="unchecked")
+    box = Box((-9, -9), (18, 18))
+    stepper, relaxed_steps = Stepper(problem, "heights", box, options), []
+    stepper.step(0, -0.2, completed=lambda step: relaxed_steps.append(step) or step)
+    expected = estimated_errors(relaxed_steps[0])
+    run = relaxed_steps[0].run
+    for height in (0.0, 0.1):
+        moved = replace(run, state=replace(run.state, height=height))
+        found = estimated_errors(replace(relaxed_steps[0], run=moved))
+        assert found == pytest.approx(expected, rel=0.1)
 
 
 @pytest.mark.parametrize("refine", [1, 2])

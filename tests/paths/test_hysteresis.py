@@ -351,3 +351,8 @@ def test_wall_of_infinite_range_is_an_error():
     atoms.calc.set(interaction=wall)
     with pytest.raises(ValueError, match="wall must have a finite cutoff, got inf"):
         rc.adhesion_loop(atoms, 0.5, 0.1)
+
+
+def test_steps_below_the_rounding_of_heights_are_refused():
+    with pytest.raises(ValueError, match=r"must be above 1\.\de-12.* 1e-14"):
+        rc.adhesion_loop(sphere_above(20.0, 0.05, 12), 0.5, 0.1, smallest_step=1e-14)

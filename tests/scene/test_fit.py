@@ -470,13 +470,14 @@ def test_a_fit_without_progress_ends_and_is_not_converged(measured, monkeypatch)
     assert 1 < len(trials) <= 7  # two with progress
 
 
-def test_a_trial_that_fails_leaves_the_best_one_so_far(measured, monkeypatch):
+@pytest.mark.parametrize("error", [RuntimeError, ZeroDivisionError, OverflowError])
+def test_a_trial_that_fails_leaves_the_best_one_so_far(measured, monkeypatch, error):
     calls = []
 
     def failing(exact, problem, x, *scene):
         calls.append(x)
         if len(calls) == 3:
-            raise RuntimeError("the window is too small")
+            raise error("the window is too small")
         return exact(problem, x, *scene)
 
     found, trials = fit_with(monkeypatch, failing, measured)
@@ -510,6 +511,8 @@ def test_wrong_fits_are_refused(measured):
     hard = scene().with_values({"interaction": InteractionConfig(kind="hard")})
     with pytest.raises(ValueError, match="as the wall of the scene only repels"):
         fit_curve(hard, measured)
+    with pytest.raises(ValueError, match="the 5 measured values are all equal"):
+        fit_curve(hard, ForceCurve(np.arange(5.0), np.full(5, 3.0)), ["radius"])
 
 
 def test_a_fit_is_drawn_as_curve_residuals_and_tension(tmp_path, monkeypatch, fitted):

@@ -155,6 +155,12 @@ def test_a_deflection_in_volts_over_time_is_a_force(tmp_path):
         read_in_time(file, "force", stiffness=stiffness)
 
 
+def test_equal_values_are_refused():
+    time = np.linspace(0.0, 2.0, 10)
+    with pytest.raises(ValueError, match="the 10 measured values are all equal"):
+        fit_in_time(TRUE, time, np.zeros(10), ["contact_modulus"])
+
+
 def test_a_table_without_times_is_refused(tmp_path):
     (file := tmp_path / "curve.csv").write_text("depth (nm),force (nN)\n1,2\n2,3\n")
     with pytest.raises(ValueError, match=r"needs the columns time \(s\) and force"):
