@@ -1,19 +1,22 @@
-"""Printed tables and text: 80 columns wide, in colour only on terminals."""
+"""Printed tables and text: in colour and as wide as the screen on terminals only."""
 
 from __future__ import annotations
 
 import io
 import math
+import os
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from datetime import timedelta
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from typing import TYPE_CHECKING, Any, TextIO
+
+from ase_roughcontact._util.tables import Table
 
 if TYPE_CHECKING:  # rich is imported when something is printed
     from rich.console import Console
     from rich.padding import Padding
-    from rich.table import Table
 
 # Width of text that is not printed on a terminal.
 _WIDTH = 80
@@ -43,50 +46,19 @@ def duration(seconds: float) -> str:
     return str(timedelta(seconds=round(seconds)))
 
 
-def table(
-    heads: Sequence[str],
-    rows: Iterable[Sequence[Any]],
-    left: int = 0,
-    width: int | None = None,
-    header: bool = True,
-) -> Table:
-    """Return a table of right-aligned columns.
+def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], left: int = 0) -> Table:
+    """Return a `Table` of texts, and of numbers, which are printed by `number`."""
+    return Table(heads, [cells(row) for row in rows], left)
 
-    Parameters
-    ----------
-    heads : sequence of str
-        Headings, such as ``"load (nN)"``, whose unit is printed below the name.
-    rows : iterable of sequences
-        Text, and numbers, which are printed by `number`.
-    left : int
-        Number of the first columns that are aligned at the left.
-    width : int, optional
-        Least width of the columns but the first, by which tables with one row each are
-        in line; by default that of their longest entry.
-    header : bool
-        Whether the headings are printed.
-    """
-    from rich.table import Table
 
-    found = Table(box=None, show_header=header, padding=(0, 2, 0, 0), pad_edge=False)
-    for i, head in enumerate(heads):
-        lines = head.replace(" (", "\n(")
-        longest = max(map(len, lines.splitlines()), default=0)
-        found.add_column(
-            lines,
-            justify="left" if i < left else "right",
-            min_width=max(width, longest) if width and i and head else None,
-            no_wrap=i >= left,
-        )
-    for row in rows:
-        cells = (each if isinstance(each, str) else number(each) for each in row)
-        found.add_row(*cells)
-    return found
+def cells(row: Iterable[Any]) -> list[str]:
+    """Return texts, and numbers as text."""
+    return [each if isinstance(each, str) else number(each) for each in row]
 
 
 def entries(values: Iterable[tuple[str, str]]) -> Table:
     """Return names and values, one on each line, as a table."""
-    return table(("", ""), values, left=2, header=False)
+    return table(("", ""), values, left=2)
 
 
 def note(text: str, indent: int = 0, style: str = "") -> Padding:
@@ -98,19 +70,62 @@ def note(text: str, indent: int = 0, style: str = "") -> Padding:
 
 
 def show(*parts: Any) -> None:
-    """Print texts and tables on the standard output."""
+    """Print texts and tables on the standard output, as wide as a terminal is."""
     if sys.stdout.isatty():
-        _console().print(*parts, sep="\n")
+        terminal().print(*parts, sep="\n")
+        sys.stdout.flush()
     else:
-        print(plain(*parts))
-    sys.stdout.flush()
+        write(plain(*parts))
+
+
+def write(text: str) -> None:
+    """Print a text on the standard output as it is.
+
+    If the reader of a pipe has closed it, as ``head`` does, nothing more is printed,
+    and the error output says so: what is calculated is not lost.
+    """
+    if not _printed(text, sys.stdout):
+        write_error(
+            "ase-roughcontact: the reader of the standard output has closed it: going "
+            "on without printing"
+        )
+
+
+def write_error(text: str) -> None:
+    """Print a text on the error output, unless nobody reads it."""
+    _printed(text, sys.stderr)
+
+
+def _printed(text: str, stream: TextIO) -> bool:
+    """Print a text, and return whether it could be read.
+
+    If the reader of a pipe has closed it, the stream leads nowhere from then on.
+    """
+    try:
+        print(text, file=stream, flush=True)
+    except BrokenPipeError:
+        with open(os.devnull, "wb") as nothing:
+            os.dup2(nothing.fileno(), stream.fileno())
+        return False
+    return True
 
 
 def plain(*parts: Any) -> str:
-    """Return texts and tables as text of at most 80 columns."""
+    """Return texts and tables as text of at most 80 columns, without colours."""
     text = io.StringIO()
-    _console(file=text, width=_WIDTH).print(*parts, sep="\n")
+    # neither FORCE_COLOR nor a notebook changes it
+    options = {"force_terminal": False, "force_jupyter": False, "color_system": None}
+    _console(file=text, width=_WIDTH, **options).print(*parts, sep="\n")
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
+
+
+@cache
+def terminal() -> Console:
+    """Return the console of the standard output, a terminal.
+
+    What is printed by it appears above a bar that it shows.
+    """
+    return _console()
 
 
 def _console(**options: Any) -> Console:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
 
-from ase_roughcontact._util.printing import entries, show
+from ase_roughcontact._util.printing import entries, show, write, write_error
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
@@ -42,7 +41,7 @@ def plan(options: argparse.Namespace) -> int:
     planned, unit = scene.plan().repeated(count), report.target_unit(scene)
     if options.json:
         for step in planned.steps:
-            print(json_line(asdict(step), units_of() | {"target": unit}))
+            write(json_line(asdict(step), units_of() | {"target": unit}))
     elif not options.quiet:
         printed = printed_unit(unit)
         steps = planned.printed(f"{scene.path.control} ({printed})", UNITS[printed])
@@ -100,17 +99,17 @@ def fit(options: argparse.Namespace) -> int:
             smooth = smooth_fit(scene, curve, lines)
     figures.draw_fit(found, smooth, options.picture)
     if options.json:
-        print(_fit_line(found, smooth))
-    else:
+        write(_fit_line(found, smooth))
+    elif not options.quiet:
         show(*found.parts, *([str(smooth)] if smooth else []))
-        print(options.picture)
+        write(str(options.picture))
     return 0 if found.converged else 1
 
 
 def _print_trial(values: Mapping[str, float], residual: float) -> None:
     """Print a trial of a fit as a line on the error output."""
     parameters = ", ".join(f"{name} {value:.5g}" for name, value in values.items())
-    print(f"residual/noise {residual:.4g}: {parameters}", file=sys.stderr, flush=True)
+    write_error(f"residual/noise {residual:.4g}: {parameters}")
 
 
 def _fit_line(found: Fit, smooth: SmoothFit | None) -> str:
@@ -163,8 +162,8 @@ def measure_tradeoff(options: argparse.Namespace) -> int:
                 "error_wanted": study.wanted,
                 "error_of_check": study.checked,
             }
-            print(json_line(values, units_of()))
+            write(json_line(values, units_of()))
     elif not options.quiet:
         show(*study.parts)
-        print(options.picture)
+        write(str(options.picture))
     return 0 if study.kept else 1

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
+from ase_roughcontact._util.printing import terminal
 from ase_roughcontact.scene import Scene, default_text
 
 
@@ -51,7 +52,13 @@ def progress_bar(options: argparse.Namespace) -> Iterator[Callable | None]:
     from rich.progress import Progress as Bars
 
     columns = BarColumn(), TextColumn("{task.description}")
-    with Bars(*columns, transient=True, auto_refresh=False) as bars:
+    with Bars(
+        *columns,
+        console=terminal(),
+        transient=True,
+        auto_refresh=False,
+        redirect_stderr=sys.stderr.isatty(),
+    ) as bars:
         bar = bars.add_task("")
 
         def draw(done: float, total: float, text: str) -> None:

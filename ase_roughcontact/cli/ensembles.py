@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ase_roughcontact._util.files import check_different, check_replaced
-from ase_roughcontact._util.printing import number, show, table
+from ase_roughcontact._util.printing import number, show, table, write
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.cli import report
@@ -36,7 +36,7 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.file import load_toml
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from ase_roughcontact._util.tables import Table
 
 # A value of a list that is separated by commas: a string, a list, a table or others.
 _VALUE = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^]]*\]|\{[^}]*\}|[^,])+?(?=,|$)""")
@@ -91,7 +91,7 @@ def ensemble(options: argparse.Namespace) -> int:
             found = scheduler_executor(options.scheduler)
             pool["executor"], workers = stack.enter_context(found)
             if prints_text(options):
-                print(workers, flush=True)
+                write(workers)
         draw = stack.enter_context(progress_bar(options))
         enough, failures = _calculate(options, variants, pool, draw)
     seeds = values.pop(_SEED, [])
@@ -103,7 +103,7 @@ def ensemble(options: argparse.Namespace) -> int:
         write_csv(options.database, options.table)
     if prints_text(options):
         database = without_password(options.database)
-        print(
+        write(
             f"Results are in {database}. To list them:\n"
             f"  ase db {database} record=step -c case,step,normal_force,contact_area"
         )
@@ -154,12 +154,12 @@ def _print_progress(
     known = math.isfinite(error)
     if options.json:
         values = asdict(progress) | ({"error": error} if known else {})
-        print(json_line(values, {"elapsed": "s", "left": "s"}), flush=True)
+        write(json_line(values, {"elapsed": "s", "left": "s"}))
     elif draw:
         draw(progress.steps, progress.total, str(progress))
     elif not options.quiet:
         running = f", standard error {100.0 * error:.2g} %" if known else ""
-        print(f"{progress}{running}", flush=True)
+        write(f"{progress}{running}")
 
 
 def _print_means(
@@ -174,7 +174,7 @@ def _print_means(
         units = {"mean": "Å^2", "target": report.target_unit(scene)}
         for mean in means:
             shown = {k: v for k, v in asdict(mean).items() if sampling or k in _MEAN}
-            print(json_line(settings | shown, units), flush=True)
+            write(json_line(settings | shown, units))
     elif not options.quiet:
         heading = ", ".join(f"{key} = {value}" for key, value in settings.items())
         show(*([heading] if heading else []), *means_table(scene, means, sampling))

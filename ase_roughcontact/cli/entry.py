@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from importlib import metadata
 from typing import NoReturn
 
+from ase_roughcontact._util.printing import write, write_error
 from ase_roughcontact.cli.messages import ERRORS, print_error
 from ase_roughcontact.cli.parser import function_of, make_parser
 
@@ -30,9 +31,7 @@ class _Terminated(KeyboardInterrupt):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit status."""
-    for stream in (sys.stdout, sys.stderr):  # which may not have all characters
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
+    _prepare_streams()
     parser = make_parser()
     options, unknown = parser.parse_known_args(arguments)
     if unknown:
@@ -45,34 +44,49 @@ def main(arguments: Sequence[str] | None = None) -> int:
             parser.print_help()
             return 0
         with _signals_and_warnings():
-            status = function_of(options.function)(options)
-        sys.stdout.flush()  # here, where a closed pipe is caught
-        return status
-    except BrokenPipeError:  # the pager was closed
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+            return function_of(options.function)(options)
     except ERRORS as error:
         print_error(error)
         return 2
     except _Terminated:
-        print(f"\nterminated{_what_is_kept(options)}", file=sys.stderr)
+        write_error(f"\nterminated{_what_is_kept(options)}")
         return 128 + signal.SIGTERM
     except KeyboardInterrupt:
-        print(f"\ninterrupted{_what_is_kept(options)}", file=sys.stderr)
+        write_error(f"\ninterrupted{_what_is_kept(options)}")
         return 128 + signal.SIGINT
+
+
+def _prepare_streams() -> None:
+    """Replace characters that streams lack, and streams that are closed.
+
+    Files that are opened later would have the numbers of the latter.
+    """
+    closed = sys.stdout is None
+    for number, name in (1, "stdout"), (2, "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            nothing = os.open(os.devnull, os.O_WRONLY)
+            if nothing != number:
+                os.dup2(nothing, number)
+                os.close(nothing)
+            setattr(sys, name, open(number, "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    if closed:
+        print_error("the standard output is closed: going on without printing")
 
 
 def _print_versions(verbose: bool) -> None:
     """Print the version, and those of Python and the dependencies if wanted."""
-    print(f"ase-roughcontact {metadata.version('ase-roughcontact')}")
+    write(f"ase-roughcontact {metadata.version('ase-roughcontact')}")
     if not verbose:
         return
-    print(f"Python {sys.version.split()[0]} on {sys.platform}")
+    write(f"Python {sys.version.split()[0]} on {sys.platform}")
     for name in _DEPENDENCIES:
         try:
-            print(name, metadata.version(name))
+            write(f"{name} {metadata.version(name)}")
         except metadata.PackageNotFoundError:
-            print(f"{name}: not installed")
+            write(f"{name}: not installed")
 
 
 @contextmanager

@@ -12,6 +12,8 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any, NoReturn
 
+from ase_roughcontact._util.printing import write
+
 # Completions of arguments in the format of shtab.
 _FILE = {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"}
 _FOLDER = {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"}
@@ -35,6 +37,10 @@ class _Parser(argparse.ArgumentParser):
             similar = get_close_matches(option[1], known)
         hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
         super().error(message + hint)
+
+    def print_help(self, file: Any = None) -> None:
+        """Print the help."""
+        write(self.format_help().rstrip())
 
     def format_help(self) -> str:
         """Return the help, described by the docstring of the command."""

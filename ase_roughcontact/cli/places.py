@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.printing import note, number, show, table
+from ase_roughcontact._util.printing import cells, note, show, write
+from ase_roughcontact._util.tables import TableRows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli.common import checked_scene
 from ase_roughcontact.cli.messages import print_error
@@ -16,6 +17,8 @@ from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, as_map, run_pla
 from ase_roughcontact.scene import Scene
 
 _HEADS = "x (nm)", "y (nm)", "load (nN)", "area (nm²)", "pull-off force (nN)"
+# Width of a column.
+_WIDTH = 10
 # Number of points of the scan along its longer side in the figure.
 _POINTS = 256
 # Labels of the attributes in the figure.
@@ -34,29 +37,27 @@ def places(options: argparse.Namespace) -> int:
     is invalid.
     """
     scene = checked_scene(options)
-    found, failed = list[Place](), 0
+    found, failed, rows = list[Place](), 0, TableRows(_HEADS, [_WIDTH] * len(_HEADS))
     for place in run_places(scene, options.grid, options.out, workers=options.workers):
         found.append(place)
         failed += not place.converged
         if not options.quiet:
-            row = table(_HEADS, [_row(place)], width=10, header=len(found) == 1)
-            show(row, *([note(place.message, 10, "red")] if place.message else []))
+            why = [note(place.message, 10, "red")] if place.message else []
+            show(rows.row(_row(place)), *why)
     files = [options.out / "places.csv"]
     if any(place.converged for place in found):
         files.append(options.out / "places.png")
         _draw(found, scene, files[-1])
     if not options.quiet:
-        print("\n".join(map(str, files)))
+        write("\n".join(map(str, files)))
     if failed:
         print_error(f"{failed} of {len(found)} places have no result")
     return 1 if failed else 0
 
 
 def _row(place: Place) -> list[str]:
-    first, *others = (
-        number(getattr(place, name) / UNITS[unit]) for name, unit in PLACE_UNITS.items()
-    )
-    return [f"{first:>10}", *others]
+    units = PLACE_UNITS.items()
+    return cells(getattr(place, name) / UNITS[unit] for name, unit in units)
 
 
 def _draw(found: list[Place], scene: Scene, file: Path) -> None:

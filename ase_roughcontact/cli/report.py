@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact import theory as theory_of
-from ase_roughcontact._util.printing import entries, note, number, table
+from ase_roughcontact._util.printing import entries, note, number
+from ase_roughcontact._util.tables import TableRows
 from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
@@ -29,6 +30,8 @@ _SHOWN_ERROR = 0.001
 _ERRORS = "area_error", "force_error", "height_error", "penetration_error"
 # Width of the columns of the table of steps.
 _WIDTH = 7
+# Entry for the time of a step of an earlier run.
+_RESTORED = "restored"
 # Rounding of times, relative; and values, in printed units, that are rounding errors.
 _ROUNDING, _ZERO = 1e-12, 1e-12
 # Part of the largest friction below which a lateral force is a rounding error.
@@ -55,8 +58,20 @@ class StepTable:
     def __init__(self, reference: Reference, verbose: bool = False) -> None:
         self._scene, self._verbose = reference.scene, verbose
         self._columns = table_columns(reference)
-        self._heads = ["step", *(head for head, _ in self._columns), ""]
-        self._begun, self._shown, self._last = False, 0, time.monotonic()
+        count = self._scene.path.count(self._scene.bodies)
+        self._total = "" if count is None else f"/{count - 1}"
+        # the time of a step that an earlier run has taken is not known
+        self._unknown = None if self._scene.path.columns else "time (s)"
+        heads = [head for head, _ in self._columns]
+        self._rows = TableRows(
+            ["step", *heads, ""],
+            [
+                max(2 * len(self._total) - 1, 4),
+                *(len(_RESTORED) if h == self._unknown else _WIDTH for h in heads),
+                1,
+            ],
+        )
+        self._shown, self._last = 0, time.monotonic()
         self._times = printed_times(self._scene)
         self._limits: set[str] = set()
 
@@ -73,12 +88,9 @@ class StepTable:
         restored : bool
             Whether the step is that of an earlier run.
         """
-        count = self._scene.path.count(self._scene.bodies)
-        last = "" if count is None else f"/{count - 1}"
-        row = [f"{step.step}{last}".rjust(max(2 * len(last) - 1, 4))]
-        hidden = "" if self._scene.path.columns or not restored else "time (s)"
+        row = [f"{step.step}{self._total}"]
         row += (
-            "restored" if head == hidden else value_of(step)
+            _RESTORED if restored and head == self._unknown else value_of(step)
             for head, value_of in self._columns
         )
         checks = failed_checks(step.validity).values()
@@ -89,8 +101,8 @@ class StepTable:
         self._limits.update(new)
         if not (self._is_due(step) or new or self._verbose) and step.converged:
             return []
-        found.append(table(self._heads, [row], width=_WIDTH, header=not self._begun))
-        self._begun, self._last = True, time.monotonic()
+        found.append(self._rows.row(row))
+        self._last = time.monotonic()
         if new:
             found.append(note(f"* LIMITS: {', '.join(new)}", 10, "yellow"))
         if not step.converged:

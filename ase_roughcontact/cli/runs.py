@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.files import refuse_link, replaced
-from ase_roughcontact._util.printing import entries, show
+from ase_roughcontact._util.printing import entries, show, write
 from ase_roughcontact._util.units import TIMES, quantity
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
@@ -75,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
     if options.preview:
         full, scene = scene, preview(scene)
         if scene is full and prints_text(options):
-            print("The run is as short as a preview: it is calculated itself.")
+            write("The run is as short as a preview: it is calculated itself.")
         options.out = options.out.with_name(f"{options.out.name}-preview")
     scene.check_path()  # before theory needs the statistics of the roughness
     reference = reference_for(scene)
@@ -119,7 +119,7 @@ def _relax(
             if parts and prints_text(options):
                 show(*parts)
             if options.json:
-                print(json_line(asdict(step), units_of(scene.record)), flush=True)
+                write(json_line(asdict(step), units_of(scene.record)))
             if draw and costs:
                 progress = meter.progress()
                 draw(progress.steps, progress.total, str(progress))
@@ -135,9 +135,9 @@ def _write_results(
     pictures, failure = _drawn(reference, steps, options.out)
     if prints_text(options):
         show(*report.summary(reference, steps))
-        print(f"Results are in {options.out}:")
+        write(f"Results are in {options.out}:")
         show(report.files_table(pictures))
-        print(f"To view it: ase gui -R=-60x {options.out / 'view.traj'}", flush=True)
+        write(f"To view it: ase gui -R=-60x {options.out / 'view.traj'}")
     if failure:
         print_error(failure)
     return failure
@@ -174,7 +174,7 @@ def draw_figures(options: argparse.Namespace) -> int:
     pictures, _ = _drawn(reference_for(scene), steps, folder, shown)
     if not pictures:
         raise RuntimeError("no figures: the sphere touches in no step")
-    print("\n".join(str(folder / name) for name in pictures))
+    write("\n".join(str(folder / name) for name in pictures))
     return 0
 
 
@@ -192,7 +192,7 @@ def write_report(options: argparse.Namespace) -> int:
     file = folder / "report.html"
     with replaced(file) as name:
         Path(name).write_text(page(reference, steps, folder), encoding="utf-8")
-    print(file)
+    write(str(file))
     return 0
 
 
@@ -213,7 +213,7 @@ def write_maps(options: argparse.Namespace) -> int:
             continue
         name = folder / "maps" / f"step-{number:04d}.{options.format}"
         write_map(ContactMap.from_frame(frame, surface), name)
-        print(name)
+        write(str(name))
     return 0
 
 

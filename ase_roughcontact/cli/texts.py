@@ -6,12 +6,14 @@ import argparse
 from importlib.resources import files
 
 from ase_roughcontact._util.extras import imported
+from ase_roughcontact._util.printing import write
 from ase_roughcontact.cli.parser import make_parser
 
 
 def print_scene(options: argparse.Namespace) -> int:
     """Print the built-in scene file, a template with a description of each key."""
-    print(files("ase_roughcontact").joinpath("default.toml").read_text("utf-8"), end="")
+    text = files("ase_roughcontact").joinpath("default.toml").read_text("utf-8")
+    write(text.removesuffix("\n"))
     return 0
 
 
@@ -25,5 +27,5 @@ def completion(options: argparse.Namespace) -> int:
       echo 'source ~/.ase-roughcontact-completion' >> ~/.bashrc
     """
     shtab = imported("shtab", "completion", "completion needs shtab")
-    print(shtab.complete(make_parser(), options.shell))
+    write(shtab.complete(make_parser(), options.shell))
     return 0
