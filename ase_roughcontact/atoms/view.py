@@ -62,7 +62,8 @@ def with_indenter(
         `SLIPS`. Lengths are scaled to the size of
         circles in viewers, and heights further, since a contact is far wider than deep;
         `info` has the factors ``horizontal_scale`` and ``vertical_scale``, the normal
-        force and the contact area, and nothing else.
+        force and the contact area, and nothing else. There is no energy: positions are
+        scaled, and `ase gui` would draw it over the atoms.
 
     Raises
     ------
@@ -108,7 +109,7 @@ def with_indenter(
     }
     shown.cell[:] = 0.0
     shown.pbc = False
-    return _with_energy_of(frame, shown)
+    return shown
 
 
 def _plane(contact: np.ndarray) -> int:
@@ -191,7 +192,10 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     }
     for key, values in seen.lateral.items():
         fields[key] = values / GPa if key in TRACTIONS else values
-    columns = _with_energy_of(frame, frame.copy())
+    columns = frame.copy()
+    if frame.calc is not None:
+        energy = frame.get_potential_energy(apply_constraint=False)
+        columns.calc = SinglePointCalculator(columns, energy=energy)
     for key, field in fields.items():
         if field is not None:
             columns.set_array(key, np.append(field, np.zeros(1, field.dtype)))
@@ -204,11 +208,3 @@ def _read(atoms: Atoms, indenter: Surface | None) -> tuple[Atoms, Surface | None
         return atoms, indenter
     known = atoms.calc.parameters["indenter"]
     return snapshot(atoms), known if indenter is None else indenter
-
-
-def _with_energy_of(frame: Atoms, atoms: Atoms) -> Atoms:
-    """Attach the energy of a frame to atoms."""
-    if frame.calc is not None:
-        energy = frame.get_potential_energy(apply_constraint=False)
-        atoms.calc = SinglePointCalculator(atoms, energy=energy)
-    return atoms

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from ase.data import covalent_radii
+from ase.gui.images import Images
+from ase.io import read, write
 from ase.units import GPa
 from built import atoms_under
 
@@ -63,8 +65,17 @@ def test_surface_atoms_are_scaled_around_the_axis():
     scale = scale_of(shown)
     np.testing.assert_allclose(below.positions, expected[:-1] * scale, atol=1e-12)
     np.testing.assert_allclose(axis.position, expected[-1] * scale, atol=1e-12)
-    assert shown.get_potential_energy() == frame.get_potential_energy()
     assert not shown.pbc.any() and not shown.cell.array.any()
+
+
+def test_ase_draws_no_graph_of_energies_over_a_view(tmp_path):
+    atoms = relaxed()
+    write(tmp_path / "view.traj", [with_indenter(atoms)] * 2)
+    frames = read(tmp_path / "view.traj", ":")
+    assert [frame.calc for frame in frames] == [None, None]
+    # what `ase gui` draws if it is a number
+    images = Images(frames)
+    assert np.isnan(images.graph("i, e - E[-1]")[1]).all()
 
 
 def test_contact_and_attracted_atoms_have_their_own_elements():

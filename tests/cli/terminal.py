@@ -6,40 +6,71 @@ import struct
 import subprocess
 import sys
 import termios
-from contextlib import suppress
+from contextlib import redirect_stderr, redirect_stdout, suppress
+from threading import Thread
 
 import pyte
 
+from ase_roughcontact.cli import main
+
 # Height of the screen, less than that of most outputs.
-HEIGHT = 24
-COMMAND = [sys.executable, "-m", "ase_roughcontact"]
+_HEIGHT = 24
 
 
-def screen_of(arguments, columns, **options):
-    """Return exit status and lines of a command on a terminal of some columns."""
-    master, slave = os.openpty()
-    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("4H", HEIGHT, columns, 0, 0))
-    environment = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "LINES")}
-    with subprocess.Popen(
-        [*COMMAND, *map(str, arguments)],
-        stdin=slave,
-        stdout=slave,
-        stderr=slave,
-        env=environment | {"TERM": "xterm-256color"},
-        **options,
-    ) as process:
-        os.close(slave)
-        screen = pyte.HistoryScreen(columns, HEIGHT, history=10_000)
-        stream = pyte.ByteStream(screen)
+class Terminal:
+    """A pseudo-terminal of some columns, whose output is read as it is written."""
+
+    def __init__(self, columns):
+        self._master, self.slave = os.openpty()
+        size = struct.pack("4H", _HEIGHT, columns, 0, 0)
+        fcntl.ioctl(self.slave, termios.TIOCSWINSZ, size)
+        self._screen = pyte.HistoryScreen(columns, _HEIGHT, history=10_000)
+        self._reader = Thread(target=self._read)
+        self._reader.start()
+
+    def _read(self):
+        stream = pyte.ByteStream(self._screen)
         with suppress(OSError):  # the end of the output
-            while part := os.read(master, 65536):
+            while part := os.read(self._master, 65536):
                 stream.feed(part)
-    os.close(master)
-    above = [
-        "".join(line[column].data for column in range(columns))
-        for line in screen.history.top
-    ]
-    lines = [line.rstrip() for line in (*above, *screen.display)]
-    while lines and not lines[-1]:
-        lines.pop()
-    return process.returncode, lines
+        os.close(self._master)
+
+    def lines(self):
+        """Close it and return its lines, from the first one that was printed."""
+        os.close(self.slave)
+        self._reader.join()
+        places = range(self._screen.columns)
+        above = self._screen.history.top
+        lines = ["".join(line[k].data for k in places) for line in above]
+        lines = [line.rstrip() for line in (*lines, *self._screen.display)]
+        while lines and not lines[-1]:
+            lines.pop()
+        return lines
+
+
+def screen_of(arguments, columns, monkeypatch):
+    """Return exit status and lines of a command on a terminal of some columns."""
+    terminal = Terminal(columns)
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.setenv("COLUMNS", str(columns))  # not those of the tests' terminal
+    with (
+        open(os.dup(terminal.slave), "w", encoding="utf-8") as stream,
+        redirect_stdout(stream),
+        redirect_stderr(stream),
+    ):
+        status = main(list(map(str, arguments)))
+    return status, terminal.lines()
+
+
+def screen_of_process(arguments, columns):
+    """Return the same of a new process, which asks the terminal for its size."""
+    terminal = Terminal(columns)
+    environment = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "LINES")}
+    done = subprocess.run(
+        [sys.executable, "-m", "ase_roughcontact", *map(str, arguments)],
+        stdin=terminal.slave,
+        stdout=terminal.slave,
+        stderr=terminal.slave,
+        env=environment | {"TERM": "xterm-256color"},
+    )
+    return done.returncode, terminal.lines()
