@@ -52,7 +52,10 @@ def screen_of(arguments, columns, monkeypatch):
     """Return exit status and lines of a command on a terminal of some columns."""
     terminal = Terminal(columns)
     monkeypatch.setenv("TERM", "xterm-256color")
-    monkeypatch.setenv("COLUMNS", str(columns))  # not those of the tests' terminal
+    monkeypatch.delenv("COLUMNS", raising=False)
+    # the size of the terminal of the tests
+    size = os.terminal_size((columns, _HEIGHT))
+    monkeypatch.setattr(os, "get_terminal_size", lambda *_: size)
     with (
         open(os.dup(terminal.slave), "w", encoding="utf-8") as stream,
         redirect_stdout(stream),

@@ -121,7 +121,7 @@ def test_a_narrow_screen_keeps_the_marks_of_limits(folder):
     Path("scene.toml").write_text(LOADS)
     _, shown = screen_of_process(["run", "scene.toml"], 60)
     marked = [line.split()[0] for line in shown if ROW.match(line) and line[-1] == "*"]
-    assert marked == ["2/3", "3/3"]
+    assert marked == ["0/3", "1/3", "2/3", "3/3"]
     names = next(line for line in shown if line.startswith("Left out"))
     assert names == "Left out on a screen of 60 characters: time (64 show all)."
 
