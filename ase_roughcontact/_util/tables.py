@@ -25,7 +25,8 @@ class Columns:
     widths : tuple of int
         Least width of each column.
     left : int
-        Number of the first columns that are aligned at the left, and wrapped.
+        Number of the first columns that are aligned at the left. The last one of them
+        is wrapped.
     """
 
     heads: tuple[str, ...]
@@ -66,10 +67,10 @@ class Columns:
         padding = (0, _GAP, 0, 0)
         found = Table(box=None, show_header=header, padding=padding, pad_edge=False)
         for i in kept:
-            wrapped = i < self.left
+            wrapped = i == self.left - 1
             found.add_column(
                 self.heads[i],
-                justify="left" if wrapped else "right",
+                justify="left" if i < self.left else "right",
                 min_width=None if wrapped else self.widths[i],
                 no_wrap=not wrapped,
                 overflow="fold",
@@ -92,7 +93,8 @@ class Table:
         any, no line is printed for them.
     rows : sequence of sequences of str
     left : int
-        Number of the first columns that are aligned at the left, and wrapped.
+        Number of the first columns that are aligned at the left. The last one of them
+        is wrapped.
     """
 
     def __init__(
@@ -100,7 +102,7 @@ class Table:
     ) -> None:
         lines = _with_units_below(heads)
         widths = [
-            max([_longest(line), *(_longest(row[i], words=i < left) for row in rows)])
+            max([_longest(line), *(_longest(row[i], words=i == left - 1) for row in rows)])
             for i, line in enumerate(lines)
         ]
         self._columns, self._rows = Columns(lines, tuple(widths), left), rows

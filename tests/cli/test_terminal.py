@@ -47,7 +47,11 @@ COMMANDS = {
     "preview": (["run", "--preview"], SOLID + SPHERE + STEPS, 1),
     "flat": (["run"], FLAT, 3),
     "time": (["run"], CREEP + IN_TIME, 1),
-    "ensemble": (["ensemble", "--workers", "1", "--set", "roughness.seed=0,1"], FLAT, 0),
+    "ensemble": (
+        ["ensemble", "--workers", "1", "--set", "roughness.seed=0,1"],
+        FLAT,
+        0,
+    ),
     "fit": (["fit", "--free", "contact_modulus", "curve.csv"], LOADS, 1),
 }
 ROW = re.compile(r" *\d+/?\d* +[-\d]|contact_modulus +\d|height_offset +[-\d]")
@@ -57,7 +61,7 @@ NOTE = re.compile(r"Left out on a screen of 60 characters:.*? show all\)\.", re.
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Folder with a force curve of a Hertzian contact, which becomes the present one."""
+    """Folder with a force curve of a Hertzian contact; the present one."""
     monkeypatch.chdir(tmp_path)
     depth = np.linspace(-5.0, 10.0, 30)  # Å
     modulus, radius = 95.0 * UNITS["GPa"], 300.0
