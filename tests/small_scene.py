@@ -4,6 +4,7 @@ from ase_roughcontact.scene import Scene
 
 SMALL = """
 [substrate]
+model = "atoms"
 shape = [32, 30]
 contact_modulus = 100.0
 [sphere]
@@ -24,6 +25,7 @@ fmax = 1e-4
 # Approach and retraction of a smooth sphere, and of a rough one.
 SMOOTH = """
 [substrate]
+model = "atoms"
 contact_modulus = 100.0
 hardness = inf
 [sphere]
@@ -37,6 +39,7 @@ ROUGH = SMOOTH + "[roughness]\nlong_wavelength = 16.0\n"
 # A periodic cell of few atoms.
 PERIODIC = """
 [substrate]
+model = "atoms"
 shape = [12, 12]
 contact_modulus = 100.0
 periodic = true
@@ -50,6 +53,7 @@ values = [0.05, 0.1, 0.2]
 # Approach and retraction with adhesion; elastic by intent.
 LOOP = """
 [substrate]
+model = "atoms"
 spacing = 2.5
 contact_modulus = 100.0
 shape = [18, 18]

@@ -230,6 +230,7 @@ def results(reference: Reference, steps: Sequence[LoadStep]) -> dict[str, str]:
     found = dict(scene.path.summary(scene.bodies, steps))
     if steps and not found:
         found = _results_of_steps(reference, steps)
+    found |= _counted(scene, steps)
     reasons = Counter(filter(None, map(_why_not_known, steps)))
     if reasons:
         found["errors not known"] = "; ".join(
@@ -268,6 +269,23 @@ def _results_of_steps(
             f"{' to '.join(ends)} %, estimated; nine of ten are below twice that"
         )
     return found
+
+
+def _counted(scene: Scene, steps: Sequence[LoadStep]) -> dict[str, str]:
+    """Return that areas are counted, and the last one beside the continuum's."""
+    touching = [step for step in steps if step.repulsive_atoms]
+    if scene.is_continuum or not touching:
+        return {}
+    last, unit = touching[-1], units_of(scene)["contact_area"]
+    counted, area, error = (
+        getattr(last, name) / UNITS[unit]
+        for name in ("contact_area", "continuum_area", "continuum_area_error")
+    )
+    return {
+        "counted areas": f"number of atoms times the area of each, {number(counted)} "
+        f"{unit} in step {last.step}; continuum: {number(area)} ± {number(error, 2)} "
+        f"{unit}"
+    }
 
 
 def exceeded_limits(steps: Sequence[LoadStep]) -> dict[str, str]:

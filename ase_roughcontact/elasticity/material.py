@@ -177,6 +177,21 @@ def fcc_spacing(symbol: str) -> float:
     return float(state["a"] / math.sqrt(2))
 
 
+def surface_spacing(symbol: str) -> float:
+    """Return the spacing of atoms in a (100) surface, also of a bcc crystal (Å).
+
+    Raises
+    ------
+    ValueError
+        See `fcc_spacing`.
+    """
+    check_element(symbol)
+    state = reference_states[atomic_numbers[symbol]]
+    if state is not None and state.get("symmetry") == "bcc":
+        return float(state["a"])
+    return fcc_spacing(symbol)
+
+
 def check_element(symbol: str) -> None:
     """Raise `ValueError` for an unknown chemical symbol."""
     if symbol not in chemical_symbols[1:]:

@@ -63,6 +63,8 @@ class Material:
         Poisson's ratio, None of anisotropic solids but for averages of cubic crystals.
     hardness : float
         Mean pressure under a plastic indentation (GPa); NaN if it is not known.
+    crystalline : bool
+        Whether the solid is a cubic crystal, with atoms on the lattice of its surface.
     """
 
     contact_modulus: float
@@ -73,6 +75,7 @@ class Material:
     adhesion_source: str = ""
     poisson: float | None = None
     hardness: float = math.nan
+    crystalline: bool = False
 
 
 def indentation_modulus(c11: float, c33: float, c13: float, c44: float) -> float:
@@ -97,6 +100,7 @@ def _read(
     """Return the material of an entry of the file ``materials.toml``."""
     moduli: tuple[float, float | None]
     if crystal:
+        entry["crystalline"] = True
         entry["hardness"] = HARDNESS.get(crystal, math.nan)
         moduli = crystal_modulus(crystal), poisson_ratio(crystal_constants(crystal))
     elif isotropic:

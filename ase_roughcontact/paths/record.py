@@ -28,6 +28,7 @@ from functools import lru_cache
 from typing import Any, ClassVar, TypeVar, get_type_hints, overload
 
 from ase_roughcontact._util.validation import lookup
+from ase_roughcontact.paths.errors import continuum_area_error
 from ase_roughcontact.paths.limits import violations
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.solvers.conductance import region_conductance
@@ -138,6 +139,12 @@ def _continuum_area(step: RelaxedStep) -> float:
     return max(area, step.fields.normal_force / step.fields.hardness)
 
 
+def _continuum_area_error(step: RelaxedStep) -> float:
+    if step.options.continuum:
+        return step.errors.area
+    return step.errors.area + continuum_area_error(step)
+
+
 def _mean_pressure(step: RelaxedStep) -> float:
     if step.options.continuum and (area := _continuum_area(step)):
         return step.mean_pressure * step.fields.contact_area / area
@@ -220,6 +227,11 @@ class LoadStep:
         lambda s: s.errors.area,
         "estimated error of the area that `area_column` names; the true error is below "
         "twice the estimate in nine of ten cases",
+        "Å^2",
+    )
+    continuum_area_error: float = column(
+        _continuum_area_error,
+        "estimated error of `continuum_area`; the `area_error` if that is asked for",
         "Å^2",
     )
     force_error: float = column(

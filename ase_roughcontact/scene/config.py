@@ -63,10 +63,6 @@ class SubstrateConfig(Section):
     shape: tuple[int, int] | str = "auto"
     periodic: bool = False
 
-    def contents(self) -> dict[str, Any]:
-        """Return the values by key for comparison; see `Section.contents`."""
-        return super().contents() | {"model": self.model or "atoms"}
-
     @property
     def name(self) -> str:
         """Name of the material or element; empty if only moduli are given."""
@@ -80,20 +76,9 @@ class SubstrateConfig(Section):
         return bool(self.calculator or self.files)
 
     @property
-    def area_column(self) -> str:
-        """Column of the contact area that the model asks for."""
-        columns = {"atoms": "contact_area", "continuum": "continuum_area"}
-        return lookup(self.model, columns, "model")
-
-    @property
     def grid_change(self) -> GridChange | None:
         """The given grid relative to that of the atoms; None if none is given."""
-        change = GridChange.of(self.refine, self.coarsen, self.spacing)
-        if change and self.area_column != "continuum_area":
-            raise ValueError(
-                'refine, coarsen and a spacing of a0/2 need model = "continuum"'
-            )
-        return change
+        return GridChange.of(self.refine, self.coarsen, self.spacing)
 
     @property
     def window_shape(self) -> tuple[int, int] | None:

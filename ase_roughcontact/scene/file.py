@@ -18,6 +18,7 @@ from ase_roughcontact.scene.path_kinds import PathKind, Steps
 from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.section import Problems, Section, members
+from ase_roughcontact.scene.solid import is_crystal
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
 
@@ -62,13 +63,6 @@ class SceneFile:
     path: PathKind = field(default_factory=Steps)
     solver: config.SolverConfig = field(default_factory=config.SolverConfig)
     output: config.OutputConfig = field(default_factory=config.OutputConfig)
-
-    def __post_init__(self) -> None:
-        """Ask for the continuum if a surface was measured, unless the file says."""
-        if not self.substrate.model:
-            atoms = self.topography is None or self.substrate.of_atoms
-            model = "atoms" if atoms else "continuum"
-            object.__setattr__(self, "substrate", replace(self.substrate, model=model))
 
     @classmethod
     def parse(
@@ -175,6 +169,19 @@ class SceneFile:
             )
 
     @property
+    def model(self) -> str:
+        """``"atoms"`` or ``"continuum"``: what the points of the grid are.
+
+        If it is not given, they are atoms where the grid is the surface of a crystal,
+        and the indenter is neither measured nor flat.
+        """
+        substrate, measured = self.substrate, self.topography is not None
+        if substrate.model or substrate.of_atoms:
+            return substrate.model or "atoms"
+        smooth = not measured and self.sphere.radius != math.inf
+        return "atoms" if smooth and is_crystal(substrate) else "continuum"
+
+    @property
     def sections(self) -> dict[str, Section]:
         """Sections by title, without those that are missing."""
         given = {title: getattr(self, title) for title in SECTIONS}
@@ -245,7 +252,7 @@ class SceneFile:
         """
         changes = []
         for title in (k for k, each in SECTIONS.items() if each.changes_results):
-            was, now = (each.entries().get(title, {}) for each in (old, self))
+            was, now = (each._compared.entries().get(title, {}) for each in (old, self))
             first, second = (each._given.get(title, {}) for each in (old, self))
             changes += [
                 f"[{title}] {key} was {_toml(was.get(key))}, is {_toml(now.get(key))}"
@@ -258,7 +265,14 @@ class SceneFile:
     @property
     def _given(self) -> dict[str, dict[str, Any]]:
         """Values by section and key that are not the default, for comparison."""
-        return {k: v.given for k, v in self.sections.items() if v.changes_results}
+        sections = self._compared.sections
+        return {k: v.given for k, v in sections.items() if v.changes_results}
+
+    @property
+    def _compared(self: AnyFile) -> AnyFile:
+        """The same scene with the model, which has no name if it is that of atoms."""
+        model = "" if self.model == "atoms" else self.model
+        return replace(self, substrate=replace(self.substrate, model=model))
 
 
 def default_text() -> str:

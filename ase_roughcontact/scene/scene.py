@@ -101,6 +101,7 @@ class Scene(SceneFile):
         values: dict[str, Any] = dict(zip(("refine", "coarsen"), given, strict=True))
         if GridChange.of(spacing=self.substrate.spacing) is not None:
             values["spacing"] = None
+        values["model"] = self.model
         return self.with_values({f"substrate.{k}": v for k, v in values.items()})
 
     @cached_property
@@ -169,7 +170,8 @@ class Scene(SceneFile):
     @property
     def area_column(self) -> str:
         """Column of the contact area that answers the scene's question."""
-        return self.substrate.area_column
+        columns = {"atoms": "contact_area", "continuum": "continuum_area"}
+        return lookup(self.model, columns, "model")
 
     @property
     def is_continuum(self) -> bool:
@@ -183,10 +185,19 @@ class Scene(SceneFile):
 
     def _grid_for(self, error: float) -> GridChange:
         """Return the grid that is given, or chosen for a relative error."""
-        given = self.substrate.grid_change
-        if given is not None or not self.is_continuum:
-            return given or GridChange()
+        if self._given_grid is not None or not self.is_continuum:
+            return self._given_grid or GridChange()
         return grid_for(error, self.surface, self.wall, self.spacing, self.shape)
+
+    @property
+    def _given_grid(self) -> GridChange | None:
+        """The grid that is given; None if none is."""
+        given = self.substrate.grid_change
+        if given and not self.is_continuum:
+            raise ValueError(
+                'refine, coarsen and a spacing of a0/2 need model = "continuum"'
+            )
+        return given
 
     @cached_property
     def lost_slope(self) -> float:
@@ -205,7 +216,7 @@ class Scene(SceneFile):
         with problems.of():
             _ = self.bodies
         with problems.of("substrate"):
-            _ = self.area_column, self.substrate.grid_change
+            _ = self.area_column, self._given_grid
             if self.sphere.radius != math.inf:
                 _ = self.substrate.window_shape
         problems.check()
@@ -255,7 +266,11 @@ class Scene(SceneFile):
         if path is self.path:
             return self
         return replace(self, path=path).with_values(
-            {"substrate.relaxation_moduli": None, "substrate.relaxation_times": None}
+            {
+                "substrate.relaxation_moduli": None,
+                "substrate.relaxation_times": None,
+                "substrate.model": self.model,
+            }
         )
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -28,11 +29,14 @@ from ase_roughcontact.elasticity.material import (
     crystal_constants,
     fcc_spacing,
     poisson_ratio,
+    surface_spacing,
 )
 from ase_roughcontact.elasticity.named_materials import material
 from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
 from ase_roughcontact.windows.regrid import GridChange
 
+# Relative difference of a spacing from that of a crystal.
+_SAME_SPACING = 0.02
 # Modulus (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST = 1e4
 # Slabs for potentials of embedded atoms, which reach far and have a Hessian.
@@ -139,6 +143,34 @@ def named(substrate: SubstrateConfig) -> SubstrateConfig:
             f"{other} does not have: give symbol instead of material"
         )
     return replace(given, contact_modulus=known.contact_modulus)
+
+
+def is_crystal(substrate: SubstrateConfig) -> bool:
+    """Return whether the points of a grid are the atoms of a crystal's surface.
+
+    They are if the crystal is named, the spacing is its own, and neither a layer nor a
+    relaxation in time is given.
+    """
+    if substrate.layer_thickness is not None or substrate.relaxation_times is not None:
+        return False
+    try:
+        own, change = _own_spacing(substrate), substrate.grid_change
+        if own is None or change is not None:
+            return own is not None and not change
+        spacing = substrate.plain(["spacing"], LENGTHS, "Å").spacing
+    except ValueError:  # an unknown name or unit, which `build` reports
+        return False
+    return spacing is None or math.isclose(spacing, own, rel_tol=_SAME_SPACING)
+
+
+def _own_spacing(substrate: SubstrateConfig) -> float | None:
+    """Return the spacing of the atoms of a named crystal (Å); None for other solids."""
+    if not substrate.name:
+        return None
+    if substrate.material:
+        known = material(substrate.material)
+        return surface_spacing(known.symbol) if known.crystalline else None
+    return surface_spacing(substrate.name)
 
 
 def spacing_of(substrate: SubstrateConfig) -> float | None:

@@ -28,6 +28,7 @@ WORK, FIRST, NOISE, POINTS, ZERO = 0.1, 0.06, 0.1 * UNITS["nN"], 150, 37.0
 SEEDS = (*range(1, 6), *range(11, 16))
 SCENE = """
 [substrate]
+model = "atoms"
 spacing = 3.0
 shape = [40, 40]
 contact_modulus = 30.0

@@ -69,6 +69,7 @@ def scenes():
     found["smooth hard"] = scene(wall=hard)
     found["smooth adhesive"] = scene(wall=WORK.format("adhesive", 0.05))
     layer = 'symbol = "Si"\nlayer_thickness = "10 nm"\nlayer_modulus = 20.0'
+    layer += '\nmodel = "atoms"'
     depths = 'control = "penetration"\nfirst = "0.2 nm"\nlast = "2 nm"\nsteps = 12'
     large = {"radius": 5000, "slope": 0.02, "long": 256.0, "hurst": 0.6}
     families = {

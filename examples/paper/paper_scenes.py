@@ -98,7 +98,7 @@ def scene(
     adhesion = {} if work is None else {"work_of_adhesion": work / (J / m**2)}
     return Scene(
         substrate=SubstrateConfig(
-            spacing=1.0, contact_modulus=1.0 / GPa, hardness=np.inf
+            model="atoms", spacing=1.0, contact_modulus=1.0 / GPa, hardness=np.inf
         ),
         sphere=SphereConfig(radius=radius),
         roughness=RoughnessConfig(rms_slope=slope, seed=seed, domain=DOMAIN),

@@ -17,6 +17,7 @@ from ase_roughcontact.cli import main
 RADIUS, MODULUS, WORK = 150.0, 100.0 * UNITS["GPa"], 0.5 * UNITS["J/m^2"]
 SCENE = """
 [substrate]
+model = "atoms"
 spacing = {length}
 contact_modulus = {modulus}
 [sphere]

@@ -1,6 +1,7 @@
 """Printed output and figures of a run."""
 
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -106,9 +107,20 @@ def test_the_largest_tension_is_compared_with_the_pull_off_force(run):
     tension = -min(step.normal_force for step in steps) / NANONEWTON
     text = results(reference, steps)["largest tension"]
     assert text.startswith(f"{tension:.4g} nN; pull-off force: ")
-    assert results(reference, steps[2:3]) == {}
+    assert "largest tension" not in results(reference, steps[2:3])
     lost = replace(steps[1], normal_force=-100.0, converged=False)
     assert results(reference, [*steps, lost])["largest tension"] == text
+
+
+def test_counted_areas_are_printed_beside_the_area_of_the_continuum(run):
+    reference, steps, _ = run
+    areas = {"contact_area": 442.0, "continuum_area": 384.0}
+    last = replace(steps[2], step=2, continuum_area_error=8.0, **areas)
+    text = results(reference, [*steps[:2], last])["counted areas"]
+    assert re.findall(r"[\d.]+", text) == ["4.420", "2", "3.840", "0.080"]
+    continuum = reference.scene.with_values({"substrate.model": "continuum"})
+    asked = replace(reference, scene=continuum)
+    assert "counted areas" not in results(asked, [last])
 
 
 @pytest.mark.parametrize(

@@ -153,7 +153,7 @@ def test_maps_on_a_scan_are_oriented_as_the_scan(role, tmp_path, monkeypatch):
     bump = -0.02 * square if role == "indenter" else np.exp(-square / 18.0)
     np.save(tmp_path / "scan.npy", bump)
     text = f"""
-    substrate = {{ contact_modulus = "5 MPa", hardness = inf }}
+    substrate = {{ model = "atoms", contact_modulus = "5 MPa", hardness = inf }}
     sphere = {{ radius = inf }}
     [topography]
     file = "scan.npy"

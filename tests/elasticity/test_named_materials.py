@@ -26,7 +26,8 @@ GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "files.md"
 
 
 def scene(substrate, sphere="", interaction=""):
-    text = re.sub(r"contact_modulus = .*\n", substrate + "\n", SMALL)
+    text = SMALL.replace('model = "atoms"\n', "")
+    text = re.sub(r"contact_modulus = .*\n", substrate + "\n", text)
     text = text.replace("[sphere]\n", f"[sphere]\n{sphere}\n")
     parsed = Scene.parse(text + interaction)
     parsed.check()
@@ -106,12 +107,12 @@ def test_the_hardness_of_an_element_is_not_that_of_a_compound(name):
 
 OTHER_KEYS = (
     'spacing = "1 nm"',
-    'spacing = "a0/2"\nmodel = "continuum"',
+    'spacing = "a0/2"',
     "spacing = 2.0",
     "contact_modulus = 90.0",
     "elastic_constants = [165.7, 63.9, 79.6]",
     "poisson = 0.25",
-    'refine = 2\nmodel = "continuum"',
+    "refine = 2",
     "periodic = true",
 )
 

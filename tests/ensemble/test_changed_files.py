@@ -11,6 +11,7 @@ from ase_roughcontact.scene import Scene
 
 TEXT = """
 [substrate]
+model = "atoms"
 spacing = 2.5
 shape = [16, 16]
 contact_modulus = 30.0

@@ -23,7 +23,7 @@ from ase_roughcontact.ensemble import (
 from ase_roughcontact.scene import InteractionConfig, Scene
 
 SCENE = Scene.parse("""
-substrate = { contact_modulus = 100.0, spacing = 2.5 }
+substrate = { model = "atoms", contact_modulus = 100.0, spacing = 2.5 }
 sphere = { radius = 60.0 }
 roughness = { long_wavelength = 16.0 }
 path = { control = "penetration", values = [0.5, 2.0, 1.2] }
@@ -40,6 +40,7 @@ SCENES = {
 FIRST_FLOW = SCENES["plastic"].with_values({"path.values": (0.02, 2.0, 1.2)})
 TIME = Scene.parse("""
 [substrate]
+model = "atoms"
 contact_modulus = 2.0
 spacing = "1 nm"
 relaxation_moduli = [0.5, 0.3]

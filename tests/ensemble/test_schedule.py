@@ -15,7 +15,7 @@ from ase_roughcontact.scene import InteractionConfig, Scene
 
 SCENE = Scene.parse(
     """
-    substrate = { spacing = 2.5, contact_modulus = 80.0 }
+    substrate = { model = "atoms", spacing = 2.5, contact_modulus = 80.0 }
     sphere = { radius = 60.0 }
     path = { control = "penetration", values = [0.1] }
     """
@@ -86,7 +86,7 @@ def test_failed_and_complete_cases_are_not_expected_to_take_time():
 def test_columns_are_in_the_units_of_the_file_or_of_ase(control, tmp_path):
     scene = Scene.parse(
         f"""
-        substrate = {{ spacing = 2.5, contact_modulus = 80.0 }}
+        substrate = {{ model = "atoms", spacing = 2.5, contact_modulus = 80.0 }}
         sphere = {{ radius = 60.0 }}
         roughness = {{ long_wavelength = 16.0, seed = 5 }}
         interaction = {{ kind = "adhesive", work_of_adhesion = 0.05 }}

@@ -11,6 +11,7 @@ from ase_roughcontact.scene import Scene
 SPHERE = rc.RoughSphere(200.0)
 SCENE = """
 [substrate]
+model = "atoms"
 spacing = {spacing}
 contact_modulus = {modulus}
 shape = {shape}

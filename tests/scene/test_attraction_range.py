@@ -13,9 +13,13 @@ from ase_roughcontact.scene.force_curve import ForceCurve
 
 NM, NN = UNITS["nm"], UNITS["nN"]
 SCENE = """
-substrate = {{ spacing = "{spacing} nm", contact_modulus = {modulus}, hardness = inf }}
 sphere = {{ radius = "30 nm" }}
 path = {{ kind = "loop", deepest = "0.1 nm", tolerance = 5e-3, cantilever = 20.0 }}
+[substrate]
+model = "atoms"
+spacing = "{spacing} nm"
+contact_modulus = {modulus}
+hardness = inf
 [interaction]
 kind = "{kind}"
 work_of_adhesion = 0.05
@@ -62,7 +66,7 @@ def test_the_cutoff_of_the_full_wall_is_relative_to_its_range():
 
 
 MATERIALS = """
-substrate = {{ material = "{}" }}
+substrate = {{ model = "atoms", material = "{}" }}
 sphere = {{ material = "SiO2", radius = "1 um" }}
 [interaction]
 kind = "{}"

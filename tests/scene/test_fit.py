@@ -29,6 +29,7 @@ from ase_roughcontact.theory import sphere_theory
 
 SCENE = """
 [substrate]
+model = "atoms"
 spacing = 3.0
 shape = [12, 12]
 contact_modulus = 30.0

@@ -12,6 +12,7 @@ from ase_roughcontact.theory import JKR
 WORK, MODULUS = 0.06, 1.0  # J/m², GPa
 SCENE = """
 [substrate]
+model = "atoms"
 spacing = "0.5 nm"
 contact_modulus = {modulus}
 hardness = inf

@@ -15,7 +15,7 @@ from ase_roughcontact.topography import SelfAffine
 PIXEL, POINTS, AMPLITUDE = 2.0, 64, 0.5  # nm
 
 SCENE = """
-substrate = { contact_modulus = 100.0, hardness = inf }
+substrate = { model = "atoms", contact_modulus = 100.0, hardness = inf }
 sphere = { radius = inf }
 interaction = { kind = "hard" }
 path = { values = ["100 MPa"] }
@@ -128,7 +128,7 @@ def test_the_part_of_the_scan_that_is_left_out_is_printed(wave):
 
 def test_random_flats_have_kappa_of_hard_walls():
     text = SCENE[: SCENE.index("[topography]")] + RANDOM
-    text = text.replace("hardness", 'model = "continuum", hardness')
+    text = text.replace('"atoms"', '"continuum"')
     scene = Scene.parse(text)
     (step,) = scene.relax()
     kappa = step.continuum_area * scene.rough.rms_slope * scene.contact_modulus

@@ -17,6 +17,7 @@ NN = UNITS["nN"]
 BASELINE = ["force_offset", "force_slope"]
 SCENE = """
 [substrate]
+model = "atoms"
 spacing = "0.5 nm"
 contact_modulus = 70.0
 hardness = inf

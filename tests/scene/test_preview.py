@@ -26,6 +26,8 @@ MANY = f"values = {[float(n) for n in range(1, 11)]}"
 
 
 def scene(substrate="", path="first = 10.0\nlast = 200.0\nsteps = 12"):
+    if "model" not in substrate:
+        substrate = f'model = "atoms"\n{substrate}'
     return Scene.parse(TEXT.format(substrate=substrate, path=path))
 
 

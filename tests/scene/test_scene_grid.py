@@ -19,6 +19,7 @@ path = {{ values = [10.0] }}
 contact_modulus = 100.0
 hardness = inf
 """
+ATOMS = 'model = "atoms"\n'
 CONTINUUM = 'spacing = 2.0\nmodel = "continuum"\n'
 
 
@@ -64,7 +65,70 @@ def test_question_decides_on_the_area_that_is_printed():
         part = step.area_error / getattr(step, column)
         assert (part > 1e-3) == (model == "continuum")
         assert ("grid" in bodies(asked)) == (model == "continuum")
-    assert scene().area_column == "contact_area"
+
+
+FLAT = """[sphere]
+radius = inf
+[roughness]
+domain = 64.0
+long_wavelength = 16.0
+"""
+LAYER = "layer_thickness = 20.0\nlayer_modulus = 5.0"
+RELAXING = "contact_modulus = 1.0\nrelaxation_moduli = [0.5]\nrelaxation_times = [1.0]"
+
+
+@pytest.mark.parametrize(
+    "substrate, others, model",
+    [
+        ("", "", "atoms"),
+        ('symbol = "Si"', "", "atoms"),
+        ('material = "diamond"', "", "atoms"),
+        ('symbol = "Cu"\ncontact_modulus = 100.0', "", "atoms"),
+        ('symbol = "Au"\ncalculator = "emt"', "", "atoms"),
+        ('symbol = "Si"\nspacing = 3.84', "", "atoms"),
+        ('symbol = "Si"\nspacing = "0.384 nm"', "", "atoms"),
+        ('symbol = "Si"\nspacing = "a0"', "", "atoms"),
+        ('symbol = "W"\nspacing = 3.16\ncontact_modulus = 446.0', "", "atoms"),
+        ('symbol = "Si"\nspacing = "1 nm"', "", "continuum"),
+        ('symbol = "Si"\nspacing = "a0/2"', "", "continuum"),
+        ('symbol = "Si"\nrefine = 2', "", "continuum"),
+        ('symbol = "Si"\ncoarsen = 2', "", "continuum"),
+        ("contact_modulus = 100.0", "", "continuum"),
+        ("elastic_constants = [165.7, 63.9, 79.6]", "", "continuum"),
+        *(
+            (f'material = "{name}"', "", "continuum")
+            for name in ("SiO2", "Si3N4", "DLC", "mica", "PDMS")
+        ),
+        (f'symbol = "Si"\n{LAYER}', "", "continuum"),
+        (f'symbol = "Cu"\n{RELAXING}', "", "continuum"),
+        ('symbol = "Si"', FLAT, "continuum"),
+        ('symbol = "Si"', '[topography]\nfile = "scan.npy"\n', "continuum"),
+        ('symbol = "Au"\ncalculator = "emt"', FLAT, "atoms"),
+        ('model = "atoms"\ncontact_modulus = 100.0', "", "atoms"),
+        ('model = "continuum"\nsymbol = "Si"', "", "continuum"),
+    ],
+)
+def test_the_grid_is_atoms_where_it_is_the_surface_of_a_crystal(
+    substrate, others, model
+):
+    asked = Scene.parse(f"[substrate]\n{substrate}\n{others}")
+    assert asked.model == model
+    assert Scene.parse(asked.toml) == asked
+
+
+def test_a_model_that_is_not_given_follows_from_changed_values():
+    silicon = Scene.parse('substrate = { symbol = "Si" }')
+    assert silicon.with_values({"substrate.spacing": "1 nm"}).is_continuum
+    stated = silicon.with_values({"substrate.model": "atoms"})
+    assert not stated.with_values({"substrate.spacing": "1 nm"}).is_continuum
+    assert stated.identity == silicon.identity
+    assert not stated.changes_from(silicon)
+    (change,) = (
+        silicon.with_values({"substrate.spacing": "a0"})
+        .with_values({"substrate.model": "continuum"})
+        .changes_from(silicon.with_values({"substrate.spacing": "a0"}))
+    )
+    assert "model" in change
 
 
 def test_refined_scene_has_another_grid_and_all_else_the_same():
@@ -93,8 +157,8 @@ def test_header_says_grid_and_loss():
 @pytest.mark.parametrize(
     "keys, message",
     [
-        ("refine = 2", r'\[substrate\] refine, .* need model = "continuum"'),
-        ('spacing = "a0/2"', 'a spacing of a0/2 need model = "continuum"'),
+        (ATOMS + "refine = 2", r'\[substrate\] refine, .* need model = "continuum"'),
+        (ATOMS + 'spacing = "a0/2"', 'a spacing of a0/2 need model = "continuum"'),
         ('model = "atom"', r"\[substrate\] unknown model 'atom'; did you"),
         (CONTINUUM + "refine = 0", "refine must be an integer >= 1"),
     ],

@@ -6,7 +6,7 @@ import pytest
 from ase_roughcontact.scene import Scene
 
 TEXT = """
-substrate = { contact_modulus = 100.0, spacing = 2.0 }
+substrate = { model = "atoms", contact_modulus = 100.0, spacing = 2.0 }
 sphere = { radius = 60.0 }
 interaction = { kind = "exponential", work_of_adhesion = 0.3 }
 path = { control = "penetration", values = [-0.1, 0.2] }

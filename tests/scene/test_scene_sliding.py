@@ -28,6 +28,7 @@ from ase_roughcontact.scene.tradeoff import tradeoff
 NM, NN, GPA = (UNITS[unit] for unit in ("nm", "nN", "GPa"))
 TEXT = """
 [substrate]
+model = "atoms"
 contact_modulus = 80.0
 poisson = 0.3
 spacing = 2.5

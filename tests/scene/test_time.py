@@ -25,6 +25,7 @@ from ase_roughcontact.theory import Hertz
 
 SOLID = """
 [substrate]
+model = "atoms"
 contact_modulus = 2.0
 spacing = "1 nm"
 relaxation_moduli = [0.5, 0.3]

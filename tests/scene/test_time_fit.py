@@ -12,6 +12,7 @@ from ase_roughcontact.scene.time_fit import fit_in_time
 NM, NN = UNITS["nm"], UNITS["nN"]
 TEXT = """
 [substrate]
+model = "atoms"
 contact_modulus = 2.0
 spacing = "4 nm"
 shape = [20, 20]

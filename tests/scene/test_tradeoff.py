@@ -292,10 +292,14 @@ def test_all_choices_have_the_same_local_work_of_adhesion():
     """The default period of the field depends on the range of the wall."""
     text = """
     sphere = { radius = 20.0 }
-    substrate = { spacing = 2.0, contact_modulus = 100.0, hardness = inf }
     interaction = { kind = "full", work_of_adhesion = 0.2 }
     heterogeneity = { rms = 0.5, long_wavelength = 8.0, seed = 3 }
     path = { control = "penetration", values = [0.5] }
+    [substrate]
+    model = "atoms"
+    spacing = 2.0
+    contact_modulus = 100.0
+    hardness = inf
     """
     found = tradeoff(Scene.parse(text), of="force", steps=1)
     assert errors_of(found, "cutoff")["10 a0"] < 1e-3

@@ -79,15 +79,19 @@ def smooth_sphere(radius, wall, load, accuracy):
     return relaxed(rc.RoughSphere(radius), load, wall, **grid)
 
 
-def westergaard(width, shift=0.0, side=64):
-    """Step on the surface 1 - cos(2 pi x/side) in contact on strips of a width."""
-    x = np.arange(side) + shift
-    amplitude = 0.05 * side / (2 * np.pi)
-    heights = amplitude * (1.0 - np.cos(2 * np.pi * x / side))
-    indenter = rc.HeightMap(np.tile(heights[:, None], side), 1.0, periodic=True)
-    load = np.pi * amplitude * side * np.sin(np.pi * width / (2 * side)) ** 2
+def westergaard(width, shift=0.0, side=64, normal=(1, 0)):
+    """Step on the surface 1 - cos(q.r) in contact on strips of a width.
+
+    In a square cell, whose waves have a normal along the grid or at an angle to it.
+    """
+    (a, b), points = normal, np.arange(side)
+    wave = side / np.hypot(a, b)
+    amplitude = 0.05 * wave / (2 * np.pi)
+    phase = 2 * np.pi * (a * points[:, None] + b * points + shift) / side
+    indenter = rc.HeightMap(amplitude * (1.0 - np.cos(phase)), 1.0, periodic=True)
+    pressure = np.pi * amplitude / wave * np.sin(np.pi * width / (2 * wave)) ** 2
     window = {"shape": (side, side), "window": "fixed", "periodic": True}
-    return relaxed(indenter, load, **window)
+    return relaxed(indenter, pressure * side**2, **window)
 
 
 @pytest.mark.parametrize("width", np.arange(20.0, 22.0, 0.2))
@@ -107,6 +111,27 @@ def test_strips_that_the_grid_does_not_resolve_are_an_error():
         ratios.append(error / step.area_error)
         assert step.area_error < 0.02 * step.continuum_area
     assert np.mean(np.less(ratios, 2.0)) >= 0.9
+
+
+def test_a_strip_between_points_in_contact_is_within_twice_the_error():
+    """No point is open, and the strip is nearly as wide as their distance."""
+    step = westergaard(31.1, 0.5, side=32)
+    assert step.contact_area == 32 * 32
+    assert abs(step.continuum_area - 32 * 31.1) < 2.0 * step.area_error
+
+
+@pytest.mark.slow
+def test_nine_of_ten_random_strips_of_about_a_point_are_within_twice_the_error():
+    """At angles to the grid; H. M. Westergaard, J. Appl. Mech. 6, A49 (1939)."""
+    rng, within = np.random.default_rng(3), []
+    for _ in range(60):
+        normal = [(1, 0), (0, 1), (1, 1), (2, 1), (1, -2)][rng.integers(5)]
+        side, opening = int(rng.integers(32, 49)), rng.uniform(0.3, 1.7)
+        wave = side / np.hypot(*normal)
+        step = westergaard(wave - opening, rng.uniform(), side, normal)
+        area = side**2 * (1.0 - opening / wave)
+        within.append(abs(step.continuum_area - area) < 2.0 * step.area_error)
+    assert np.mean(within) >= 0.9
 
 
 @pytest.mark.parametrize("accuracy", ["fast", "normal"])

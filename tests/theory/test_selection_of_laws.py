@@ -87,7 +87,7 @@ def test_scenes_are_compared_with_the_law_of_maugis_parameter(limit, laws, side)
     third = 2.0 * np.pi / 9.0 * (a0 * beside(limit, side)) ** 3 * modulus**2 / work**2
     scene = Scene.parse(
         f"""
-        substrate = {{ spacing = {a0}, contact_modulus = 100.0 }}
+        substrate = {{ model = "atoms", spacing = {a0}, contact_modulus = 100.0 }}
         sphere = {{ radius = {third / a0!r} }}
         interaction = {{ kind = "full", work_of_adhesion = 0.2 }}
         """
