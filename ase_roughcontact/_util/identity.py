@@ -9,12 +9,16 @@ from __future__ import annotations
 
 import hashlib
 import json
+import time
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+# Time since a change of a file during which another one may have the same time (ns).
+_RECENT = 2_000_000_000
 
 
 def identity(values: Mapping[str, Any]) -> str:
@@ -46,7 +50,7 @@ def canonical(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return digest(value.tobytes())
     if isinstance(value, Path):
-        return _contents(value) if value.is_file() else str(value)
+        return digest_of_file(value) if value.is_file() else str(value)
     if value is None or isinstance(value, (bool, int, str)):
         return value
     raise ValueError(f"values must be text, numbers, arrays or files, got {value!r}")
@@ -72,10 +76,17 @@ def differences(old: Any, new: Any, name: str = "") -> list[str]:
     ]
 
 
-def _contents(file: Path) -> str:
-    """Return a hash of the contents of a file, which is read again if it changed."""
+def digest_of_file(file: Path) -> str:
+    """Return a hash of the contents of a file, which is read again if it changed.
+
+    The time of its last modification can be set, and is the same for two changes within
+    the resolution of the clock; that of its last change of any kind can't be set, and
+    is not relied on while it is recent.
+    """
     status = file.stat()
-    return _digest_of(file, status.st_ino, status.st_size, status.st_mtime_ns)
+    if abs(time.time_ns() - status.st_ctime_ns) < _RECENT:
+        return digest(file.read_bytes())
+    return _digest_of(file, status.st_ino, status.st_size, status.st_ctime_ns)
 
 
 @lru_cache(maxsize=64)

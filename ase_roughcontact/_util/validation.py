@@ -117,7 +117,7 @@ def _checked_array(
     name: str, value: Any, kind: str, holds: Callable[[FloatArray], Any]
 ) -> FloatArray:
     try:
-        array = np.asarray(value)
+        array = unmasked(value)
         if array.dtype.kind not in "iufO":  # strings and bools are refused
             raise TypeError(f"{array.dtype} is not a real number")
         array = array.astype(np.float64, copy=False)
@@ -128,6 +128,13 @@ def _checked_array(
     if not np.all(np.isfinite(array) & holds(array)):
         raise ValueError(f"{name} must be {kind}, got {shown(value)}")
     return array
+
+
+def unmasked(values: Any) -> NDArray[Any]:
+    """Return values as an array, with NaN in place of those that are masked."""
+    if np.ma.is_masked(values):
+        return values.astype(np.float64).filled(np.nan)
+    return np.asarray(values)
 
 
 def check_matrix(array: np.ndarray) -> None:
@@ -141,7 +148,7 @@ def check_matrix(array: np.ndarray) -> None:
 
 def height_array(heights: Any) -> FloatArray:
     """Return a copy of a height map; raise `ValueError` for a wrong shape or type."""
-    array = np.asarray(heights)
+    array = unmasked(heights)
     check_heights(array)
     return array.astype(np.float64)
 
@@ -152,7 +159,8 @@ def check_heights(array: np.ndarray) -> None:
     wrong = int(array.size - np.isfinite(array).sum())
     if wrong:
         raise ValueError(
-            f"heights must be finite, got {wrong} values that are nan or infinite"
+            f"heights must be finite, got {wrong} values that are nan, infinite or "
+            "masked: HeightMap.from_topography interpolates missing points"
         )
 
 

@@ -80,6 +80,8 @@ class ContactMap:
             raise ValueError(f"contact must be bools, got {self.contact.dtype}")
         for name in ("contact", "gap", "displacement", "plastic_depth"):
             values = getattr(self, name)
+            if np.ma.is_masked(values):
+                raise ValueError(f"{name} has masked points: fill them")
             if values is not None and values.shape != self.pressure.shape:
                 raise ValueError(
                     f"{name} must have the shape {self.pressure.shape} of the "

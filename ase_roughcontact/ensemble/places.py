@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import csv
+import json
 import math
-from collections.abc import Iterator
+import zlib
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,8 +25,10 @@ PLACE_UNITS = {
     **{"x": "nm", "y": "nm", "normal_force": "nN"},
     **{"area": "nm²", "pull_off_force": "nN"},
 }
-# Names of the area in the file.
+# Names of the area in the file, and other columns.
 _AREAS = "contact_area", "continuum_area"
+_CHECKSUM = "checksum"
+_OTHERS = "converged", "message", _CHECKSUM
 
 
 @dataclass(frozen=True)
@@ -100,15 +105,16 @@ def run_places(
         found = _earlier(scene, folder)
         yield from (found[place] for place in places if place in found)
         missing = [place for place in places if place not in found]
-        names = {"area": scene.area_column}
-        heads = {k: f"{names.get(k, k)} ({unit})" for k, unit in PLACE_UNITS.items()}
-        heads |= {"converged": "converged", "message": "message"}
-        rows = table_writer(table, heads, map(_row, found.values()))
+        row_of = partial(_row, area=scene.area_column)
+        units = {_name(k, scene.area_column): unit for k, unit in PLACE_UNITS.items()}
+        heads = {name: f"{name} ({unit})" for name, unit in units.items()}
+        heads |= {name: name for name in _OTHERS}
+        rows = table_writer(table, heads, map(row_of, found.values()))
         with worker_pool(executor, workers) as running, rows as write:
             tasks = [running.submit(_calculate, scene, *place) for place in missing]
             try:
                 for task in as_completed(tasks):
-                    write(_row(task.result()))
+                    write(row_of(task.result()))
                     yield task.result()
             finally:
                 for task in tasks:
@@ -136,16 +142,12 @@ def read_places(file: str | Path) -> list[Place]:
             lines = table.readlines()
         if lines and not lines[-1].endswith("\n"):  # a run was killed in this line
             del lines[-1]
-        return [
-            Place(
-                **{name: _number(row, name) for name in PLACE_UNITS},
-                converged=row.get("converged") == "True",
-                message=row.get("message") or "",
-            )
-            for row in table_rows(lines)
-        ]
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{file} is damaged ({error}): delete it") from error
+        return [_place(number, row) for number, row in enumerate(table_rows(lines), 1)]
+    except (KeyError, TypeError, ValueError, csv.Error) as error:
+        raise ValueError(
+            f"{file} is damaged ({error}): delete this row, or the file, and start "
+            "again to calculate what is missing"
+        ) from error
 
 
 def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
@@ -182,17 +184,44 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
     return Place(x, y, last.normal_force, area, tension, failed is None, message)
 
 
-def _row(place: Place) -> dict[str, Any]:
-    values = vars(place)
-    return values | {k: f"{values[k] / UNITS[u]:.12g}" for k, u in PLACE_UNITS.items()}
+def _name(attribute: str, area: str) -> str:
+    """Return the name of an attribute of a place in the file."""
+    return area if attribute == "area" else attribute
 
 
-def _number(row: dict[str, str], name: str) -> float:
-    if name in ("x", "y"):
-        return round(UNITS[PLACE_UNITS[name]] * float(row[name]), 6)  # as by `_grid`
-    names = _AREAS if name == "area" else [name]
-    found = next((row[each] for each in names if each in row), "nan")
-    return UNITS[PLACE_UNITS[name]] * float(found)
+def _row(place: Place, area: str) -> dict[str, str]:
+    """Return the row of a place, with its checksum."""
+    row = {
+        _name(attribute, area): f"{getattr(place, attribute) / UNITS[unit]:.12g}"
+        for attribute, unit in PLACE_UNITS.items()
+    }
+    row |= {"converged": str(place.converged), "message": place.message}
+    return row | {_CHECKSUM: _checksum(row)}
+
+
+def _place(number: int, row: dict[str, str]) -> Place:
+    """Return the place of a row; rows of earlier versions have no checksum."""
+    if _CHECKSUM in row and row[_CHECKSUM] != _checksum(row):
+        raise ValueError(f"row {number} is not what was written")
+    area = next((name for name in _AREAS if name in row), _AREAS[0])
+    numbers = {
+        attribute: UNITS[unit] * float(row.get(_name(attribute, area), "nan"))
+        for attribute, unit in PLACE_UNITS.items()
+    }
+    x, y = (round(numbers.pop(name), 6) for name in ("x", "y"))  # as by `_grid`
+    return Place(
+        x,
+        y,
+        **numbers,
+        converged=row.get("converged") == "True",
+        message=row.get("message") or "",
+    )
+
+
+def _checksum(row: Mapping[str, str]) -> str:
+    """Return the CRC-32 of the names and texts of a row, the checksum left out."""
+    texts = {name: text for name, text in row.items() if name != _CHECKSUM}
+    return f"{zlib.crc32(json.dumps(texts, sort_keys=True).encode()):08x}"
 
 
 def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
-from ase_roughcontact._util.validation import FloatArray, Shape
+from ase_roughcontact._util.validation import FloatArray, Shape, unmasked
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.interactions import Interaction
@@ -184,7 +184,7 @@ class Bodies:
 
         if self.cell is not None:
             nominal = self.nominal_area
-            return nominal * fraction(np.asarray(normal_force) / nominal)
+            return nominal * fraction(unmasked(normal_force) / nominal)
         sphere = self.radius, self.contact_modulus
         return theory.predicted_area(normal_force, *sphere, fraction)
 

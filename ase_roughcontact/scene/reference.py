@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact._util.validation import FloatArray, unmasked
 from ase_roughcontact.scene.scene import Scene
 
 # Explanation for a sphere that touches with one asperity at all loads.
@@ -111,7 +111,7 @@ class Reference:
         ndarray
             Å^2, NaN for forces that are not positive or below `rough_above`.
         """
-        force = np.asarray(normal_force, dtype=float)
+        force = unmasked(normal_force).astype(float)
         smallest = math.inf if self.rough_above is None else self.rough_above
         valid = (force > 0.0) & (force >= smallest)
         area = self.scene.predicted_area(np.where(valid, force, 1.0))

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.identity import digest_of_file
 from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.scene.section import Section
@@ -75,7 +76,7 @@ class TopographyConfig(Section):
             known = " or ".join(f'"{role}"' for role in ROLES)
             raise ValueError(f"give role, the body that was scanned: {known}")
         file = Path(self.file)
-        surface = _read(self, file.stat().st_mtime_ns if file.exists() else 0)
+        surface = _read(self, digest_of_file(file) if file.is_file() else "")
         if self.center == "highest" and surface.extent == 0.0:
             raise ValueError(
                 "the highest point is on the edge of the scan: is the height reversed, "
@@ -228,8 +229,8 @@ class TopographyConfig(Section):
 
 
 @lru_cache(maxsize=4)
-def _read(config: TopographyConfig, changed: int) -> HeightMap:
-    """Read a scan, unless it was read before and the file has not changed."""
+def _read(config: TopographyConfig, contents: str) -> HeightMap:
+    """Read a scan, unless it was read before and the contents of the file are same."""
     options = config.entries()
     return HeightMap.from_topography(options.pop("file"), **options)
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from ase.calculators.emt import EMT
 
+from ase_roughcontact._util.identity import digest_of_file
 from ase_roughcontact._util.units import LENGTHS, UNITS, pressure_unit, with_unit
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.elasticity import (
@@ -340,11 +341,10 @@ def _layer(substrate: SubstrateConfig) -> Layer:
 def _crystal(substrate: SubstrateConfig) -> Crystal:
     if substrate.model == "continuum":
         raise ValueError('model = "continuum" needs moduli: a crystal is a lattice')
-    file, changed = substrate.potential or substrate.crystal, 0
+    file, contents = substrate.potential or substrate.crystal, ""
     if file:
         try:
-            Path(file).open("rb").close()  # an error of a folder, too
-            changed = Path(file).stat().st_mtime_ns
+            contents = digest_of_file(Path(file))
         except OSError as error:
             raise ValueError(f"can't read {file}: {error.strerror}") from error
     elif substrate.symbol not in lookup(substrate.calculator, _METALS, "calculator"):
@@ -353,7 +353,7 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
             f"{substrate.symbol!r}: give one of them, or potential or crystal"
         )
     surface, symbol = substrate.surface or _SURFACE, substrate.symbol
-    solid = _crystal_of(bool(substrate.crystal), file, changed, symbol, surface)
+    solid = _crystal_of(bool(substrate.crystal), file, contents, symbol, surface)
     for key, found in (("symbol", solid.symbol), ("surface", solid.surface)):
         given = getattr(substrate, key)
         if given not in ("", found):
@@ -363,7 +363,7 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
 
 @lru_cache(maxsize=8)
 def _crystal_of(
-    stored: bool, file: str, changed: int, symbol: str, surface: str
+    stored: bool, file: str, contents: str, symbol: str, surface: str
 ) -> Crystal:
     """Return a stored crystal, or that of a potential of embedded atoms, or of EMT."""
     if stored:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
-from ase_roughcontact._util.validation import FloatArray, nonnegative, one_of
+from ase_roughcontact._util.validation import FloatArray, nonnegative, one_of, unmasked
 from ase_roughcontact.theory.jkr import JKR
 from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS, DMT, Hertz, SphereTheory
 
@@ -115,7 +115,7 @@ class MaugisDugdale(SphereTheory):
         contact_radius, normal_force, penetration : ndarray
             a, N and delta: length, force and length.
         """
-        ratio = np.asarray(zone_ratio, dtype=float)
+        ratio = unmasked(zone_ratio).astype(float)
         if not np.all(ratio > 1):
             raise ValueError(f"zone_ratio must be above 1, got {zone_ratio!r}")
         a, force, depth = self._reduced(np.arctan(np.sqrt((ratio - 1) * (ratio + 1))))

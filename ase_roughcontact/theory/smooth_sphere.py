@@ -15,6 +15,7 @@ from ase_roughcontact._util.validation import (
     finite_array,
     nonnegative_array,
     positive,
+    unmasked,
 )
 
 # Points of a curve of force against penetration.
@@ -104,7 +105,7 @@ class SphereTheory(ABC):
         ndarray
             A = pi a^2, area; NaN for tensions above the pull-off force.
         """
-        force = np.asarray(normal_force, dtype=float)
+        force = unmasked(normal_force).astype(float)
         exists = force >= -self.pull_off_force
         radius = self.contact_radius(np.where(exists, force, 0.0))
         return np.where(exists, np.pi * radius**2, np.nan)
@@ -139,7 +140,7 @@ class SphereTheory(ABC):
         return f"{self.name}: theory, {self.sphere}"
 
     def _hertz_radius(self, normal_force: ArrayLike) -> FloatArray:
-        scaled = 0.75 * np.asarray(normal_force, dtype=float) * self.radius
+        scaled = 0.75 * unmasked(normal_force).astype(float) * self.radius
         return np.cbrt(scaled / self.contact_modulus)
 
     def _above_pull_off(self, normal_force: ArrayLike) -> FloatArray:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.identity import digest
-from ase_roughcontact._util.validation import Point, Shape, check_heights
+from ase_roughcontact._util.validation import Point, Shape, check_heights, unmasked
 from ase_roughcontact.topography.base import Surface
 
 
@@ -86,7 +86,7 @@ def sampled_heights(
     ValueError
         If they are not a matrix of finite real numbers.
     """
-    heights = np.asarray(indenter.heights(shape, spacing, origin))
+    heights = unmasked(indenter.heights(shape, spacing, origin))
     check_heights(heights)
     return heights
 

@@ -69,6 +69,7 @@ def smooth_component(heights: FloatArray) -> FloatArray:
     ----------
     L. Moisan, J. Math. Imaging Vis. 39, 161 (2011), eqs. (8) to (11).
     """
+    heights = height_array(heights)
     steps = np.zeros_like(heights)
     for edges, rows in ((steps, heights), (steps.T, heights.T)):
         edges[0] += rows[-1] - rows[0]

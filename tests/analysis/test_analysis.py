@@ -89,6 +89,8 @@ def test_frames_that_make_no_map_are_refused():
         {"gap": np.zeros((3, 2))},
         {"spacing": 0.0},
         {"origin": (0.0, np.inf)},
+        {"pressure": np.ma.masked_less(np.zeros((2, 3)), 1.0)},
+        {"gap": np.ma.masked_less(np.zeros((2, 3)), 1.0)},
     ],
     ids=lambda change: next(iter(change)),
 )

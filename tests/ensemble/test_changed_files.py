@@ -70,6 +70,18 @@ def test_a_replaced_scan_is_another_case_and_a_copied_one_the_same(tmp_path):
     assert (abs(after - before) > 0.01 * before).all()
 
 
+def test_a_scan_replaced_by_one_of_equal_size_and_time_is_read_again(tmp_path):
+    forces, names = [], []
+    for height in (0.1, 0.2):
+        scene = write_scan(tmp_path, height)
+        os.utime(tmp_path / "scan.txt", ns=(1, 1))
+        forces.append(next(scene.relax(validity="ignore")).normal_force)
+        names.append(case_of(scene))
+    expected = next(write_scan(tmp_path / "b", 0.2).relax(validity="ignore"))
+    assert forces[1] == expected.normal_force != forces[0]
+    assert names[0] != names[1]
+
+
 def test_a_scan_that_is_replaced_while_the_ensemble_runs_fails_the_case(tmp_path):
     database, scene = tmp_path / "e.db", write_scan(tmp_path / "here", 0.1)
     late = Here(lambda: write_scan(tmp_path / "here", 0.2))

@@ -124,6 +124,26 @@ def test_a_row_in_which_a_run_was_killed_is_calculated_again(scene_of, tmp_path)
     assert executor.count == 1 and table.read_text() == text
 
 
+def test_a_table_in_which_a_bit_has_changed_is_refused_or_has_the_same_values(
+    scene_of, tmp_path
+):
+    table = tmp_path / "out" / "places.csv"
+    list(run_places(scene_of(STEPS), (2, 1), tmp_path / "out", Here()))
+    written, found = table.read_bytes(), read_places(table)
+    refused = 0
+    for place in range(0, len(written), 2):
+        damaged = bytearray(written)
+        damaged[place] ^= 1 << place % 8
+        table.write_bytes(damaged)
+        try:
+            # a row in which a run was killed is calculated again
+            assert_same(read_places(table), found[: len(read_places(table))])
+        except ValueError as error:
+            assert "places.csv is damaged" in str(error)
+            refused += 1
+    assert refused > 0.5 * len(written) / 2
+
+
 def test_a_place_is_one_more_row_of_the_table(scene_of, tmp_path):
     table, sizes = tmp_path / "out" / "places.csv", []
     for _ in run_places(scene_of(STEPS), (2, 1), tmp_path / "out", Here()):

@@ -548,3 +548,9 @@ def test_a_fit_is_drawn_as_curve_residuals_and_tension(tmp_path, monkeypatch, fi
     low, high = detail.get_ylim()
     assert low < fitted.force.min() / NN < fitted.far_force / NN < high
     assert np.ptp(detail.get_xlim()) < 0.9 * np.ptp(measured)
+
+
+def test_masked_points_of_a_curve_are_refused(measured):
+    force = np.ma.array(measured.force, mask=measured.force == measured.force.max())
+    with pytest.raises(ValueError, match="force must be finite"):
+        ForceCurve(measured.depth, force)

@@ -31,6 +31,16 @@ def test_unphysical_arguments_are_refused(function, message, bad):
         function(bad)
 
 
+def test_masked_forces_have_no_area():
+    forces = np.ma.array([1.0, 2.0], mask=[False, True])
+    for sphere in (theory.Hertz(R, E), theory.JKR(R, E, W), theory.DMT(R, E, W)):
+        areas = sphere.contact_area(forces)
+        assert_allclose(areas, [sphere.contact_area(1.0), np.nan])
+    for function in (theory.Hertz(R, E).force, theory.JKR(R, E, W).penetration):
+        with pytest.raises(ValueError, match="finite"):
+            function(forces)
+
+
 ROUGH = SelfAffine(SLOPE, HURST, SHORT, 512.0)
 SPHERE = RoughSphere(100.0, ROUGH)
 

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from ase_roughcontact.topography import HeightMap
+from ase_roughcontact import HardWall, Problem
+from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.topography import HeightMap, RoughSphere
+from ase_roughcontact.topography.spectrum import (
+    power_spectrum,
+    smooth_component,
+    statistics,
+)
 
 BUMPS = np.random.default_rng(0).standard_normal((9, 12))
 
@@ -99,3 +107,23 @@ def test_no_height_of_a_map_is_below_its_lowest_height(repeats, spacing):
     assert surface.lowest(spacing) <= heights.min()
     assert (surface.lowest(spacing) == values.min()) == (spacing in (1.0, 2.0))
     assert surface.extent == (5.0 if repeats else 4.0)
+
+
+def test_masked_points_are_missing_points():
+    lowest = BUMPS.min() >= BUMPS
+    heights = np.ma.masked_less(np.where(lowest, -9999.0, BUMPS), -999.0)
+    assert HeightMap(np.ma.array(BUMPS), 1.0) == HeightMap(BUMPS, 1.0)
+    calls = HeightMap, power_spectrum, statistics, smooth_component
+    for call, options in zip(calls, [(1.0,), (1.0,), (1.0,), ()], strict=True):
+        with pytest.raises(ValueError, match=r"got 1 values that are nan, .*masked"):
+            call(heights, *options)
+
+
+def test_an_indenter_with_masked_heights_is_refused():
+    class Holed(RoughSphere):
+        def heights(self, shape, spacing, origin=(0.0, 0.0)):
+            return np.ma.masked_less(super().heights(shape, spacing, origin), 0.01)
+
+    problem = Problem(Holed(50.0), Isotropic(1.0), HardWall(), spacing=2.0)
+    with pytest.raises(ValueError, match="masked"):
+        problem.heights(Box((-4, -4), (8, 8)))
