@@ -76,6 +76,17 @@ def test_tractions_of_the_whole_grid_cause_its_displacement(shape, periodic):
         assert_allclose(half.tractions(displacement + 1.0), tractions, atol=1e-12)
 
 
+def test_approximate_tractions_of_a_uniform_displacement_are_those_of_a_long_wave():
+    # without a compliance of its own they would have no bound, or be useless
+    n, spacing = 16, 1.3
+    half = LateralHalfSpace((n, n), spacing, ISOTROPIC, periodic=True)
+    q = 2.0 * np.pi / (n * spacing)
+    across, along = 2.0 / (2.0 * (1.0 - NU) * q), 2.0 / (2.0 * q)
+    moved = np.ones((2, n, n), np.float32)
+    expected = half.self_compliance / (0.5 * (across + along))
+    assert_allclose(half.relative_stiffness(moved), expected, rtol=1e-5)
+
+
 def test_a_single_periodic_atom_is_not_displaced():
     lateral = LateralHalfSpace((1, 1), 2.0, Isotropic(3.0, 0.3), periodic=True)
     tractions = np.ones((2, 1, 1), np.float32)

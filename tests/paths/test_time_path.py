@@ -274,6 +274,33 @@ def test_a_slow_loop_is_that_of_the_relaxed_solid():
     assert forces[0] == pytest.approx(forces[1], rel=5e-3)
 
 
+class Flat:
+    """Flat surface."""
+
+    def heights(self, shape, spacing, origin):
+        return np.zeros(shape)
+
+
+def test_steps_on_a_fluid_are_as_short_as_the_tolerance_requires():
+    # flat punch on a solid with J = 1 + flow t, under ramps and holds
+    n, rise, flow, tolerance = 8, 0.01, 10.0, 1e-4
+    problem = problem_of(n, creep=Creep((), (), flow), indenter=Flat())
+    schedule = Schedule(0.0).ramp(rise, time=1.0).hold(1.0).ramp(2.0 * rise, time=1.0)
+    path = {"tolerance": tolerance, "window": "unchecked"}
+    steps = follow(problem, n, schedule, **path)
+    time, force = np.transpose([(s.time, s.normal_force) for s in steps])
+    expected = np.zeros(len(steps))
+    for begin in (0.0, 2.0):
+        rising, after = (
+            np.clip(time - begin, 0.0, 1.0),
+            np.maximum(time - begin - 1, 0.0),
+        )
+        expected += (1.0 - np.exp(-flow * rising)) * np.exp(-flow * after) / flow
+    (elastic,) = follow(problem, n, Schedule(rise), window="unchecked")
+    error = abs(force / elastic.normal_force - expected).max() / expected.max()
+    assert error < 20.0 * tolerance
+
+
 def test_error_decreases_with_the_tolerance():
     n = 32
     depth = (0.4 * n) ** 2 / (10.0 * n)

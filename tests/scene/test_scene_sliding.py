@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -91,6 +92,25 @@ def test_static_friction_is_the_largest_force_of_the_first_slide():
     # a higher load is another contact
     loaded = [*steps[:9], replace(steps[8], normal_force=2.0, lateral_force_x=9.0)]
     assert static_friction(loaded) == steps[8].lateral_force_x
+
+
+@pytest.mark.parametrize(
+    "change, slides", [(0.009, True), (-0.009, True), (0.02, False)]
+)
+def test_the_first_slide_ends_where_the_load_changes_by_one_percent(change, slides):
+    steps = [
+        SimpleNamespace(
+            slip_area=1.0,
+            stick_area=0.0,
+            lateral_x=float(number),
+            lateral_y=0.0,
+            lateral_force_x=1.0 + number,
+            lateral_force_y=0.0,
+            normal_force=5.0 * (1.0 + number * change),
+        )
+        for number in range(2)
+    ]
+    assert static_friction(steps) == (2.0 if slides else 1.0)
 
 
 def test_tension_on_a_hard_wall_is_refused_before_the_run():

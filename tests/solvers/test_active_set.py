@@ -12,6 +12,7 @@ from contacts import (
     pairs,
     rough_sphere,
     solve,
+    spring,
     steps,
 )
 from contacts import contact_of as contact_with
@@ -251,6 +252,18 @@ def test_no_load_is_carried_at_first_touch(solid):
     state = solve(contact, 0.0)
     assert state.height == pytest.approx(contact.first_contact, abs=1e-14)
     assert not state.pressure.any()
+
+
+def test_a_spring_may_be_far_from_zero_height():
+    # its force there has the rounding of the height times the stiffness
+    near, forces = rough_sphere((24, 24)), []
+    for level in (0.0, 1e8):
+        contact = contact_of(near + level)
+        touch = -float(contact.heights.min())
+        *_, state = steps(contact, spring(100.0, touch - 1.0), touch)
+        assert state.converged
+        forces.append(state.pressure.sum())
+    assert forces[1] == pytest.approx(forces[0], rel=1e-7)
 
 
 def test_stiffness_of_a_square_punch():

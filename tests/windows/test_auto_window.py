@@ -12,7 +12,10 @@ from written_path import written_path
 import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.atoms.exchange import set_window
+from ase_roughcontact.contact.state import TRACTION_DEPTH
+from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.windows import auto
 from ase_roughcontact.windows.footprint import Footprint
 
@@ -222,6 +225,23 @@ def test_window_is_enlarged_where_atoms_are_lifted_into_the_range_of_the_wall():
         Box.bounding(full.calc.state(full).pressure != 0.0, window_of(full).start)
     )
     same_state(atoms, full)
+
+
+# Friction
+
+
+def test_window_is_enlarged_where_tractions_lift_atoms_into_contact():
+    solid, options = Isotropic(1.0, 0.0), rc.StepOptions(window="auto")
+    problem = rc.Problem(rc.RoughSphere(60.0), solid, rc.HardWall(), spacing=1.0)
+    stepper = rc.Stepper(problem, "heights", Box((-4, -4), SMALLEST), options)
+    above = stepper.step(0, 1.0)
+    assert above.window == "9x9"
+    # the whole window by more than the indenter is above it
+    stepper.remember(TRACTION_DEPTH, np.full(SMALLEST, -1.0))
+    lifted = stepper.step(1, 0.6)
+    reach = np.sqrt(2.0 * 60.0 * (1.0 - 0.6))  # of the indenter, at most
+    assert lifted.contact_area > 0.9 * 9.0**2 > above.contact_area
+    assert 9 < size_of(lifted.window) ** 0.5 < 2.0 * reach
 
 
 # Domain of the roughness
