@@ -102,7 +102,12 @@ class Table:
     ) -> None:
         lines = _with_units_below(heads)
         widths = [
-            max([_longest(line), *(_longest(row[i], words=i == left - 1) for row in rows)])
+            max(
+                [
+                    _longest(line),
+                    *(_longest(row[i], words=i == left - 1) for row in rows),
+                ]
+            )
             for i, line in enumerate(lines)
         ]
         self._columns, self._rows = Columns(lines, tuple(widths), left), rows

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 from ase_roughcontact._util.units import UNITS, with_unit
-from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.paths.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
-from ase_roughcontact.scene.solid import label_of
+from ase_roughcontact.scene.solid import label_of, named, spacing_of
 from ase_roughcontact.topography import SelfAffine
 from ase_roughcontact.windows.regrid import lost_text
 
@@ -21,7 +20,7 @@ def bodies(scene: Scene) -> dict[str, str]:
     tip_of_pair = f" with {scene.sphere.material}" if scene.sphere.material else ""
     found = {
         "solid": f"{label_of(scene.substrate, scene.solid)}{tip_of_pair}, "
-        + ("" if scene.is_flat else f"spacing {scene.spacing:.3f} Å, ")
+        + ("" if scene.is_flat else f"{_spacing(scene)}, ")
         + _hardness(scene),
         "indenter": f"sphere of {radius}"
         if tip is None
@@ -95,7 +94,8 @@ def theory(reference: Reference) -> dict[str, str]:
             )
     elif not scene.path.columns:
         found[f"A/A_{smooth.symbol}"] = (
-            f"contact area relative to {smooth.name}, {smooth.sphere}{_bare(scene)}"
+            "contact area relative to "
+            f"{scene.bodies.labelled(f'{smooth.name}, {smooth.sphere}')}"
             f"{_under_soft_wall(scene)}"
         )
     return found
@@ -104,7 +104,8 @@ def theory(reference: Reference) -> dict[str, str]:
 def pull_off_text(reference: Reference) -> str:
     """Return the pull-off force of theory, with its unit and the theory."""
     smooth = reference.smooth
-    return f"{with_unit(smooth.pull_off_force, 'nN')} ({smooth.label})"
+    label = reference.scene.bodies.labelled(smooth.label)
+    return f"{with_unit(smooth.pull_off_force, 'nN')} ({label})"
 
 
 def _origin(scene: Scene) -> str:
@@ -115,21 +116,18 @@ def _origin(scene: Scene) -> str:
     return ", which follows from the spacing: attraction_range sets it"
 
 
+def _spacing(scene: Scene) -> str:
+    """Return the spacing of the atoms, or the one that fits the contact."""
+    if scene.spacing == spacing_of(named(scene.substrate)) or scene.substrate.of_atoms:
+        return f"spacing {scene.spacing:.3f} Å"
+    return f"spacing {with_unit(scene.spacing, 'nm')}, which fits the contact"
+
+
 def _hardness(scene: Scene) -> str:
     hardness = scene.hardness / UNITS["GPa"]
     if math.isnan(hardness):
         return "hardness unknown"
     return "elastic" if math.isinf(hardness) else f"hardness {hardness:.3g} GPa"
-
-
-def _bare(scene: Scene) -> str:
-    """Return on what half space theory is, for a layer."""
-    solid = scene.solid.elastic
-    if not isinstance(solid, Layer):
-        return ""
-    if solid.base_modulus is None:
-        return ", on the material of the layer"
-    return ", on the base without a layer"
 
 
 def _under_soft_wall(scene: Scene) -> str:

@@ -221,12 +221,17 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         **adhesive,
         rf"first asperity: theory, $({factor}\rho/R)^{{2/3}}$": first * hertz,
     }
-    known = {k: each for k, each in theory.items() if np.isfinite(each).any()}
+    known = {
+        scene.bodies.labelled(k): each
+        for k, each in theory.items()
+        if np.isfinite(each).any()
+    }
     absolute = {k: (along / NN, each / _NM2) for k, each in known.items()}
     relative = {k: (along / NN, each / hertz) for k, each in known.items()}
     random = isinstance(scene.rough, SelfAffine)
     label = "simulation (one realisation)" if random else "simulation"
     smooth = "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else "")
+    smooth = scene.bodies.labelled(smooth)
     with written(file, 5.4) as figure:
         upper, lower = panels = figure.subplots(2, 1, sharex=True)
         upper.plot(along / NN, hertz / _NM2, color=plot.GREY, lw=1)
@@ -257,7 +262,9 @@ def _draw_flat(reference: Reference, steps: Sequence[Any], file: Path) -> None:
         if "conductance" in columns_of(scene.record):
             conductance = _column(shown, "conductance")
         plot.plot_flat_conductance(lower, pressure, stiffness, modulus, conductance)
-        upper.legend()
+        upper.legend(
+            title=scene.bodies.labelled("theory") if scene.bodies.half_space else None
+        )
         letter(panels)
 
 
@@ -267,7 +274,8 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     by_height = along == "height"
     label = scene.path.columns.get(along, along)  # as in the table
     first_contact = steps[0].height + steps[0].penetration
-    curves = {each.label: each for each in (reference.smooth, *reference.limits)}
+    spheres = reference.smooth, *reference.limits
+    curves = {scene.bodies.labelled(each.label): each for each in spheres}
     known = scene.bodies.forces_over_depth(curves, steps).items()
     theory = {
         label: (first_contact - depth if by_height else depth, force)
@@ -283,7 +291,7 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
             None if theory else reference.smooth.pull_off_force or None,
             f"{label} (Å)",
             [step.converged for step in steps],
-            f"pull-off: theory, {reference.smooth.sphere}",
+            scene.bodies.labelled(f"pull-off: theory, {reference.smooth.sphere}"),
             _column(steps, "height_error" if by_height else "penetration_error"),
             _column(steps, "force_error"),
         )
@@ -323,7 +331,7 @@ def _draw_maps(
     scene, smooth = reference.scene, reference.smooth
     unit = printed_unit("eV/Å^3", scene.contact_modulus)
     largest = max(pressure_of(frame).max() for frame in frames) / UNITS[unit]
-    label = smooth.label
+    label = scene.bodies.labelled(smooth.label)
     if scene.solid.creep is not None:
         label += ",\ninstantaneous modulus"
     rows, columns = -(-len(shown) // 2), min(len(shown), 2)

@@ -26,6 +26,7 @@ import numpy as np
 from ase_roughcontact._util.validation import check_poisson, finite, positive
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.harmonics import Component, Harmonics
+from ase_roughcontact.elasticity.material import plane_strain_modulus
 
 # Relative difference of directions up to which a response is taken to be even.
 _EVEN = 1e-6
@@ -383,6 +384,11 @@ class Isotropic(ComponentSolid):
         if self.dundurs is not None:
             finite(dundurs=self.dundurs)
         object.__setattr__(self, "contact_modulus", float(self.contact_modulus))
+
+    @classmethod
+    def from_young(cls, youngs_modulus: float, poisson: float) -> Isotropic:
+        """Return the half space of Young's modulus E (pressure) and Poisson's ratio."""
+        return cls(plane_strain_modulus(youngs_modulus, poisson), poisson)
 
     @cached_property
     def _components(self) -> list[Component]:

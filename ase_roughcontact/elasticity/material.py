@@ -16,7 +16,7 @@ import numpy as np
 from ase.data import atomic_numbers, chemical_symbols, reference_states
 
 from ase_roughcontact._util.files import tomllib
-from ase_roughcontact._util.validation import finite_array
+from ase_roughcontact._util.validation import check_poisson, finite_array, positive
 
 TABLES = tomllib.loads(
     files("ase_roughcontact.elasticity").joinpath("materials.toml").read_text("utf-8")
@@ -76,6 +76,36 @@ def contact_modulus(elastic_constants: object) -> float:
     """
     bulk, shear = _isotropic_moduli(elastic_constants)
     return 4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear)
+
+
+def plane_strain_modulus(youngs_modulus: float, poisson: float) -> float:
+    """Return the contact modulus E/(1 - nu^2) of an isotropic solid.
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        E (pressure).
+    poisson : float
+        nu, above -1 and at most 1/2.
+
+    Returns
+    -------
+    float
+        Pressure.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+
+    Examples
+    --------
+    >>> round(plane_strain_modulus(70.0, 0.3), 2)
+    76.92
+    """
+    positive(youngs_modulus=youngs_modulus)
+    check_poisson(poisson=poisson)
+    return youngs_modulus / (1.0 - poisson**2)
 
 
 def poisson_ratio(elastic_constants: object) -> float:

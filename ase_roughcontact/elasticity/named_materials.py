@@ -32,6 +32,7 @@ from ase_roughcontact.elasticity.material import (
     TABLES,
     crystal_constants,
     crystal_modulus,
+    plane_strain_modulus,
     poisson_ratio,
 )
 
@@ -63,6 +64,8 @@ class Material:
         Poisson's ratio, None of anisotropic solids but for averages of cubic crystals.
     hardness : float
         Mean pressure under a plastic indentation (GPa); NaN if it is not known.
+    hardness_source : str
+        Where it is from.
     crystalline : bool
         Whether the solid is a cubic crystal, with atoms on the lattice of its surface.
     """
@@ -75,6 +78,7 @@ class Material:
     adhesion_source: str = ""
     poisson: float | None = None
     hardness: float = math.nan
+    hardness_source: str = ""
     crystalline: bool = False
 
 
@@ -102,9 +106,10 @@ def _read(
     if crystal:
         entry["crystalline"] = True
         entry["hardness"] = HARDNESS.get(crystal, math.nan)
+        entry["hardness_source"] = "table of the elements"
         moduli = crystal_modulus(crystal), poisson_ratio(crystal_constants(crystal))
     elif isotropic:
-        moduli = isotropic[0] / (1.0 - isotropic[1] ** 2), isotropic[1]
+        moduli = plane_strain_modulus(*isotropic), isotropic[1]
     else:
         moduli = indentation_modulus(*axial), None
     if hamaker is not None:  # in 1e-20 J, to J/m^2

@@ -182,7 +182,7 @@ class LoadStep:
     >>> (step,) = load_path(atoms, loads=[10.0], window='auto')
     >>> step.repulsive_atoms, step.window, step.converged
     (89, '14x14', True)
-    >>> print(f'{step.contact_area:.0f} ± {step.area_error:.0f} Å^2')
+    >>> print(f'{step.continuum_area:.0f} ± {step.continuum_area_error:.0f} Å^2')
     580 ± 0 Å^2
     """
 

@@ -29,6 +29,7 @@ from ase_roughcontact.scene.solid import (
     solid_of,
     spacing_of,
 )
+from ase_roughcontact.scene.spacing import fitting_spacing
 from ase_roughcontact.topography import (
     HeightMap,
     Heterogeneity,
@@ -48,6 +49,9 @@ _ROOM = 4.0
 def build(scene: SceneFile) -> Bodies:
     """Return solid, indenter and wall that the sections of a scene describe.
 
+    A solid without a spacing of its own has one that fits the contact, see
+    `fitting_spacing`.
+
     Parameters
     ----------
     scene : SceneFile
@@ -62,12 +66,19 @@ def build(scene: SceneFile) -> Bodies:
         With section and key of all values that are out of range or inconsistent with
         others, as far as they do not depend on each other.
     """
+    bodies = _bodies(scene)
+    spacing = fitting_spacing(scene, bodies)
+    return bodies if spacing is None else _bodies(scene, spacing)
+
+
+def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
+    """Return the bodies with a spacing; by default that of the solid (Å)."""
     problems = Problems()
     with problems.of("substrate"):
         substrate = named(scene.substrate)
     problems.check()
     with problems.of("substrate"):
-        spacing = spacing_of(substrate)
+        spacing = spacing_of(substrate) if spacing is None else spacing
     with problems.of("substrate"):
         solid: Any = solid_of(substrate)
         creep = creep_of(scene.substrate)

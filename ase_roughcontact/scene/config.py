@@ -33,7 +33,14 @@ class SubstrateConfig(Section):
     units = {
         "relaxation_times": "s",
         **dict.fromkeys(
-            ("contact_modulus", "elastic_constants", "hardness", "layer_modulus"), "GPa"
+            (
+                "contact_modulus",
+                "youngs_modulus",
+                "elastic_constants",
+                "hardness",
+                "layer_modulus",
+            ),
+            "GPa",
         ),
     }
     file_keys = ("potential", "crystal")
@@ -42,6 +49,7 @@ class SubstrateConfig(Section):
     material: str = ""
     spacing: float | str | None = None
     contact_modulus: float | None = None
+    youngs_modulus: float | None = None
     elastic_constants: tuple | None = None
     hardness: float | None = None
     anisotropic: bool = False
@@ -66,9 +74,14 @@ class SubstrateConfig(Section):
     @property
     def name(self) -> str:
         """Name of the material or element; empty if only moduli are given."""
-        moduli = self.contact_modulus, self.elastic_constants
-        default = SYMBOL if moduli == (None, None) else ""
+        default = "" if self.gives_moduli else SYMBOL
         return self.material or self.symbol or default
+
+    @property
+    def gives_moduli(self) -> bool:
+        """Whether moduli of the half space are given."""
+        moduli = self.contact_modulus, self.youngs_modulus, self.elastic_constants
+        return any(each is not None for each in moduli)
 
     @property
     def of_atoms(self) -> bool:

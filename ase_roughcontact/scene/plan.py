@@ -17,6 +17,8 @@ from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT
+from ase_roughcontact.scene.solid import has_own_spacing
+from ase_roughcontact.scene.spacing import has_lengths_with_unit, lengths_in_spacings
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.memory import frame_memory, friction_memory
@@ -24,8 +26,9 @@ from ase_roughcontact.windows.memory import frame_memory, friction_memory
 # Part of the necessary zone at the edge below which there is a warning: surfaces jump
 # atom by atom, in many steps.
 _RESOLVED = 0.25
-# Contact radius in spacings that resolves a smooth sphere, and one that is too large.
-_RESOLUTION, _WIDE = 60, 240
+# Contact radius in points from which a coarser grid is advised, and the points on the
+# shortest wavelength that it has.
+_WIDE, _PER_WAVE = 240, 4
 # What paths with friction leave out, and the second also unless it is coupled.
 _SLIDING_LEFT_OUT = (
     "changes of the heights by sliding, which must be small compared to the roughness"
@@ -38,15 +41,23 @@ _COUPLING_LEFT_OUT = (
 def warnings_of(scene: Any) -> list[str]:
     """Return warnings about scan, radius and grid of a `Scene`."""
     found = _range_warnings(scene.problem)
-    radius, unit = scene.sphere.radius, scene.sphere.unit
+    if has_lengths_with_unit(scene):
+        found += _unit_warnings(scene)
     if scene.topography is not None:
-        if isinstance(radius, int | float) and radius < math.inf and unit == "a0":
-            found.append(
-                f"radius = {radius:g} is in spacings a0 of the atoms, "
-                f"{scene.radius / UNITS['nm']:.4g} nm: give it with a unit"
-            )
         found += scene.topography.warnings(scene.radius, scene.whole_tip is not None)
     return found + _spacing_warnings(scene)
+
+
+def _unit_warnings(scene: Any) -> list[str]:
+    """Return what numbers in units of a0 mean, in a scene that has other units, too."""
+    a0 = scene.spacing / UNITS["nm"]
+    lengths = {k: v for k, v in lengths_in_spacings(scene).items() if v != str(v)}
+    if not lengths:
+        return []
+    values = ", ".join(
+        f"{name} = {value:g}, {value * a0:.4g} nm" for name, value in lengths.items()
+    )
+    return [f"lengths without a unit are in spacings a0 of {a0:.4g} nm: {values}"]
 
 
 def _range_warnings(problem: Problem) -> list[str]:
@@ -73,21 +84,21 @@ def _range_warnings(problem: Problem) -> list[str]:
 
 
 def _spacing_warnings(scene: Any) -> list[str]:
-    """Return advice on a spacing of given moduli that is that of metals."""
-    substrate = scene.substrate
-    given = substrate.name or substrate.spacing or substrate.layer_thickness
-    smooth = scene.rough is None and scene.whole_tip is None
-    if given or scene.shape or not smooth:
+    """Return advice on a spacing that is chosen neither by the scene nor for it."""
+    rough = scene.rough
+    if has_own_spacing(scene.substrate) or scene.shape or rough is None:
         return []
     areas = scene.planned.expected_areas
     radius = math.sqrt(areas.max(initial=0.0) / math.pi)
-    if radius < _WIDE * scene.grid_change.spacing(scene.spacing):
+    wave = getattr(rough, "short_wavelength", 0.0)
+    advised = float(f"{wave / _PER_WAVE / UNITS['nm']:.1g}")  # one digit
+    grid = scene.grid_change.spacing(scene.spacing)
+    if radius < _WIDE * grid or advised * UNITS["nm"] < 2.0 * grid:
         return []
-    advised = float(f"{radius / _RESOLUTION / UNITS['nm']:.1g}")  # one digit
     return [
-        f"the contact has a radius of about {radius / scene.spacing:.0f} spacings "
-        f"of the default, {scene.spacing / UNITS['nm']:.3g} nm: give [substrate] "
-        f'spacing = "{advised:g} nm", with which a smooth sphere is resolved'
+        f"the contact has a radius of about {radius / grid:.0f} points of the grid of "
+        f'{grid / UNITS["nm"]:.3g} nm: give [substrate] spacing = "{advised:g} nm", a '
+        "quarter of the shortest wavelength"
     ]
 
 

@@ -15,8 +15,8 @@ from ase_roughcontact.topography import HeightMap, Heterogeneity, SelfAffine
 
 # Tolerance within which a domain is a whole number of spacings.
 _ROUNDING = 1e-6
-# Keys of lengths of a random field.
-_LENGTHS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
+#: Keys of lengths of a random field.
+LENGTH_KEYS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
 
 
 @dataclass(frozen=True)
@@ -84,11 +84,11 @@ def random_field(
     # lengths are converted last: errors show them in the unit of the section
     unit, units = section.unit, lengths(spacing)
     scale = lookup(unit, units, "unit")
-    entries = section.plain(_LENGTHS, units, unit).entries()
+    entries = section.plain(LENGTH_KEYS, units, unit).entries()
     known = entries.keys() & SelfAffine.__dataclass_fields__.keys()
     rough = SelfAffine(**{name: entries[name] for name in known}, **more)
     domain = _domain(rough, spacing / scale, unit, least_domain / scale)
-    given = {name: entries[name] for name in _LENGTHS} | {"domain": domain}
+    given = {name: entries[name] for name in LENGTH_KEYS} | {"domain": domain}
     return replace(rough, **{k: v * scale for k, v in given.items() if v})
 
 

@@ -29,6 +29,7 @@ from ase_roughcontact.elasticity.material import (
     contact_modulus,
     crystal_constants,
     fcc_spacing,
+    plane_strain_modulus,
     poisson_ratio,
     surface_spacing,
 )
@@ -52,17 +53,22 @@ _FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}
 # Keys of crystals of atoms, and of all solids without the modulus of a material.
 _OF_ATOMS = "calculator", "potential", "crystal"
 _WITHOUT_MODULUS = "anisotropic", "rigid_base", *_OF_ATOMS
-_MODULI = "contact_modulus", "elastic_constants", "poisson"
+_MODULI = "contact_modulus", "youngs_modulus", "elastic_constants", "poisson"
 # Keys that contradict each other: one of the first, one of the second, and why.
 _CONTRADICTIONS: list[tuple[tuple[str, ...], tuple[str, ...], str]] = [
     (_OF_ATOMS, _MODULI, "{other} follows from the forces between the atoms: omit it"),
     (
         ("anisotropic",),
-        ("contact_modulus", "poisson"),
+        ("contact_modulus", "youngs_modulus", "poisson"),
         "an anisotropic solid has elastic_constants instead of {other}: omit it",
     ),
     (("rigid_base",), _MODULI, "a rigid base has no {other}: omit it or rigid_base"),
-    (("contact_modulus",), ("elastic_constants",), "give {key} or {other}, not both"),
+    (
+        ("contact_modulus", "youngs_modulus"),
+        ("elastic_constants",),
+        "give {key} or {other}, not both",
+    ),
+    (("contact_modulus",), ("youngs_modulus",), "give {key} or {other}, not both"),
 ]
 
 
@@ -135,7 +141,7 @@ def named(substrate: SubstrateConfig) -> SubstrateConfig:
     known = material(name)
     spacing = known.spacing if given.spacing is None else given.spacing
     given = replace(given, symbol=known.symbol, spacing=spacing)
-    if given.contact_modulus is not None or given.elastic_constants is not None:
+    if given.gives_moduli:
         return given
     other = next((key for key in _WITHOUT_MODULUS if getattr(given, key)), "")
     if other:
@@ -162,6 +168,14 @@ def is_crystal(substrate: SubstrateConfig) -> bool:
     except ValueError:  # an unknown name or unit, which `build` reports
         return False
     return spacing is None or math.isclose(spacing, own, rel_tol=_SAME_SPACING)
+
+
+def has_own_spacing(substrate: SubstrateConfig) -> bool:
+    """Return whether a spacing or a grid is given, or the spacing is of a crystal."""
+    given = substrate.spacing, substrate.refine, substrate.coarsen
+    if substrate.of_atoms or any(each is not None for each in given):
+        return True
+    return _own_spacing(substrate) is not None
 
 
 def _own_spacing(substrate: SubstrateConfig) -> float | None:
@@ -242,8 +256,8 @@ def creep_of(substrate: SubstrateConfig) -> Creep | None:
         return None
     if moduli is None or times is None:
         raise ValueError("give both relaxation_moduli and relaxation_times")
-    given = "contact_modulus", "elastic_constants", "layer_modulus"
-    if substrate.material and all(getattr(substrate, key) is None for key in given):
+    instantaneous = substrate.gives_moduli or substrate.layer_modulus is not None
+    if substrate.material and not instantaneous:
         raise ValueError(
             f"the modulus of material = {substrate.material!r} is not instantaneous: "
             "give contact_modulus, from which relaxation_moduli relax"
@@ -298,6 +312,9 @@ def _modulus(substrate: SubstrateConfig) -> float:
     """Return the contact modulus of an isotropic half space (GPa)."""
     if substrate.contact_modulus is not None:
         return in_gpa("contact_modulus", substrate.contact_modulus)
+    young, poisson = substrate.youngs_modulus, substrate.poisson
+    if young is not None and poisson is not None:
+        return plane_strain_modulus(in_gpa("youngs_modulus", young), poisson)
     return contact_modulus(_constants(substrate))
 
 
@@ -393,6 +410,7 @@ _SOLIDS: dict[str, Callable[[SubstrateConfig], ElasticSolid]] = {
 }
 _NEEDED: dict[str, tuple[str, ...]] = {
     "surface": (*_OF_ATOMS, "anisotropic"),
+    "youngs_modulus": ("poisson",),
     **dict.fromkeys(
         ("layer_modulus", "layer_poisson", "rigid_base", "sliding"),
         ("layer_thickness",),

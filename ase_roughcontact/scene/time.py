@@ -290,7 +290,7 @@ class Timed(PathKind):
 
         ways = self.ways(bodies, states)
         limits = {
-            f"{limit.name}: theory, {name} modulus": limit
+            bodies.labelled(f"{limit.name}: theory, {name} modulus"): limit
             for name, limit in bodies.sphere_limits.items()
         }
         theory = bodies.forces_over_depth(limits, states)

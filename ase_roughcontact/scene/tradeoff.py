@@ -227,7 +227,7 @@ def _theory(best: Scene, targets: Sequence[float], exact: _Answers) -> list[Choi
     """Return the choice of Eq. (4), or of Hertz for a smooth sphere, under loads."""
     if best.control != "loads" or best.wall.attractive:
         return []
-    label = "Hertz" if best.rough is None else "Eq. (4)"
+    label = best.bodies.labelled("Hertz" if best.rough is None else "Eq. (4)")
     areas = np.asarray(best.predicted_area(targets))
     error = replace(exact, values=areas).error(exact)
     return [Choice("theory", label, error, 0.0)]

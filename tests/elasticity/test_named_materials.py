@@ -38,16 +38,19 @@ def test_every_material_has_a_source_for_each_value():
     for known in MATERIALS.values():
         assert re.search(r"\d{4}|data sheet", known.source)
         assert (known.surface_energy is None) == (known.adhesion_source == "")
+        assert np.isnan(known.hardness) == (known.hardness_source == "")
         assert known.spacing is None or 1.5 < known.spacing < 4.0
 
 
 def test_the_table_of_the_guide_has_the_values_of_the_materials():
     text = GUIDE.read_text().partition("### Hardness")[0]
-    rows = re.findall(r"^\| (\w+)[^|]*\| ([\d.]+) \| ([\d.]*)", text, re.M)
-    table = {name: (modulus, energy) for name, modulus, energy in rows}
+    cells = r"^\| (\w+)[^|]*\| ([\d.]+) \| ([\d.]*)[^|]*\| ([\d.]*)"
+    rows = re.findall(cells, text, re.M)
+    table = {name: values for name, *values in rows}
     assert table.keys() == MATERIALS.keys()
-    for name, (modulus, energy) in table.items():
+    for name, (modulus, energy, hardness) in table.items():
         known = MATERIALS[name]
+        assert float(hardness or "nan") == pytest.approx(known.hardness, nan_ok=True)
         assert float(modulus) == pytest.approx(known.contact_modulus, rel=2e-3)
         assert bool(energy) == (known.surface_energy is not None)
         if energy:
@@ -100,9 +103,17 @@ def test_a_scene_takes_modulus_spacing_and_symbol_of_a_material_unless_given():
 
 
 @pytest.mark.parametrize("name", ["SiO2", "Si3N4", "DLC", "diamond", "mica", "PDMS"])
-def test_the_hardness_of_an_element_is_not_that_of_a_compound(name):
+def test_the_hardness_of_a_compound_is_its_own(name):
     substrate = f'material = "{name}"\nspacing = 3.84'  # the spacing of silicon
-    assert np.isnan(scene(substrate).hardness)
+    hardness = MATERIALS[name].hardness * UNITS["GPa"]
+    assert scene(substrate).hardness == pytest.approx(hardness, nan_ok=True)
+
+
+def test_a_pressure_of_30_gpa_on_silica_is_marked():
+    text = re.sub(r"contact_modulus = .*\n", 'material = "SiO2"\n', SMALL)
+    (step,) = Scene.parse(text).relax([3.0], validity="ignore")
+    assert step.largest_pressure > 7.3 * UNITS["GPa"]
+    assert "largest pressure/hardness" in step.validity
 
 
 OTHER_KEYS = (

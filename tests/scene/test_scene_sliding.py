@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -59,6 +60,14 @@ def relaxed(**values):
     keys = {k if "__" in k else f"path__{k}": v for k, v in values.items()}
     scene = scene_with(**keys)
     return scene, list(scene.relax(validity="ignore"))
+
+
+def test_the_scene_of_the_guide_is_within_the_limits_of_the_model():
+    page = Path(__file__).parents[2] / "examples" / "guide" / "friction.md"
+    (text,) = re.findall(r"(?s)```toml\n(.*?)```", page.read_text())
+    steps = list(Scene.parse(text).relax())
+    assert len(steps) == 25
+    assert {step.validity for step in steps} == {""}
 
 
 def test_lateral_targets_are_reached_in_equal_steps():

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from ase.build import bulk
 from ase.units import GPa
+from matplotlib.figure import Figure
 from matscipy.calculators.eam.io import EAMParameters, write_eam
 from small_scene import SMALL
 from spring_crystal import fcc_springs
 
 import ase_roughcontact as rc
 from ase_roughcontact.cli.description import bodies, theory
+from ase_roughcontact.cli.figures import draw
 from ase_roughcontact.elasticity import Crystal, Cubic, Isotropic, Layer
 from ase_roughcontact.elasticity.material import HARDNESS
 from ase_roughcontact.scene import Scene, Steps
@@ -278,10 +280,60 @@ def test_the_first_line_of_a_run_names_the_solid(lines, label):
     assert bodies(scene(lines, ""))["solid"].startswith(label)
 
 
-@pytest.mark.parametrize(
-    "lines, half_space",
-    [("", "the base without a layer"), ("rigid_base = true", "material of the layer")],
-)
+HALF_SPACES = [
+    ("", "the base without a layer"),
+    ("rigid_base = true", "material of the layer"),
+]
+
+
+@pytest.mark.parametrize("lines, half_space", HALF_SPACES)
 def test_the_theory_beside_a_layer_names_its_half_space(lines, half_space):
     described = theory(reference_for(scene(f"{NAMED}\n{lines}", "")))
     assert described["A/A_Hertz"].endswith(half_space)
+
+
+@pytest.mark.parametrize("lines, half_space", HALF_SPACES)
+def test_legends_of_a_layer_name_the_half_space_of_theory(
+    lines, half_space, tmp_path, monkeypatch
+):
+    figures, saved = [], Figure.savefig
+
+    def kept(figure, *args, **options):
+        figures.append(figure)
+        saved(figure, *args, **options)
+
+    monkeypatch.setattr(Figure, "savefig", kept)
+    layered = scene(f"{NAMED}\n{lines}", "")
+    steps = list(layered.run(tmp_path, validity="ignore"))
+    draw(reference_for(layered), steps, tmp_path)
+    legends = [each for figure in figures for each in figure.legends]
+    texts = {text.get_text() for legend in legends for text in legend.get_texts()}
+    of_theory = [text for text in texts if "Hertz" in text or "theory" in text]
+    assert len(of_theory) >= 2
+    assert all(text.endswith(half_space) for text in of_theory)
+
+
+@pytest.mark.parametrize("young, poisson", [(91.0, 0.3), (75.0, 0.5)])
+def test_youngs_modulus_with_poissons_ratio_is_the_contact_modulus(young, poisson):
+    given = f'youngs_modulus = "{young} GPa"\npoisson = {poisson}'
+    assert scene("", given).contact_modulus == pytest.approx(100.0 * GPa)
+    of_python = Isotropic.from_young(young * GPa, poisson)
+    assert of_python.contact_modulus == pytest.approx(100.0 * GPa)
+    assert of_python.poisson == poisson
+
+
+@pytest.mark.parametrize(
+    "keys, message",
+    [
+        ("youngs_modulus = 91.0", "youngs_modulus needs poisson"),
+        ("youngs_modulus = 91.0\npoisson = 0.6", "poisson"),
+        ("youngs_modulus = 2e5\npoisson = 0.3", "youngs_modulus is in GPa"),
+        (
+            f"youngs_modulus = 91.0\npoisson = 0.3\n{MODULUS}",
+            "contact_modulus or young",
+        ),
+    ],
+)
+def test_youngs_modulus_alone_or_beside_another_modulus_is_an_error(keys, message):
+    with pytest.raises(ValueError, match=message):
+        scene("", keys).check()

@@ -1,0 +1,154 @@
+"""Lengths of a scene in units of the spacing a0, and a spacing that fits a contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.units import LENGTHS, QUANTITY
+from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
+from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.file import SceneFile
+from ase_roughcontact.scene.random_fields import LENGTH_KEYS
+from ase_roughcontact.scene.solid import has_own_spacing
+from ase_roughcontact.theory import sphere_theory
+from ase_roughcontact.theory.maugis import edge_zone
+from ase_roughcontact.windows.expected import contact_radius_on
+
+# Contact radius in spacings that resolves a smooth sphere.
+_RESOLUTION = 60
+
+
+def lengths_in_spacings(scene: SceneFile) -> dict[str, Any]:
+    """Return the given lengths that are in units of a0, by section and key.
+
+    Parameters
+    ----------
+    scene : SceneFile
+
+    Returns
+    -------
+    dict
+        Numbers and texts, such as ``{"[sphere] radius": 30.0}``.
+    """
+    found = {}
+    for name, value, unit in _lengths(scene):
+        if isinstance(value, str):
+            unit = _unit_of(value)
+        if value is not None and unit == "a0":
+            found[name] = value
+    return found
+
+
+def has_lengths_with_unit(scene: SceneFile) -> bool:
+    """Return whether a length of a scene is given with another unit than a0."""
+    if scene.topography is not None:
+        return True
+    units = {unit for _, value, unit in _lengths(scene) if value is not None}
+    units.update(map(_unit_of, _texts(scene.entries())))
+    return not units.isdisjoint(LENGTHS)
+
+
+def fitting_spacing(scene: SceneFile, bodies: Bodies) -> float | None:
+    """Return the spacing that resolves the largest contact of a smooth sphere.
+
+    The contact has a radius of 60 spacings, or the zone of attraction at its edge a
+    width of 7, if that is the smaller spacing, and given by a range that is not itself
+    a multiple of the spacing.
+
+    Parameters
+    ----------
+    scene : SceneFile
+    bodies : Bodies
+        With the nominal spacing of the solid.
+
+    Returns
+    -------
+    float or None
+        Å, one significant digit. None if the solid has a spacing of its own, or one is
+        given, other lengths are multiples of it, the indenter is not a smooth sphere,
+        or the nominal spacing is larger.
+    """
+    fixed = has_own_spacing(scene.substrate) or scene.substrate.window_shape
+    multiples = lengths_in_spacings(scene) or scene.sphere.radius is None
+    smooth = bodies.rough is None and bodies.radius < math.inf
+    if fixed or multiples or not smooth or bodies.problem.heterogeneity is not None:
+        return None
+    found = 0.0
+    with suppress(ValueError):  # of the path, which is checked later
+        found = _largest_radius(scene, bodies) / _RESOLUTION
+    zone = _edge_zone(scene, bodies) / LEAST_EDGE_ZONE
+    if zone > bodies.spacing:
+        found = min(found, zone)
+    rounded = float(f"{found:.1g}")
+    return rounded if rounded > bodies.spacing else None
+
+
+def _largest_radius(scene: SceneFile, bodies: Bodies) -> float:
+    """Return the radius of the largest contact of a path (Å)."""
+    path, wall, creep = scene.path.planned(bodies), bodies.wall, bodies.solid.creep
+    targets = path.targets(bodies)
+    part = creep.relaxed if creep and creep.relaxed else 1.0
+    if path.control == "load":
+        load = float(max(targets.max(), 0.0))
+
+        def radius(modulus: float) -> float:
+            adhesion = wall.work_of_adhesion, wall.attraction_range
+            sphere = sphere_theory(bodies.radius, part * modulus, *adhesion)
+            return float(sphere.contact_radius(load))
+
+        return contact_radius_on(bodies.solid, bodies.spacing, radius)
+    depths = targets if path.control == "penetration" else targets.max() - targets
+    return float(np.sqrt(bodies.radius * max(depths.max(), 0.0)))
+
+
+def _edge_zone(scene: SceneFile, bodies: Bodies) -> float:
+    """Return the zone of attraction at the edge of a contact (Å); zero without one.
+
+    Zero also if the range of the attraction follows from the spacing.
+    """
+    wall, creep = bodies.wall, bodies.solid.creep
+    both_named = scene.substrate.material and scene.sphere.material
+    given = both_named or "attraction_range" in scene.interaction.parameters
+    if not (wall.attractive and given):
+        return 0.0
+    modulus = bodies.contact_modulus * (creep.relaxed if creep else 1.0)
+    return edge_zone(modulus, wall.work_of_adhesion, wall.attraction_range)
+
+
+def _lengths(scene: SceneFile) -> Iterator[tuple[str, Any, str]]:
+    """Yield given lengths that may be multiples of a0, and the unit of numbers."""
+    sphere = scene.sphere
+    if sphere.radius not in (None, math.inf):
+        yield "[sphere] radius", sphere.radius, sphere.unit
+    for section in (scene.roughness, scene.heterogeneity):
+        if section is None:
+            continue
+        for key in LENGTH_KEYS:
+            yield f"[{section.title}] {key}", getattr(section, key), section.unit
+    for key, value in scene.interaction.parameters.items():
+        if isinstance(value, str):
+            yield f"[interaction] {key}", value, ""
+    for value in _texts(scene.path.entries()):
+        yield "[path]", value, ""
+
+
+def _texts(values: Any) -> Iterator[str]:
+    """Yield the texts in nested dictionaries and lists."""
+    if isinstance(values, str):
+        yield values
+    elif isinstance(values, dict):
+        yield from _texts(list(values.values()))
+    elif isinstance(values, (list, tuple)):
+        for each in values:
+            yield from _texts(each)
+
+
+def _unit_of(text: str) -> str:
+    """Return the unit of a quantity; empty for other texts."""
+    found = QUANTITY.fullmatch(text)
+    return found[2] if found else ""
