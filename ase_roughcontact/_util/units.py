@@ -94,6 +94,8 @@ def quantity(
         If the text is not a number and a unit, or the unit is unknown.
     """
     found = QUANTITY.fullmatch(text)
+    if not units:
+        raise ValueError(f"{name} must be a number without a unit, got {text!r}")
     if not found:
         known = ("nm", "nN", "GPa", "J/m^2", "s", "Hz", "nm/s", "nN/s")
         unit = example or next((k for k in known if k in units), next(iter(units)))

@@ -58,6 +58,13 @@ def finite(**values: Any) -> None:
     _check(values, "a finite number", lambda value: True)
 
 
+def boolean(**values: Any) -> None:
+    """Raise `ValueError` for a value that is neither true nor false."""
+    for name, value in values.items():
+        if not isinstance(value, (bool, np.bool_)):
+            raise ValueError(f"{name} must be true or false, got {shown(value)}")
+
+
 def check_poisson(**values: Any) -> None:
     """Raise `ValueError` for a value that is no Poisson's ratio."""
     kind = "above -1 and at most 1/2"

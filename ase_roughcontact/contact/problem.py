@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.validation import boolean
 from ase_roughcontact.contact.contact import Contact
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.halfspace import (
@@ -67,6 +68,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
+        boolean(periodic=self.periodic)
         self.solid.check(self.spacing)
         check_wall(self.wall, self.spacing)
         if self.heterogeneity and not self.wall.attractive:

@@ -97,7 +97,7 @@ def scheduler_executor(address: str) -> Iterator[tuple[Executor, str]]:
     """
     dask = imported("dask.distributed", "distributed", "a scheduler needs Dask")
     if address.endswith(".json"):
-        address = json.loads(Path(address).read_text(encoding="utf-8"))["address"]
+        address = _address_in(Path(address))
     try:
         client = dask.Client(address, timeout=_TIMEOUT)
     except TypeError as error:  # tls:// without certificates
@@ -111,6 +111,17 @@ def scheduler_executor(address: str) -> Iterator[tuple[Executor, str]]:
         # not pure: a case that was busy is calculated when it is submitted again
         executor = client.get_executor(pure=False)
         yield executor, f"{workers}; dashboard: {client.dashboard_link}"
+
+
+def _address_in(file: Path) -> str:
+    """Return the address in a scheduler file of Dask."""
+    try:
+        return str(json.loads(file.read_text(encoding="utf-8"))["address"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(
+            f"{file} has no address of a scheduler: let dask scheduler "
+            "--scheduler-file write it again"
+        ) from error
 
 
 def _check_versions(client: Any) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ase_roughcontact._util.validation import positive
+from ase_roughcontact._util.validation import boolean, positive
 from ase_roughcontact.interactions.base import Interaction, Profile
 from ase_roughcontact.interactions.parameter import Parameter
 
@@ -89,6 +89,7 @@ class PlasticWall(HardWall):
 
     def __post_init__(self) -> None:
         """Check the hardness."""
+        boolean(permanent=self.permanent)
         if self.plastic:
             positive(hardness=self.hardness)
 

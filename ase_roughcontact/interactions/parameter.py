@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from ase_roughcontact._util.units import LENGTHS, UNITS, quantity, units_like
-from ase_roughcontact._util.validation import finite
+from ase_roughcontact._util.validation import boolean, finite
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,9 @@ class Parameter:
     @property
     def types(self) -> tuple[type, ...]:
         """Types of the value in a file."""
-        return (bool,) if isinstance(self.default, bool) else (float, str)
+        if isinstance(self.default, bool):
+            return (bool,)
+        return (float, str) if self.unit else (float,)
 
     def convert(self, name: str, value: float | str, spacing: float) -> float:
         """Return a value of a scene file in ASE's units.
@@ -65,9 +67,8 @@ class Parameter:
             If the value is not a finite number within the limits, or true or false.
         """
         if self.types == (bool,):
-            if not isinstance(value, bool):
-                raise ValueError(f"{name} must be true or false, got {value!r}")
-            return value
+            boolean(**{name: value})
+            return value  # type: ignore[return-value]
         scale = spacing if self.unit == "a0" else UNITS[self.unit]
         given = value
         if isinstance(value, str):

@@ -133,7 +133,10 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
     problems.check()
 
     with problems.of("heterogeneity"):
-        adhesion = _local_adhesion(scene, wall, radius, spacing)
+        try:
+            adhesion = _local_adhesion(scene, wall, radius, spacing)
+        except MemoryError as error:
+            raise MemoryError(f"[heterogeneity] {error}") from error
     problems.check()
     given = "hardness" in scene.interaction.parameters
     is_tip = alone and cell is None

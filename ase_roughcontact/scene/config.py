@@ -44,6 +44,8 @@ class SubstrateConfig(Section):
         ),
     }
     file_keys = ("potential", "crystal")
+    word_keys = ("shape",)
+    infinite_keys = ("hardness",)
 
     symbol: str = ""
     material: str = ""
@@ -113,6 +115,7 @@ class SphereConfig(Section):
     """
 
     title = "sphere"
+    infinite_keys = ("radius",)
 
     radius: float | str | None = None
     unit: str = "a0"
@@ -245,6 +248,7 @@ class SolverConfig(Section):
     """``[solver]``: fmax in units of E* a0^2."""
 
     title = "solver"
+    word_keys = ("accuracy",)
 
     optimizer: str | None = None
     accuracy: float | str = "normal"

@@ -12,6 +12,7 @@ from scipy.fft import next_fast_len
 from ase_roughcontact._util.validation import lookup, nonnegative_array
 from ase_roughcontact.scene.section import Section, lengths
 from ase_roughcontact.topography import HeightMap, Heterogeneity, SelfAffine
+from ase_roughcontact.windows.memory import check_roughness
 
 # Tolerance within which a domain is a whole number of spacings.
 _ROUNDING = 1e-6
@@ -110,11 +111,14 @@ def local_adhesion(
     ValueError
         If neither or both of a random field and a file are given, or a value is not
         valid.
+    MemoryError
+        If the random field needs more memory than is free.
     """
     if (section.rms is None) == (not section.file):
         raise ValueError("give rms, of a random field, or file, a map of adhesion")
     if section.rms is not None:
         field = random_field(section, spacing, least_domain, rms_slope=1.0)
+        check_roughness(round(field.side / spacing) ** 2)
         return Heterogeneity(field, section.rms)
     values = _matrix(section.file)
     step = section.plain(["spacing"], lengths(spacing), "Å", section.unit)

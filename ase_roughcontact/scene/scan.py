@@ -38,6 +38,7 @@ class TopographyConfig(Section):
 
     title = "topography"
     file_keys = ("file",)
+    word_keys = ("center",)
 
     file: str = ""
     role: str = ""

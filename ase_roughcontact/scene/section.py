@@ -5,6 +5,7 @@ Quantities are numbers, or strings with a unit: ``"30 nm"``, ``"2.5 Å"``, ``"50
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -34,6 +35,8 @@ AnySection = TypeVar("AnySection", bound="Section")
 
 # Type of a key that has a list of names; other lists are of quantities.
 _NAMES = tuple[str, ...]
+# Largest magnitude of a number; the smallest is its inverse.
+_LARGEST = 1e30
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,10 @@ class Section:
         converted, and do not depend on the spacing of atoms.
     file_keys : tuple of str
         Keys whose values are names of files.
+    word_keys : tuple of str
+        Keys of numbers or lists that may be words, too, which are no quantities.
+    infinite_keys : tuple of str
+        Keys whose numbers may be infinite.
     changes_results : bool
         Whether results with other values are those of another scene.
     """
@@ -56,6 +63,8 @@ class Section:
     title: ClassVar[str]
     units: ClassVar[Mapping[str, str]] = {}
     file_keys: ClassVar[tuple[str, ...]] = ()
+    word_keys: ClassVar[tuple[str, ...]] = ()
+    infinite_keys: ClassVar[tuple[str, ...]] = ()
     changes_results: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -98,8 +107,38 @@ class Section:
                 if not any(_is_of_type(value, each) for each in types[name]):
                     known = " or ".join(filter(None, map(_TYPES.get, types[name])))
                     raise ValueError(f"{name} must be {known}, got {shown(value)}")
+                for each in value if isinstance(value, (list, tuple)) else [value]:
+                    cls._check_value(name, each, types[name])
         problems.check()
         return {k: tuple(v) if isinstance(v, list) else v for k, v in entries.items()}
+
+    @classmethod
+    def _check_value(cls, name: str, value: Any, types: tuple[Any, ...]) -> None:
+        """Raise `ValueError` for a value that no key of these types can have."""
+        number = value
+        if isinstance(value, str):
+            if "\0" in value:
+                raise ValueError(f"{name} must be text, got {shown(value)}")
+            if not value and getattr(cls, name, None) != "":
+                raise ValueError(f"{name} must not be empty: give a value, or omit it")
+            found = QUANTITY.fullmatch(value)
+            is_quantity = {float, tuple} & set(types) and name not in cls.word_keys
+            if is_quantity and not found:
+                unit = cls.units.get(name, "nm")
+                raise ValueError(
+                    f"{name} must be a number, or a string of a number and a unit such "
+                    f'as "3 {unit}", got {shown(value)}'
+                )
+            number = float(found[1]) if is_quantity and found else 0.0
+        if isinstance(number, bool) or not isinstance(number, (int, float)):
+            return
+        if name in cls.infinite_keys and value == math.inf:
+            return
+        if not (number == 0 or 1.0 / _LARGEST <= abs(number) <= _LARGEST):
+            raise ValueError(
+                f"{name} must be a finite number, zero or of a magnitude from "
+                f"{1.0 / _LARGEST:g} to {_LARGEST:g}, got {shown(value)}"
+            )
 
     @classmethod
     def types(cls) -> dict[str, tuple[type, ...]]:
@@ -294,7 +333,9 @@ def _is_of_type(value: Any, kind: Any) -> bool:
             or (isinstance(each, str) and QUANTITY.fullmatch(each))
             for each in value
         )
-    if kind in (int, float):
+    if kind is int:
+        return isinstance(value, int) and not isinstance(value, bool)
+    if kind is float:
         return isinstance(value, (int, float)) and not isinstance(value, bool)
     return isinstance(value, kind)
 
@@ -305,6 +346,6 @@ _TYPES: dict[Any, str] = {
     tuple: "a list of numbers",
     bool: "true or false",
     float: "a number",
-    int: "a number",
+    int: "a whole number",
     str: "a string",
 }

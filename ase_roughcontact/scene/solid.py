@@ -14,7 +14,7 @@ from ase.calculators.emt import EMT
 
 from ase_roughcontact._util.identity import digest_of_file
 from ase_roughcontact._util.units import LENGTHS, UNITS, pressure_unit, with_unit
-from ase_roughcontact._util.validation import lookup, positive
+from ase_roughcontact._util.validation import lookup, positive, shown
 from ase_roughcontact.elasticity import (
     Creep,
     Crystal,
@@ -256,6 +256,11 @@ def creep_of(substrate: SubstrateConfig) -> Creep | None:
         return None
     if moduli is None or times is None:
         raise ValueError("give both relaxation_moduli and relaxation_times")
+    if any(isinstance(each, str) for each in moduli):
+        raise ValueError(
+            "relaxation_moduli are relative to the instantaneous modulus: give numbers "
+            f"without a unit, such as [0.5, 0.3], got {shown(list(moduli))}"
+        )
     instantaneous = substrate.gives_moduli or substrate.layer_modulus is not None
     if substrate.material and not instantaneous:
         raise ValueError(

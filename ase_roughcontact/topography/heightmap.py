@@ -15,6 +15,7 @@ from ase_roughcontact._util.validation import (
     FloatArray,
     Point,
     Shape,
+    boolean,
     height_array,
     integer,
     lookup,
@@ -104,6 +105,7 @@ class HeightMap:
         periodic: bool = False,
         center: Point | None = None,
     ) -> None:
+        boolean(periodic=periodic)
         self._values = height_array(heights)
         self.spacing = axis_spacings(spacing)
         self.periodic = bool(periodic)
@@ -220,10 +222,13 @@ class HeightMap:
         >>> bump.center, float(bump.heights((1, 1), 1.0)[0, 0])
         ((20.0, 60.0), -30.0)
         """
+        boolean(transpose=transpose, remove_outliers=remove_outliers)
+        if periodic is not None:
+            boolean(periodic=periodic)
         scan, steps, factor = scan_in_angstrom(
             topography, spacing=spacing, unit=unit, channel=channel, transpose=transpose
         )
-        repeats = scan.periodic if periodic is None else bool(periodic)
+        repeats = scan.periodic if periodic is None else periodic
         missing = int(np.isnan(scan.heights).sum())
         z = levelled(scan.heights, detrend or ("mean" if repeats else "plane"))
         found = Noise.of(z)
@@ -233,11 +238,17 @@ class HeightMap:
             found = Noise(given, found.lines if given else 0.0)
         cutoff = in_angstrom("cutoff_wavelength", cutoff_wavelength, factor)
         nonnegative(cutoff_wavelength=cutoff)
+        if cutoff > max(np.multiply(scan.heights.shape, steps)):
+            raise ValueError(
+                "cutoff_wavelength must not exceed the size of the scan, got "
+                f"{cutoff_wavelength}"
+            )
         z = filled(z, repeats)
         far = outliers(z)
         if remove_outliers:
             z = filled(np.where(far, np.nan, z), repeats)
         place, edge = None, in_angstrom("margin", margin, factor)
+        nonnegative(margin=edge)
         if not isinstance(center, str):
             place = position(center, factor)
             check_place(place, z.shape, steps)

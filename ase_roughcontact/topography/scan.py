@@ -32,7 +32,6 @@ from ase_roughcontact._util.validation import (
     Shape,
     finite,
     lookup,
-    nonnegative,
     unknown,
 )
 from ase_roughcontact.topography.interpolation import ROUNDING
@@ -148,7 +147,6 @@ def highest(heights: FloatArray, spacing: Point, margin: float) -> Point:
     ValueError
         If no point is that far from the edges.
     """
-    nonnegative(margin=margin)
     edges = np.ceil(np.divide(margin, spacing) - ROUNDING).astype(int)
     (n, m), (left, lower) = heights.shape, edges
     inner = heights[left : n - left, lower : m - lower]

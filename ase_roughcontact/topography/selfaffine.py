@@ -17,6 +17,7 @@ from ase_roughcontact._util.validation import (
     FloatArray,
     Point,
     Shape,
+    boolean,
     integer,
     one_of,
     positive,
@@ -114,6 +115,7 @@ class SelfAffine:
         lengths = {name: value for name, value in values.items() if value is not None}
         numbers = {"rms_slope": self.rms_slope, "hurst": self.hurst} | lengths
         positive(**numbers)
+        boolean(random_amplitudes=self.random_amplitudes)
         if self.hurst >= 1:
             raise ValueError(f"hurst must lie between 0 and 1, got {self.hurst}")
         for (shorter, least), (longer, length) in pairwise(lengths.items()):

@@ -142,7 +142,7 @@ def check_roughness(points: int) -> None:
     side = math.isqrt(points)
     _check(
         memory_of((0, 0), points=points),
-        f"to synthesise the roughness on a domain of {side} x {side} points",
+        f"to synthesise a random field on a domain of {side} x {side} points",
         "choose a smaller domain (by default 4 times the longest wavelength)",
     )
 

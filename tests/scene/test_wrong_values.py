@@ -1,0 +1,113 @@
+"""Values that no key of a scene can have: each is refused in words of the file."""
+
+import json
+
+import pytest
+
+from ase_roughcontact.interactions import WALLS
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.file import SECTIONS
+from ase_roughcontact.scene.path_kinds import PATHS
+
+KINDS = {"path": PATHS, "interaction": WALLS}
+
+
+def all_keys():
+    """Yield section, kind (if it has kinds) and key."""
+    for title, section in SECTIONS.items():
+        for kind in KINDS.get(title, [None]):
+            own = KINDS[title][kind] if kind else section
+            keys = own.parameters if title == "interaction" else own.types()
+            for key in (*keys, "kind") if kind else keys:
+                yield title, kind, key
+
+
+def refusal(title, kind, key, value):
+    """Return the message about a value of TOML; empty if it is accepted."""
+    lines = {} if kind is None else {"kind": json.dumps(kind)}
+    entries = "\n".join(f"{k} = {v}" for k, v in (lines | {key: value}).items())
+    try:
+        Scene.parse(f"[{title}]\n{entries}")
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def accepting(value):
+    """Return the keys that accept a value; the others are named in one sentence."""
+    found = set()
+    for title, kind, key in all_keys():
+        message = refusal(title, kind, key, value)
+        if message:
+            assert message.startswith(f"scene: [{title}] ")
+            assert key in message.replace("unknown kind", "kind")
+            assert "\n" not in message and len(message) < 400
+        else:
+            found.add(f"{title}.{key}")
+    return found
+
+
+#: Keys whose values are words, or may be; the calculation knows which.
+WORDS = {
+    *("substrate.symbol", "substrate.material", "substrate.calculator"),
+    *("substrate.potential", "substrate.crystal", "substrate.surface"),
+    *("substrate.model", "substrate.shape", "sphere.unit", "sphere.material"),
+    *("sphere.profile", "roughness.unit", "roughness.normalise", "topography.file"),
+    *("topography.role", "topography.unit", "topography.detrend", "topography.center"),
+    *("topography.channel", "heterogeneity.unit", "heterogeneity.file"),
+    *("friction.coupling", "path.control", "path.scale", "solver.optimizer"),
+    "solver.accuracy",
+}
+#: Those that are not given by default.
+MAY_BE_EMPTY = {
+    *("substrate.symbol", "substrate.material", "substrate.calculator"),
+    *("substrate.potential", "substrate.crystal", "substrate.surface"),
+    *("substrate.model", "sphere.material", "topography.file", "topography.role"),
+    "heterogeneity.file",
+}
+INFINITE = {"sphere.radius", "substrate.hardness"}
+LISTS = {
+    *("substrate.elastic_constants", "substrate.relaxation_moduli"),
+    *("substrate.relaxation_times", "substrate.shape", "topography.spacing"),
+    *("topography.center", "path.values", "path.displacements", "path.forces"),
+    *("path.bases", "path.times", "path.rate"),
+}
+SWITCHES = {
+    *("substrate.anisotropic", "substrate.rigid_base", "substrate.sliding"),
+    *("substrate.periodic", "roughness.random_amplitudes", "topography.periodic"),
+    *("topography.transpose", "topography.remove_outliers", "heterogeneity.periodic"),
+    *("heterogeneity.random_amplitudes", "interaction.permanent"),
+}
+
+
+@pytest.mark.parametrize(
+    ("value", "keys"),
+    [
+        ('"abc"', WORDS),
+        ('""', MAY_BE_EMPTY),
+        ("nan", set()),
+        ("inf", INFINITE),
+        ("1e300", set()),
+        ("-1e-300", set()),
+        ('"1e999 nm"', WORDS),
+        ('"3\\u0000 nm"', set()),
+        ("[1.0, 2.0]", LISTS),
+        ("[nan]", set()),
+        ("[[1.0]]", set()),
+        ("true", SWITCHES),
+        ("{}", set()),
+        ("1979-05-27", set()),
+    ],
+    ids=lambda each: each if isinstance(each, str) else "",
+)
+def test_only_keys_of_its_type_accept_a_value(value, keys):
+    assert accepting(value) == keys
+
+
+def test_numbers_without_a_unit_are_said_to_have_none():
+    text = '[substrate]\ncontact_modulus = 1.0\nrelaxation_moduli = ["1 MPa"]\n'
+    text += "relaxation_times = [1.0]"
+    with pytest.raises(ValueError, match="relaxation_moduli are relative"):
+        Scene.parse(text).check()
+    message = refusal("interaction", "power-law", "exponent", '"3 nm"')
+    assert "exponent must be a number" in message
