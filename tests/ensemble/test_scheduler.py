@@ -67,6 +67,14 @@ def test_command_calculates_with_the_workers_of_a_scheduler(folder, capsys):
     assert len(read_ensemble("e.db")["step"]) == 6
 
 
+@pytest.mark.parametrize("contents", ["{}", "[]", "abc", ""])
+def test_a_file_without_an_address_is_named(folder, capsys, contents):
+    (folder / "scheduler.json").write_text(contents)
+    assert main([*COMMAND, "--scheduler", "scheduler.json"]) == 2
+    error = capsys.readouterr().err
+    assert "scheduler.json has no address" in error and "Traceback" not in error
+
+
 @pytest.mark.parametrize("error", [True, False])
 def test_no_worker_of_another_version_is_used(folder, capsys, monkeypatch, error):
     found = PackageNotFoundError("ase-roughcontact") if error else "0.0.1"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ase_roughcontact import HardWall, Problem
+from ase_roughcontact import HardWall, PlasticWall, Problem, SelfAffine
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import HeightMap, RoughSphere
@@ -127,3 +127,32 @@ def test_an_indenter_with_masked_heights_is_refused():
     problem = Problem(Holed(50.0), Isotropic(1.0), HardWall(), spacing=2.0)
     with pytest.raises(ValueError, match="masked"):
         problem.heights(Box((-4, -4), (8, 8)))
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda bad: HeightMap(BUMPS, 1.0, bad), "periodic"),
+        (lambda bad: from_scan(periodic=bad), "periodic"),
+        (lambda bad: from_scan(transpose=bad), "transpose"),
+        (lambda bad: from_scan(remove_outliers=bad), "remove_outliers"),
+        (lambda bad: SelfAffine(0.1, 0.8, 4.0, 8.0, random_amplitudes=bad), "random_"),
+        (lambda bad: PlasticWall(1.0, permanent=bad), "permanent"),
+        (
+            lambda bad: Problem(
+                RoughSphere(50.0), Isotropic(1.0), HardWall(), 2.0, periodic=bad
+            ),
+            "periodic",
+        ),
+    ],
+)
+@pytest.mark.parametrize("bad", ["abc", 2, None, []])
+def test_switches_are_true_or_false(call, name, bad):
+    if name == "periodic" and bad is None:
+        bad = "no"  # none is the default of scans
+    with pytest.raises(ValueError, match=f"{name}.* must be true or false"):
+        call(bad)
+
+
+def from_scan(**options):
+    return HeightMap.from_topography(BUMPS, "substrate", spacing=1.0, **options)
