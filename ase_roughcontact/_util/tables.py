@@ -101,15 +101,10 @@ class Table:
         self, heads: Sequence[str], rows: Sequence[Sequence[str]], left: int = 0
     ) -> None:
         lines = _with_units_below(heads)
-        widths = [
-            max(
-                [
-                    _longest(line),
-                    *(_longest(row[i], words=i == left - 1) for row in rows),
-                ]
-            )
-            for i, line in enumerate(lines)
-        ]
+        widths = []
+        for i, line in enumerate(lines):
+            entries = (_longest(row[i], words=i == left - 1) for row in rows)
+            widths.append(max([_longest(line), *entries]))
         self._columns, self._rows = Columns(lines, tuple(widths), left), rows
 
     def __rich_console__(

@@ -24,7 +24,7 @@ from ase_roughcontact.cli.common import (
     scene_text,
 )
 from ase_roughcontact.cli.messages import ERRORS, print_error
-from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
+from ase_roughcontact.ensemble.progress import ProgressMeter, TimeMeter, expected_costs
 from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
@@ -96,7 +96,9 @@ def _relax(
     """Relax all steps, print each, and append it to a list."""
     folder, text = options.out, None if options.preview else scene_text(options)[0]
     scene, costs = reference.scene, dict[str, dict[int, float]]()
-    schedule = scene.path.schedule(scene.bodies)
+    schedule, timer = scene.path.schedule(scene.bodies), None
+    if schedule:
+        timer = TimeMeter(schedule, scene.path.expected_counts(scene.bodies))
     count, restored = scene.path.count(scene.bodies), count_steps(folder / "sweep.traj")
     if count is not None:
         # more steps than the scene has are those of another one, which `run` refuses
@@ -114,8 +116,11 @@ def _relax(
             if not steps and prints_text(options):
                 show(entries(report.inputs(reference).items()), "")
             steps.append(step)
+            is_restored = len(steps) <= restored
             meter.finish("path", step.step)
-            parts = table.parts(step, restored=len(steps) <= restored)
+            if timer:
+                (timer.restart if is_restored else timer.finish)(step.time)
+            parts = table.parts(step, restored=is_restored)
             if parts and prints_text(options):
                 show(*parts)
             if options.json:
@@ -124,8 +129,7 @@ def _relax(
                 progress = meter.progress()
                 draw(progress.steps, progress.total, str(progress))
             elif draw and schedule:
-                times = step.time, schedule.duration
-                draw(*times, "{:.3g} of {:.4g} s".format(*times))
+                draw(step.time, schedule.duration, str(timer))
 
 
 def _write_results(

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from time import perf_counter
 
 import numpy as np
 
 from ase_roughcontact._util.printing import duration
+from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.scene import Scene
 
 # Cost of a load step without contact, in atoms in contact. Measured for copper and a
 # radius of 1000 atoms, from 1 nN to 2 µN.
 _BASE_COST = 5000.0
+# Of a part of a path in time: its duration in that of its first step, and the part of
+# its steps that are spread over the logarithm of time.
+_SHORTEST, _GROWING = 1024.0, 0.6
 #: Number that stands for all steps of a path in time.
 WHOLE = -1
 
@@ -78,7 +82,7 @@ class ProgressMeter:
         in_time = all(WHOLE in steps for steps in costs.values())
         self._unit = "paths" if in_time else "steps"
         self._total = sum(map(len, costs.values()))
-        self._start = time.perf_counter()
+        self._start = perf_counter()
         self._initial: float | None = None
 
     def finish(self, case: str, step: int) -> None:
@@ -95,7 +99,7 @@ class ProgressMeter:
 
     def progress(self) -> Progress:
         """Return the progress so far."""
-        elapsed = time.perf_counter() - self._start
+        elapsed = perf_counter() - self._start
         costs = {case: sum(steps.values()) for case, steps in self.missing.items()}
         cost = sum(costs.values())
         if self._initial is None:
@@ -114,6 +118,73 @@ class ProgressMeter:
             failures=dict(self.failures),
             unit=self._unit,
         )
+
+
+class TimeMeter:
+    """Estimates the time left of a path in time.
+
+    Its time steps are short at the beginning of a part of the schedule, and where the
+    contact changes fast, so that neither simulated time nor their number tells what is
+    left. Each part has its expected number of steps; most of them are taken as evenly
+    spread over the logarithm of the simulated time, as steps grow, and the others, and
+    those of oscillations, over the time itself. The rate is that of the second half of
+    the steps so far: where steps stay short, what is left grows.
+
+    Parameters
+    ----------
+    schedule : Schedule
+    counts : sequence of float
+        Expected number of time steps of each of its parts.
+    """
+
+    def __init__(self, schedule: Schedule, counts: Sequence[float]) -> None:
+        parts = zip(schedule.timed_parts(), counts, strict=True)
+        self._parts = [
+            (begin, part, count) for (begin, _, part), count in parts if part.duration
+        ]
+        self._duration, self._time = schedule.duration, 0.0
+        self._done: list[tuple[float, float]] = []
+
+    def restart(self, time: float) -> None:
+        """Leave out what was calculated before, up to a simulated time."""
+        self._done.clear()
+        self.finish(time)
+
+    def finish(self, time: float) -> None:
+        """Count the step that ends at a simulated time."""
+        self._time = time
+        self._done.append((perf_counter(), self._part_done(time)))
+
+    def __str__(self) -> str:
+        text = f"{self._time:.3g} of {self._duration:.4g} s"
+        if math.isfinite(self.left):
+            text += f", roughly {duration(self.left)} left"
+        return text
+
+    @property
+    def left(self) -> float:
+        """Estimated time left (s), to a factor of four or so; NaN if unknown."""
+        if not self._done:
+            return math.nan
+        last, done = self._done[-1]
+        begin, before = self._done[(len(self._done) - 1) // 2]
+        if done == before:
+            return math.nan
+        return (1.0 - done) * (last - begin) / (done - before)
+
+    def _part_done(self, time: float) -> float:
+        """Return the part of the expected steps that are done at a simulated time."""
+        done = 0.0
+        for begin, part, count in self._parts:
+            passed = min(max((time - begin) / part.duration, 0.0), 1.0)
+            done += count * (passed if part.amplitude else _grown(passed))
+        return done / sum(count for _, _, count in self._parts)
+
+
+def _grown(passed: float) -> float:
+    """Return the part of the steps that are done, given the part of the time."""
+    grown = math.log2(1.0 + (_SHORTEST - 1.0) * passed) / math.log2(_SHORTEST)
+    return _GROWING * grown + (1.0 - _GROWING) * passed
 
 
 def expected_costs(scene: Scene) -> dict[int, float]:

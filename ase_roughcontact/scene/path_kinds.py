@@ -239,6 +239,10 @@ class PathKind(Section):
         """Return the number of states for which each planned step stands."""
         return 1
 
+    def expected_counts(self, bodies: Bodies) -> list[float]:
+        """Return the numbers of time steps to expect in the parts of the schedule."""
+        return []
+
     def describe(self, bodies: Bodies) -> str:
         """Return a description of the path, printed above its plan."""
         return ""

@@ -220,14 +220,18 @@ class Timed(PathKind):
 
     def expected_count(self, bodies: Bodies) -> int:
         """Return the number of time steps, to a factor of two without attraction."""
+        return round(1.0 + sum(self.expected_counts(bodies)))
+
+    def expected_counts(self, bodies: Bodies) -> list[float]:
+        """Return the numbers of time steps to expect in the parts of the schedule."""
         finer = max(1.0, _USUAL_TOLERANCE / self.tolerance) ** (1 / 3)
-        found = 1.0
+        found = []
         for _, start, part in self.schedule(bodies).timed_parts():
             if part.amplitude:
-                found += _STEPS_OF_CYCLE * part.frequency * part.duration
+                found.append(_STEPS_OF_CYCLE * part.frequency * part.duration)
             else:
-                found += finer * (_STEPS_OF_HOLD if part.end == start else _STEPS)
-        return round(found)
+                found.append(finer * (_STEPS_OF_HOLD if part.end == start else _STEPS))
+        return found
 
     def describe(self, bodies: Bodies) -> str:
         """Return duration and number of steps, and what is planned."""

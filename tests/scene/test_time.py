@@ -11,10 +11,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ase_roughcontact import Creep
+from ase_roughcontact import Creep, Schedule
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.report import StepTable
+from ase_roughcontact.ensemble import progress
+from ase_roughcontact.ensemble.progress import TimeMeter
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.curve_files import read_curve
 from ase_roughcontact.scene.preview import preview
@@ -371,3 +373,49 @@ def test_results_in_time_are_drawn_again(run):
     page = (folder / "report.html").read_text()
     heads = re.findall(r'<th title="[^"]+">([a-z ]+)', page)
     assert heads[:2] == ["step", "time"] and "dissipation" in heads
+
+
+def elapse(monkeypatch, seconds):
+    """Let an amount of time pass at each call of the clock of progress."""
+    clock = count(0.0, seconds)
+    monkeypatch.setattr(progress, "perf_counter", lambda: next(clock))
+
+
+def test_the_time_left_of_a_path_is_that_of_its_steps_to_a_factor_of_four(
+    run, monkeypatch
+):
+    scene = Scene.parse(TEXT)
+    elapse(monkeypatch, 1.0)  # each step takes a second
+    timer = TimeMeter(schedule_of(scene), scene.path.expected_counts(scene.bodies))
+    times, ratios = table_of(run[1])["time_s"].tolist(), []
+    for number, moment in enumerate(times, 1):
+        timer.finish(moment)
+        if len(times) // 10 < number < 0.95 * len(times):
+            ratios.append(timer.left / (len(times) - number))
+    assert min(ratios) > 0.25 and max(ratios) < 4.0 and timer.left == 0.0
+
+
+def test_the_time_left_of_a_path_grows_where_its_steps_stay_short(monkeypatch):
+    schedule = Schedule(0.0).ramp(1.0, time=1.0)
+    elapse(monkeypatch, 1.0)
+    timer = TimeMeter(schedule, [90.0])
+    for moment in np.linspace(0.0, 0.5, 20):
+        timer.finish(moment)
+    before = timer.left
+    for moment in np.linspace(0.5, 0.51, 1000):
+        timer.finish(moment)
+    # 1 % of the time has taken 1000 s: the other 49 % take 49 000 s
+    assert before < 50.0 and timer.left == pytest.approx(49e3, rel=0.3)
+
+
+def test_restored_steps_do_not_count_for_the_time_left(monkeypatch):
+    elapse(monkeypatch, 1.0)
+    timer = TimeMeter(Schedule(0.0).ramp(1.0, time=1.0), [90.0])
+    for moment in np.linspace(0.0, 0.5, 20):
+        timer.restart(moment)
+    assert math.isnan(timer.left) and str(timer) == "0.5 of 1 s"
+    elapse(monkeypatch, 100.0)
+    timer.restart(0.5)
+    timer.finish(0.75)
+    assert timer.left == pytest.approx(100.0, rel=0.5)
+    assert str(timer).startswith("0.75 of 1 s, roughly 0:01:")
