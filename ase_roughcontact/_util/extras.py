@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
@@ -31,3 +35,16 @@ def imported(module: str, extra: str, need: str, instead: str = "") -> Any:
             f"{need}: install the extra {extra}: pip install '.[{extra}]' in the "
             f"folder of the source code{instead}"
         ) from error
+
+
+@contextmanager
+def silenced() -> Iterator[None]:
+    """Keep what a library warns of and logs off the terminal; errors are raised."""
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.disable(before)

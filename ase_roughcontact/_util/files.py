@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import errno
-import fcntl
 import os
 import sys
 import warnings
@@ -18,6 +17,11 @@ if sys.version_info >= (3, 11):
     import tomllib as tomllib
 else:
     import tomli as tomllib  # noqa: F401
+
+try:
+    import fcntl
+except ImportError:  # on Windows
+    fcntl = None  # type: ignore[assignment]
 
 PathName = str | os.PathLike
 
@@ -65,9 +69,11 @@ def lock(name: PathName) -> Iterator[bool]:
     Raises
     ------
     OSError
-        If the file system has no locks, or the file is a symbolic link.
+        If the system or its file system has no locks, or the file is a symbolic link.
     """
     refuse_link(name)
+    if fcntl is None:
+        raise OSError(errno.ENOSYS, "locks of files need a POSIX system")
     with open(name, "ab") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -35,7 +35,8 @@ def _new_pool() -> None:
 
 
 _new_pool()
-os.register_at_fork(after_in_child=_new_pool)  # a forked process inherits no threads
+if hasattr(os, "register_at_fork"):  # a forked process inherits no threads
+    os.register_at_fork(after_in_child=_new_pool)
 
 
 def processors() -> int:

@@ -106,9 +106,7 @@ def _signals_and_warnings() -> Iterator[None]:
         raise kinds[number]
 
     with warnings.catch_warnings():
-        warnings.showwarning = lambda warning, *_, **__: print_error(
-            f"warning: {warning}"
-        )
+        warnings.showwarning = _print_warning
         if threading.current_thread() is not threading.main_thread():
             yield
             return
@@ -122,6 +120,16 @@ def _signals_and_warnings() -> Iterator[None]:
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
+
+
+def _print_warning(warning: Warning | str, *_: object, **__: object) -> None:
+    """Print a warning as a line, with the name of the library that issued it."""
+    frame = sys._getframe(1)
+    while frame.f_back and frame.f_globals["__name__"] == warnings.__name__:
+        frame = frame.f_back
+    source = frame.f_globals["__name__"].partition(".")[0]
+    of = "" if source in ("ase_roughcontact", "__main__") else f" of {source}"
+    print_error(f"warning{of}: {warning}")
 
 
 def _what_is_kept(options: argparse.Namespace) -> str:

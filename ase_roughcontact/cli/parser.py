@@ -71,7 +71,8 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser; its option ``function`` is the name of that of the command."""
     parser = _Parser(
         "ase-roughcontact",
-        description="Contact of a rigid rough sphere with an elastic solid.",
+        description="Contact of a rough sphere, a measured tip or a rough flat, rigid "
+        "or elastic, with an elastic, plastic, layered or viscoelastic solid.",
     )
     parser.add_argument("--version", action="store_true", help="print the version")
     text = "with --version: versions of the dependencies"

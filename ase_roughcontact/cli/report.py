@@ -319,6 +319,7 @@ def files_table(pictures: Sequence[str]) -> Any:
         "view.traj": "for viewing, with heights enlarged; purple: in contact, light "
         "blue: attracted" + (", green: slips" * ("friction.png" in pictures)),
         **dict.fromkeys(pictures, "figure"),
+        "scene.toml": "the scene",
     }
     if "cantilever.png" in pictures:
         files["cantilever.csv"] = "force curve of the cantilever"

@@ -32,7 +32,7 @@ from ase_roughcontact.scene.reference import Reference, reference_for
 
 
 def run(options: argparse.Namespace) -> int:
-    """Press the sphere of a scene into the substrate, step by step.
+    """Press the indenter of a scene into the substrate, step by step.
 
     Without a scene file the built-in scene is run. "ase-roughcontact scene" prints it,
     as a template with a description of each key. Files in the output folder::
@@ -54,9 +54,11 @@ def run(options: argparse.Namespace) -> int:
       friction.png, tractions.png
                    lateral force and areas of stick and slip of a sliding path, and
                    maps of the lateral tractions
+      time.png     force and area over time and over depth, of a path in time
       scene.toml   the scene
 
-    An interrupted run is resumed by running it again with the same folder.
+    An interrupted run is resumed by running it again with the same folder. If the
+    reader of its output ends before, such as head, it goes on without printing.
 
     Steps that exceed a limit of the model, such as the hardness of the substrate, are
     marked in the table and in curve.csv. With --strict the run stops at the first of

@@ -46,6 +46,8 @@ class _Pool(ProcessPoolExecutor):
     """Processes that inherit a mask without Ctrl-C, which the parent handles."""
 
     def submit(self, *task: Any, **options: Any) -> Any:
+        if not hasattr(signal, "pthread_sigmask"):  # on Windows
+            return super().submit(*task, **options)
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:  # processes start here
             return super().submit(*task, **options)

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ase_roughcontact._util.extras import imported
+from ase_roughcontact._util.extras import imported, silenced
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, finite, shown
@@ -257,7 +257,8 @@ def _of_instrument(file: PathName) -> CurveTable:
     need = f"{file} needs the package afmformats"
     afmformats = imported("afmformats", "curves", need, "; or export the curve as text")
     try:
-        curves = afmformats.load_data(file)
+        with silenced():
+            curves = afmformats.load_data(file)
     except (Exception, afmformats.errors.AFMFileFormatError) as error:
         raise ValueError(f"cannot read a force curve from {file}: {error}") from error
     if len(curves) != 1:
@@ -265,13 +266,15 @@ def _of_instrument(file: PathName) -> CurveTable:
             f"{file} contains {len(curves)} force curves, not one: export one of them"
         )
     (curve,) = curves
-    number, stiffness = curve["segment"], curve.metadata.get("spring constant")
+    with silenced():  # columns are read when they are needed
+        number, stiffness = curve["segment"], curve.metadata.get("spring constant")
+        found = {name: curve[name] for name in _AFMFORMATS if name in curve}
     segments: Segments = []
     for segment, way in _NUMBERS.items():
         columns = [
-            Column(name, name, unit, list(enumerate(curve[name][number == segment])))
+            Column(name, name, unit, list(enumerate(found[name][number == segment])))
             for name, unit in _AFMFORMATS.items()
-            if name in curve
+            if name in found
         ]
         segments.append((way, columns))
     return CurveTable(segments, stiffness and stiffness * UNITS["N/m"])

@@ -40,7 +40,7 @@ def read_text(file: str | Path) -> str:
         If the file can't be read.
     """
     try:
-        return Path(file).read_text(encoding="utf-8")
+        return Path(file).read_text(encoding="utf-8-sig")  # with the mark of Windows
     except UnicodeDecodeError as error:
         raise ValueError(f"{file} is not a TOML file: it is not text") from error
     except OSError as error:
@@ -136,8 +136,20 @@ class SceneFile:
 
     @classmethod
     def of_results(cls: type[AnyFile], folder: str | Path) -> AnyFile:
-        """Read the scene of a folder of results; see `Scene.run` and `read`."""
-        return cls.read(Path(folder) / "scene.toml", copied=True)
+        """Read the scene of a folder of results; see `Scene.run` and `read`.
+
+        Raises
+        ------
+        ValueError
+            If the folder is not one of a run, or as in `read`.
+        """
+        file = Path(folder) / "scene.toml"
+        if not file.exists():
+            raise ValueError(
+                f"{folder} is not the folder of a run: it has no scene.toml; give the "
+                "folder of --out"
+            )
+        return cls.read(file, copied=True)
 
     text_of = staticmethod(read_text)
 

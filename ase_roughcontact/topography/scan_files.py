@@ -17,14 +17,13 @@ from __future__ import annotations
 
 import math
 import re
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.extras import imported
+from ase_roughcontact._util.extras import imported, silenced
 from ase_roughcontact._util.units import LENGTHS
 from ase_roughcontact._util.validation import FloatArray, check_matrix, lookup, shown
 
@@ -136,9 +135,7 @@ def _with_surface_topography(path: Path, channel: int | str | None) -> RawScan:
     package = imported(
         "SurfaceTopography", "topography", need, "; or export the scan as text"
     )
-    # scipy warns when a NetCDF file is closed before its arrays, which are copied
-    with warnings.catch_warnings(), package.open_topography(str(path)) as reader:
-        warnings.filterwarnings("ignore", "Cannot close a netcdf_file")
+    with silenced(), package.open_topography(str(path)) as reader:
         names = [each.name for each in reader.channels]
         if isinstance(channel, str):
             channel = lookup(

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
-import resource
 from pathlib import Path
 
 import psutil
+
+try:
+    import resource
+except ImportError:  # on Windows
+    resource = None  # type: ignore[assignment]
 
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.interactions import Interaction
@@ -131,6 +135,8 @@ def _left_in_group(folder: Path) -> float:
 
 def _address_space() -> float:
     """Return what is left of the limit of the address space (bytes)."""
+    if resource is None:
+        return math.inf
     allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
     if allowed == resource.RLIM_INFINITY:
         return math.inf
