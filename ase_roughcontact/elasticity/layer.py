@@ -32,6 +32,9 @@ _SHALLOWEST, _DEEPEST = 1.0, 60.0
 # Distance, in cells, up to which images are integrated over the cell in closed form.
 _CLOSED_FORM_UP_TO = 32
 _KNOTS = 1000
+# Largest ratio of the moduli of layer and base; of larger ones rounding is all that is
+# left of the compliance of long waves.
+_STIFFEST = 1e6
 # Rise of the surface that is rounding.
 _FLAT = 1e-6
 
@@ -57,7 +60,7 @@ class Layer(ElasticSolid):
               \beta = \frac{E_1^*}{E_2^*} .
 
     The Green's function on one cell is accurate to about 1e-7 of that of a half space
-    of the softer material.
+    of the softer material, and to 1e-4 if the layer is a million times as stiff.
 
     Parameters
     ----------
@@ -89,8 +92,8 @@ class Layer(ElasticSolid):
     Raises
     ------
     ValueError
-        If a modulus or the thickness is not positive, or Poisson's ratio is not above
-        -1 and at most 1/2.
+        If a modulus or the thickness is not positive, the layer is more than a million
+        times as stiff as its base, or Poisson's ratio is not above -1 and at most 1/2.
 
     References
     ----------
@@ -119,6 +122,11 @@ class Layer(ElasticSolid):
         positive(layer_modulus=self.layer_modulus, thickness=self.thickness)
         if self.base_modulus is not None:
             positive(base_modulus=self.base_modulus)
+        if not self._ratio <= _STIFFEST:
+            raise ValueError(
+                f"a layer must be at most {_STIFFEST:.0e} times as stiff as its base, "
+                f"got {self.layer_modulus:g} on {self.base_modulus:g}"
+            )
         check_poisson(poisson=self.poisson, base_poisson=self.base_poisson)
 
     @property

@@ -154,3 +154,21 @@ def test_stiff_layer_on_a_soft_base_needs_an_automatic_window():
     again.calc = RoughContact(sphere, solid=solid)
     assert again.get_potential_energy() == pytest.approx(step.energy, rel=1e-9)
     assert abs(again.get_forces()[:-1]).max() < 1e-6 * step.normal_force
+
+
+@pytest.mark.parametrize("bonded", [True, False])
+def test_the_stiffest_layer_bends_as_a_plate_on_its_base(bonded):
+    thickness, base = 5.0, 1e-6
+    layer = Layer(1.0, thickness, base, 0.3, 0.3, bonded)
+    origin = np.zeros(1), np.zeros(1)
+    # A. H. A. Hogg, Phil. Mag. 25, 576 (1938): the deflection below a unit force
+    bending, foundation = thickness**3 / 12.0, 0.5 * base
+    if bonded:  # the plate keeps the surface of the base from moving sideways
+        foundation *= 4.0 * (1.0 - 0.3) ** 2 / (3.0 - 4.0 * 0.3)
+    plate = foundation ** (-2 / 3) * bending ** (-1 / 3) / (3.0 * np.sqrt(3.0))
+    assert layer.cell_compliance(*origin, 1.0) == pytest.approx(plate, rel=3e-3)
+
+
+def test_a_layer_too_stiff_for_rounding_is_refused():
+    with pytest.raises(ValueError, match=r"1e\+06 times as stiff"):
+        Layer(1.0, 5.0, 0.9e-6)
