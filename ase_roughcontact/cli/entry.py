@@ -106,7 +106,7 @@ def _signals_and_warnings() -> Iterator[None]:
         raise kinds[number]
 
     with warnings.catch_warnings():
-        warnings.showwarning = _print_warning
+        warnings.showwarning = lambda warning, *_, **__: _print_warning(warning)
         if threading.current_thread() is not threading.main_thread():
             yield
             return
@@ -122,10 +122,10 @@ def _signals_and_warnings() -> Iterator[None]:
                 signal.signal(number, handler)
 
 
-def _print_warning(warning: Warning | str, *_: object, **__: object) -> None:
+def _print_warning(warning: Warning | str) -> None:
     """Print a warning as a line, with the name of the library that issued it."""
-    frame = sys._getframe(1)
-    while frame.f_back and frame.f_globals["__name__"] == warnings.__name__:
+    frame, skipped = sys._getframe(1), (__name__, warnings.__name__)
+    while frame.f_back and frame.f_globals["__name__"] in skipped:
         frame = frame.f_back
     source = frame.f_globals["__name__"].partition(".")[0]
     of = "" if source in ("ase_roughcontact", "__main__") else f" of {source}"
