@@ -31,7 +31,7 @@ def love_kernel(
               + Y_t \operatorname{arsinh}\frac{X_s}{|Y_t|}\right],
 
     at the origin :math:`4 \ln(1 + \sqrt 2) a_0/(\pi E^*)`. The relative error is below
-    2e-13 at any distance.
+    1e-13 at any distance.
 
     Parameters
     ----------

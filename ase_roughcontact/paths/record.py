@@ -338,7 +338,8 @@ class LoadStep:
     )
     memory: float = column(
         _memory,
-        "estimated peak memory, between 3/4 and 4/3 of the actual one",
+        "estimated peak memory, between 3/4 and 4/3 of the actual one if Python and "
+        "its libraries need 165 MB",
         "bytes",
     )
     seconds: float = column(

@@ -94,7 +94,7 @@ def smooth_fit(
 
     def forces(x: FloatArray, at: ForceCurve = curve) -> FloatArray:
         smooth = _forces(theory(x[0]), size, curve, base + x[1])
-        slopes = np.linalg.lstsq(lines, force - smooth)[0]
+        slopes = np.linalg.lstsq(lines, force - smooth, rcond=None)[0]
         if at is not curve:
             smooth = _forces(theory(x[0]), size, at, at.base + x[1])
         return smooth + at.baseline(baseline) @ slopes

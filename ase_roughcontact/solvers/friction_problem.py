@@ -314,7 +314,8 @@ class FrictionSystem:
         if self._driven and not self._spring:  # without what a shift closes
             axes = np.eye(2)[:, :, None, None]
             shifts = [self._project(axis, self._direction).ravel() for axis in axes]
-            shift = np.linalg.lstsq(np.stack(shifts, 1), opening.ravel())[0]
+            columns = np.stack(shifts, axis=1)
+            shift = np.linalg.lstsq(columns, opening.ravel(), rcond=None)[0]
             opening = opening - np.reshape(shift @ shifts, opening.shape)
         right = np.zeros((2, opening[0].size + 1), np.float32)
         self._field(right)[:] = opening

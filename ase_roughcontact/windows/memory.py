@@ -26,8 +26,9 @@ _PER_FRAME = 200
 # Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
-# Bytes of Python and its libraries, and bytes beside them that are not checked: reading
-# the limits would take a tenth of a step in a small window.
+# Bytes of Python and its libraries, with those for figures: 60 MB less without them and
+# in some versions. Bytes beside them that are not checked: reading the limits would take
+# a tenth of a step in a small window.
 _BASE, _UNCHECKED = 165e6, 100e6
 
 
@@ -55,8 +56,10 @@ def memory_of(
     Returns
     -------
     float
-        Bytes, between 3/4 and 4/3 of the largest resident size of a fresh process.
-        Measured height maps, and other data of the process, add to it.
+        Bytes: the memory of Python and its libraries, for which 165 MB are assumed, and
+        of the step. With the actual memory of the libraries it is between 3/4 and 4/3
+        of the largest resident size of a fresh process. Measured height maps, and other
+        data of the process, add to it.
     """
     per_atom = _PER_ATOM
     if wall and solid and not wall.attractive and solid.creep is None:
