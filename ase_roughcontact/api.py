@@ -32,6 +32,7 @@ from ase_roughcontact.optimize import (
     HalfSpacePrecon,
     NewtonKrylov,
 )
+from ase_roughcontact.optimize.settings import settings_for
 from ase_roughcontact.optimize.tolerance import fmax_for
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
@@ -96,6 +97,7 @@ __all__ = [
     "pressure_of",
     "release",
     "restore",
+    "settings_for",
     "sliding_path",
     "snapshot",
     "stick",

@@ -60,8 +60,8 @@ def load_path(
         it (eV/Å). The first two need a fixed indenter, loads need a free one.
     optimizer : callable, optional
         Called as ``optimizer(atoms, logfile=None)``; returns an ASE optimizer. A class,
-        or a `functools.partial` of one with its options. By default `NewtonKrylov`,
-        or `ActiveSet` for a hard wall.
+        or a `functools.partial` of one with its options; a class of ASE also gets those
+        of `settings_for`. By default `NewtonKrylov`, or `ActiveSet` for a hard wall.
     fmax : float, optional
         Tolerance of the force on every atom (eV/Å), instead of `accuracy`. Steps whose
         force or area it leaves wrong by more than 1 % are marked; see `fmax_for`.

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
-import numpy as np
 from ase import Atoms
 from ase.data import atomic_numbers
+from ase.optimize.sciopt import OptimizerConvergenceError
 
 from ase_roughcontact._util.validation import shown
+from ase_roughcontact.atoms.atoms_state import state_of, state_with
 from ase_roughcontact.atoms.calculator import (
     RoughContact,
     adopt_model,
@@ -20,7 +22,7 @@ from ase_roughcontact.atoms.calculator import (
 )
 from ase_roughcontact.atoms.exchange import set_window
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
-from ase_roughcontact.atoms.history import creep_of, history_of, set_history
+from ase_roughcontact.atoms.history import set_history
 from ase_roughcontact.atoms.model import ContactModel
 from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
 from ase_roughcontact.atoms.substrate import supported
@@ -32,6 +34,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.base import ContactOptimizer
 from ase_roughcontact.optimize.constraints import surface_held
 from ase_roughcontact.optimize.optimizers import default_optimizer
+from ase_roughcontact.optimize.settings import make_optimizer
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import Relaxer
 from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start, Support
@@ -60,21 +63,8 @@ class PathAtoms:
 
     def first_state(self) -> State:
         """Return the state of the atoms."""
-        model = model_of(self.atoms)
-        pressure = model.elastic_pressure(self.atoms)
-        self._reached = self._state_of(self.atoms, model.grid, pressure)
+        self._reached = state_of(self.atoms)
         return self._reached
-
-    def _state_of(self, atoms: Atoms, grid: SurfaceGrid, pressure: np.ndarray) -> State:
-        n, m = grid.window
-        return State(
-            self.problem.window(grid.window, grid.origin),
-            float(atoms.positions[-1, 2]),
-            pressure,
-            displacement(atoms, grid)[:n, :m],
-            history_of(atoms, grid),
-            creep=creep_of(atoms),
-        )
 
     def place(self, contact: Contact, state: State) -> None:
         """Move the atoms to a state.
@@ -112,18 +102,30 @@ class PathAtoms:
     ) -> Run:
         """Relax the atoms from a state by an optimizer of ASE; see `SolverRelaxer`.
 
-        It is called as ``optimizer(atoms, logfile=None)``.
+        It is called as ``optimizer(atoms, logfile=None)``. If the energy rises, or an
+        error is raised, the atoms are in the first state again.
         """
         atoms, (n, m) = self.atoms, state.window.shape
         self.place(contact, state)
         if not support.fixed:
             atoms.calc.set(load=support.load)
-        run = optimizer(atoms, logfile=None)
+        run = make_optimizer(optimizer, atoms)
         counts = run if hasattr(run, "pairs") else contact_of(atoms).halfspace
         before = counts.pairs
-        converged = bool(run.run(fmax=tolerance, steps=max_steps))
-        for _ in run.optimizable.iterimages():
-            pass  # moves the atoms if the optimizer works on other coordinates
+        try:
+            first = _energy_of(run)
+            converged, failure = _ran(run, tolerance, max_steps)
+            last = _energy_of(run)
+        except Exception:
+            self.place(contact, state)
+            raise
+        steps = int(run.nsteps)
+        if not (converged or last <= first):
+            failure = (
+                f"the energy has risen from {first:.4g} to {last:.4g} eV in {steps} "
+                "steps of the optimizer: it needs smaller ones, see settings_for"
+            )
+            self.place(contact, state)
         fields, model = atoms.calc.state(atoms), model_of(atoms)
         self._reached = replace(
             state,
@@ -131,8 +133,7 @@ class PathAtoms:
             pressure=fields.pressure + fields.forces[:n, :m] / fields.cell_area,
             displacement=displacement(atoms, model.grid)[:n, :m],
         )
-        pairs, steps = float(counts.pairs - before), int(run.nsteps)
-        failure = getattr(run, "message", f"not converged after {steps} steps")
+        pairs = float(counts.pairs - before)
         forces = atoms.get_forces()  # zero on atoms that the user has fixed
         return Run(
             state=self._reached,
@@ -152,6 +153,9 @@ class PathAtoms:
         """Move the atoms to the last state of a path, with its results."""
         run, state = stepper.run, stepper.state
         if run is None and not self._moved:  # the first step has failed
+            if self._reached is None:  # after an optimizer has moved the atoms
+                contact = self.problem.contact(state.window, state.plastic_depth)
+                self.place(contact, state)
             return
         if state is not self._reached:
             self.place(stepper.contact, state)
@@ -178,7 +182,7 @@ class PathAtoms:
         grid = SurfaceGrid.of(frame)
         forces = frame.get_forces(apply_constraint=False)[:-1, 2].reshape(grid.window)
         pressure = pressure_of(frame) + forces / self.problem.spacing**2
-        return self._state_of(frame, grid, pressure)
+        return state_with(frame, self.problem, grid, pressure)
 
 
 class ProblemAtoms(PathAtoms):
@@ -262,3 +266,24 @@ def relaxer_of(
         kind.check(wall, springs)
         return SolverRelaxer(kind.solver, **options)
     return partial(atoms.relax, optimizer)
+
+
+def _ran(optimizer: Any, fmax: float, steps: int) -> tuple[bool, str]:
+    """Run an optimizer of ASE; return whether it has converged, and why it has not."""
+    try:
+        converged = bool(optimizer.run(fmax=fmax, steps=steps))
+    except OptimizerConvergenceError as error:  # as those of SciPy do
+        return False, f"{error}"
+    failure = f"not converged after {optimizer.nsteps} steps"
+    return converged, getattr(optimizer, "message", failure)
+
+
+def _energy_of(optimizer: Any) -> float:
+    """Return the energy at which an optimizer of ASE is; of ours, minus infinity.
+
+    The atoms move there, if the optimizer works on other coordinates.
+    """
+    (atoms,) = optimizer.optimizable.iterimages()
+    if isinstance(optimizer, ContactOptimizer):  # they never raise it
+        return -math.inf
+    return float(atoms.get_potential_energy())

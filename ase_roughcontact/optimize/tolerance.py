@@ -6,13 +6,14 @@ import math
 
 from ase import Atoms
 
-from ase_roughcontact.atoms.path_atoms import PathAtoms
+from ase_roughcontact.atoms.atoms_state import state_of
+from ase_roughcontact.atoms.calculator import model_of
 from ase_roughcontact.atoms.sticking import indenter_fixed
 from ase_roughcontact.optimize.constraints import Indenter, surface_held
 from ase_roughcontact.paths.convergence import StepRelaxer
 from ase_roughcontact.paths.step_options import StepOptions
 from ase_roughcontact.paths.surface_history import SurfaceHistory
-from ase_roughcontact.solvers.relaxation import Support
+from ase_roughcontact.solvers.relaxation import Run, Support
 
 
 def fmax_for(atoms: Atoms, error: float = 0.01) -> float:
@@ -61,11 +62,7 @@ def fmax_for(atoms: Atoms, error: float = 0.01) -> float:
     >>> FIRE(modes, maxstep=modes.maxstep, logfile=None).run(fmax=fmax)
     True
     """
-    frames = PathAtoms(atoms)
-    surface = SurfaceHistory(frames.problem)
-    state = surface.at_rest(frames.first_state())
-    relax = StepRelaxer(frames.problem, StepOptions(accuracy=error))
-    run = relax(surface.contact, state, _support(atoms))
+    relax, run = solution(atoms, error)
     if not run.converged:
         raise RuntimeError(f"the forces in contact are not known: {run.message}")
     fmax = relax.required(run.fields)
@@ -75,6 +72,29 @@ def fmax_for(atoms: Atoms, error: float = 0.01) -> float:
             "indenter, or set it free under a load"
         )
     return fmax
+
+
+def solution(atoms: Atoms, error: float) -> tuple[StepRelaxer, Run]:
+    """Return what the solver for the wall finds from atoms, which stay where they are.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator. Constraints of surface atoms are left out.
+    error : float
+        Relative error of force and area.
+
+    Returns
+    -------
+    relax : StepRelaxer
+        With this error.
+    run : Run
+    """
+    problem = model_of(atoms).problem
+    surface = SurfaceHistory(problem)
+    state = surface.at_rest(state_of(atoms))
+    relax = StepRelaxer(problem, StepOptions(accuracy=error))
+    return relax, relax(surface.contact, state, _support(atoms))
 
 
 def _support(atoms: Atoms) -> Support:

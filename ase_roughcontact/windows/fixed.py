@@ -38,8 +38,8 @@ class FixedWindow:
         return state
 
     def enlarged(self, run: Run, contact: Contact) -> None:
-        """Raise `RuntimeError` if the wall acts at the edge."""
-        if not self._checked or self._problem.periodic:
+        """Raise `RuntimeError` if the wall acts at the edge in a relaxed state."""
+        if not (self._checked and run.converged) or self._problem.periodic:
             return
         acts = run.fields.pressure != 0.0
         if at_edge(acts):

@@ -25,6 +25,11 @@ def atoms_of(seed, wall="repulsive", n=32, fixed=True, roughness=0.05):
     return atoms_under(rc.RoughSphere(250.0, rough), WALLS[wall], (n, n), **lattice)
 
 
+def with_defaults(optimizer, atoms, **options):
+    """Optimizer with the defaults of ASE."""
+    return optimizer(atoms, **options)
+
+
 def on_modes(optimizer, atoms, **options):
     modes = rc.FourierModes(atoms)
     if optimizer in (FIRE, FIRE2, MDMin):
@@ -50,7 +55,7 @@ def step(atoms, optimizer=None, **options):
 @pytest.mark.parametrize(
     "seed, optimizer, fmax",
     [
-        (1, FIRE, 0.01),
+        (1, partial(with_defaults, FIRE), 0.01),
         (1, partial(on_modes, FIRE2), 1e-3),
         (2, partial(on_modes, FIRE), 0.01),
         (3, partial(on_modes, FIRE2), 1e-3),
@@ -212,7 +217,7 @@ def test_a_loose_tolerance_given_by_hand_is_marked():
         return step(atoms_of(1, n=24), optimizer, **options).validity
 
     with pytest.warns(rc.ValidityWarning, match="fmax_for"):
-        assert "error by fmax = 0." in mark(FIRE, fmax=0.05)
+        assert "error by fmax = 0." in mark(partial(with_defaults, FIRE), fmax=0.05)
     for precise in ({"fmax": 2e-4}, {"accuracy": 0.01}, {"accuracy": 0.3}):
         assert mark(partial(on_modes, LBFGS), **precise) == ""
     assert mark(rc.NewtonKrylov, fmax=0.05) == ""
