@@ -15,7 +15,7 @@ from ase_roughcontact import LoadStep, __version__
 from ase_roughcontact import __all__ as public_names
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
-from ase_roughcontact.paths.record import columns_of, columns_on_request
+from ase_roughcontact.paths.record import EVERYWHERE, columns_of, columns_on_request
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "examples" / "guide"
@@ -208,23 +208,24 @@ def test_description_for_an_index_has_no_relative_links(monkeypatch):
     assert all(link.startswith(("https://", "#")) for link in links)
 
 
+def rows_of(columns):
+    """Rows of a table of columns, with where they are defined."""
+    rows = []
+    for name, column in columns.items():
+        where = "" if column.where is EVERYWHERE else column.where.text
+        rows.append(f"| `{name}` | {column.description} | {column.unit} | {where} |\n")
+    return "".join(rows)
+
+
 def test_columns_on_the_page_are_those_of_a_step():
     columns = columns_of(LoadStep)
     for record in (LoadStep, TimeStep, FlatStep, SlidingStep):
         listed = columns_of(record)
         if record is not LoadStep:
             listed = {k: v for k, v in listed.items() if v != columns.get(k)}
-        rows = [
-            f"| `{name}` | {column.description} | {column.unit} |\n"
-            for name, column in listed.items()
-        ]
-        assert "".join(rows) in PAGES["examples/guide/files.md"]
+        assert rows_of(listed) in PAGES["examples/guide/files.md"]
     on_request = columns_on_request(LoadStep) | columns_on_request(SlidingStep)
-    rows = [
-        f"| `{name}` | {column.description} | {column.unit} |\n"
-        for name, column in on_request.items()
-    ]
-    assert "".join(rows) in PAGES["examples/guide/files.md"]
+    assert rows_of(on_request) in PAGES["examples/guide/files.md"]
 
 
 def test_guide_fits_into_its_number_of_words():

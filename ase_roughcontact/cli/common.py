@@ -10,9 +10,11 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import asdict
 from typing import Any
 
 from ase_roughcontact._util.printing import terminal
+from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.scene import Scene, default_text
 
 
@@ -82,7 +84,7 @@ def progress_bar(options: argparse.Namespace) -> Iterator[Callable | None]:
 
 
 def json_line(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
-    """Return a line of JSON, with null in place of NaN and infinity.
+    """Return a line of JSON, with null in place of NaN, and "inf" of infinity.
 
     Parameters
     ----------
@@ -93,13 +95,21 @@ def json_line(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
         other keys are ignored.
     """
     used = {key: unit for key, unit in units.items() if key in values}
-    return json.dumps(_finite({**values, "units": used}))
+    return json.dumps(_plain({**values, "units": used}))
 
 
-def _finite(value: Any) -> Any:
-    """Return a value with None in place of numbers that are not finite."""
+def step_line(step: LoadStep) -> str:
+    """Return a step as a line of JSON, with reasons for null under ``not_known``."""
+    values = {**asdict(step), "not_known": step.not_known}
+    return json_line(values, units_of(type(step)))
+
+
+def _plain(value: Any) -> Any:
+    """Return a value in which JSON has all numbers."""
     if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
+        return {key: _plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else f"{value:g}"
+    return value

@@ -75,7 +75,10 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     shown = {
         name: record[name]
         for name in (first, *own, *others)
-        if name in record and name not in other_area
+        if name in record
+        and name not in other_area
+        # what is not defined for the wall has no column
+        and not (record[name].where.constant and steps and _is_unknown(steps, name))
     }
     units = report.units_of(scene)
     captions = _CAPTIONS | (_FLAT_CAPTIONS if scene.is_flat else {})
@@ -102,7 +105,14 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
             *map(": ".join, report.exceeded_limits(steps).items()),
         ],
         inputs=report.inputs(reference),
-        results=report.results(reference, steps),
+        results=report.results(reference, steps)
+        | report.unknown_counted(
+            {
+                name.replace("_", " "): [s.not_known.get(name, "") for s in steps]
+                for name in shown
+            },
+            len(steps),
+        ),
         figures=[
             (base64.b64encode((folder / name).read_bytes()).decode(), caption)
             for name, caption in captions.items()
@@ -120,11 +130,18 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     )
 
 
+def _is_unknown(steps: Sequence[LoadStep], name: str) -> bool:
+    """Return whether a column is not known in any step."""
+    return all(math.isnan(getattr(step, name)) for step in steps)
+
+
 def _cell(step: LoadStep, name: str, unit: str) -> tuple[str, str]:
     """Return a value of a step and its error as text; no error if it is negligible."""
     value = getattr(step, name) / UNITS[unit] if unit else getattr(step, name)
     of_error = _COLUMNS.get(name)
     error = getattr(step, of_error) / UNITS[unit] if of_error else 0.0
+    if math.isnan(value):
+        return "not known", ""
     text = number(value).replace("-", "\N{MINUS SIGN}")
     if math.isnan(error):
         return text, "not known"

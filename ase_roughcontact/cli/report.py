@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,6 +42,27 @@ _ROWS, _LEAST_ROWS = 30, 3
 _SILENT = 10.0
 # Labels of columns in the table of steps that differ from those of files.
 _LABELS = {"largest_pressure": "p max"}
+# Reasons for ratios to theory, and theory, that are not known.
+_NO_RATIO = "without a contact under compression there is no ratio"
+_NO_THEORY = "theory has no area for this force"
+
+
+class TableColumn(NamedTuple):
+    """Column of the table of steps.
+
+    Attributes
+    ----------
+    head : str
+        Heading with the unit.
+    text_of : callable
+        Returns the text for a step, "-" if it is not known.
+    reason_of : callable
+        Returns why it is not known.
+    """
+
+    head: str
+    text_of: Callable[[Any], str]
+    reason_of: Callable[[Any], str]
 
 
 class StepTable:
@@ -62,7 +83,7 @@ class StepTable:
         self._total = "" if count is None else f"/{count - 1}"
         # the time of a step that an earlier run has taken is not known
         self._unknown = None if self._scene.path.columns else "time (s)"
-        heads = [head for head, _ in self._columns]
+        heads = [each.head for each in self._columns]
         self._rows = TableRows(
             ["step", *heads, ""],
             [
@@ -90,8 +111,8 @@ class StepTable:
         """
         row = [f"{step.step}{self._total}"]
         row += (
-            _RESTORED if restored and head == self._unknown else value_of(step)
-            for head, value_of in self._columns
+            _RESTORED if restored and each.head == self._unknown else each.text_of(step)
+            for each in self._columns
         )
         checks = failed_checks(step.validity).values()
         names = [check.name for check in checks if not check.constant]
@@ -132,17 +153,21 @@ def printed_times(scene: Scene) -> FloatArray:
     return np.unique(times)
 
 
-def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
-    """Return headings and functions of the columns of the table of steps."""
+def table_columns(reference: Reference) -> list[TableColumn]:
+    """Return the columns of the table of steps."""
     scene, units = reference.scene, units_of(reference.scene)
     path, area = scene.path, scene.area_column
 
-    def column(name: str, label: str = "", digits: int = 4) -> tuple[str, Callable]:
+    def column(name: str, label: str = "", digits: int = 4) -> TableColumn:
         digits, unit = 2 if name.endswith("error") else digits, units[name]
+
+        def text_of(step: LoadStep) -> str:
+            if name == "seconds":
+                return f"{step.seconds:.2f}"
+            return number(_printed(step, name, unit), digits)
+
         head = heading(scene, name, label or _LABELS.get(name, ""))
-        if name == "seconds":
-            return head, lambda step: f"{step.seconds:.2f}"
-        return head, lambda step: number(_printed(step, name, unit), digits)
+        return TableColumn(head, text_of, lambda step: step.not_known.get(name, ""))
 
     def relative(step: LoadStep) -> str:
         smooth = float(reference.smooth.contact_area(step.normal_force))
@@ -164,16 +189,17 @@ def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
     if path.control != "load":
         names = [path.control, "normal_force"]
     found = [*map(column, names), column(area)]
-    found.append((f"A/A_{reference.smooth.symbol}", relative))
+    head = f"A/A_{reference.smooth.symbol}"
+    found.append(TableColumn(head, relative, lambda step: _NO_RATIO))
     if reference.rough_above is not None:
-        found.append(("theory", expected))
+        found.append(TableColumn("theory", expected, lambda step: _NO_THEORY))
     return [*found, column("largest_pressure"), column("seconds")]
 
 
 def _flat_columns(
-    scene: Scene, column: Callable[..., tuple[str, Callable]]
-) -> list[tuple[str, Callable]]:
-    """Return headings and functions of the columns of the table for a rough flat."""
+    scene: Scene, column: Callable[..., TableColumn]
+) -> list[TableColumn]:
+    """Return the columns of the table for a rough flat."""
     scale, area = scene.rough.rms_slope * scene.contact_modulus, scene.area_column
     persson = theory_of.mean_contact_pressure(scale, 1.0, theory_of.KAPPA_PERSSON)
 
@@ -181,12 +207,15 @@ def _flat_columns(
         nominal = max(step.nominal_pressure, 0.0)
         return number(float(theory_of.contact_fraction(nominal, float(persson))), 3)
 
+    def derived(head: str, text_of: Callable[[Any], str]) -> TableColumn:
+        return TableColumn(head, text_of, lambda step: _NO_RATIO)
+
     found = [
         column("nominal_pressure", "p"),
         column("mean_gap", "gap", 3),
-        ("A/A_0", lambda s: _ratio(getattr(s, area), scene.nominal_area, 3)),
-        ("Persson", expected),
-        ("kappa", lambda s: _ratio(getattr(s, area) * scale, s.normal_force)),
+        derived("A/A_0", lambda s: _ratio(getattr(s, area), scene.nominal_area, 3)),
+        derived("Persson", expected),
+        derived("kappa", lambda s: _ratio(getattr(s, area) * scale, s.normal_force)),
         column("contact_stiffness", "k", 3),
     ]
     if "conductance" in columns_of(scene.record):
@@ -231,20 +260,46 @@ def results(reference: Reference, steps: Sequence[LoadStep]) -> dict[str, str]:
     if steps and not found:
         found = _results_of_steps(reference, steps)
     found |= _counted(scene, steps)
-    reasons = Counter(filter(None, map(_why_not_known, steps)))
-    if reasons:
-        found["errors not known"] = "; ".join(
-            f"in {count} of {len(steps)} steps: {reason}"
-            for reason, count in reasons.items()
-        )
+    return found | unknown_counted({"errors": map(_unknown_errors, steps)}, len(steps))
+
+
+def unknown_counted(reasons: Mapping[str, Iterable[str]], total: int) -> dict[str, str]:
+    """Return in how many steps values are not known, and why, by their names.
+
+    Parameters
+    ----------
+    reasons : mapping of str to iterable of str
+        By name, the reason for each step; empty where the value is known.
+    total : int
+        Number of steps.
+    """
+    found = {}
+    for name, each in reasons.items():
+        counts = Counter(filter(None, each))
+        if counts:
+            found[f"{name} not known"] = "; ".join(
+                f"in {count} of {total} steps: {reason}"
+                for reason, count in counts.items()
+            )
     return found
 
 
-def _why_not_known(step: LoadStep) -> str:
+def _unknown_errors(step: LoadStep) -> str:
     """Return why errors of a step are not known; empty if all are known."""
-    if not any(math.isnan(getattr(step, name)) for name in _ERRORS):
-        return ""
-    return step.unknown_errors or "its file, of an earlier version, does not have them"
+    unknown = step.not_known
+    return next((unknown[name] for name in _ERRORS if name in unknown), "")
+
+
+def _unknown_in_table(
+    reference: Reference, steps: Sequence[LoadStep]
+) -> dict[str, str]:
+    """Return why values in the table of steps are not known."""
+    reasons = dict[str, list[str]]()
+    for column in table_columns(reference):
+        unknown = [step for step in steps if column.text_of(step) == "-"]
+        name = column.head.partition(" (")[0]
+        reasons[name] = [column.reason_of(step) for step in unknown]
+    return unknown_counted(reasons, len(steps))
 
 
 def _results_of_steps(
@@ -303,6 +358,7 @@ def summary(reference: Reference, steps: Sequence[LoadStep]) -> list[Any]:
     """Return characteristic values of a path, and the limits that it exceeds."""
     parts: list[Any] = []
     values, limits = results(reference, steps), exceeded_limits(steps)
+    values |= _unknown_in_table(reference, steps)
     if values:
         parts += ["", entries(values.items())]
     if limits:
@@ -335,13 +391,14 @@ def _solver(scene: Scene, step: LoadStep) -> str:
         "load": _ratio(step.force_error, abs(step.normal_force), 2),
         "height": f"{number(step.height_error, 2)} Å",
     }
+    memory = number(step.memory / UNITS["GB"], 2)
     return (
         f"{step.iterations} iterations, {step.pairs:.0f} FFT pairs; window "
-        f"{step.window}, grid {step.grid}, {step.memory / UNITS['GB']:.2g} GB; largest "
+        f"{step.window}, grid {step.grid}, {memory} GB; largest "
         f"force {step.max_force:.2g} eV/Å, tolerance {step.tolerance:.2g} eV/Å; errors "
         f"(area and load are relative): "
         + ", ".join(f"{name} {error}" for name, error in errors.items())
-        + (f"; -: not known, {reason}" if (reason := _why_not_known(step)) else "")
+        + (f"; -: not known, {reason}" if (reason := _unknown_errors(step)) else "")
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +17,14 @@ from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_ste
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import (
     checked_scene,
-    json_line,
     prints_text,
     progress_bar,
     scene_text,
+    step_line,
 )
 from ase_roughcontact.cli.messages import ERRORS, print_error
 from ase_roughcontact.ensemble.progress import ProgressMeter, TimeMeter, expected_costs
-from ase_roughcontact.paths.record import LoadStep, units_of
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for
@@ -126,7 +125,7 @@ def _relax(
             if parts and prints_text(options):
                 show(*parts)
             if options.json:
-                write(json_line(asdict(step), units_of(scene.record)))
+                write(step_line(step))
             if draw and costs:
                 progress = meter.progress()
                 draw(progress.steps, progress.total, str(progress))

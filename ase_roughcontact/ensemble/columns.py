@@ -73,7 +73,8 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
     values = {
         "control": scene.path.control,
         "radius": scene.radius / spacing,
-        "rms_slope": getattr(rough, "rms_slope", 0.0),
+        # a scanned tip is rough, but its slope is that of its shape, too
+        "rms_slope": getattr(rough, "rms_slope", nan if scene.whole_tip else 0.0),
         "hurst": getattr(rough, "hurst", nan),
         **{name: getattr(rough, name, nan) / spacing for name in lengths},
         "seed": getattr(rough, "seed", None),

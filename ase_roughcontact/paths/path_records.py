@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,12 +13,23 @@ from ase_roughcontact.contact.creep import creep_energy, dissipation_rate
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.paths.record import (
     LoadStep,
+    Range,
     column,
     column_on_request,
     columns_of,
 )
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.windows.memory import friction_memory
+
+_WITH_SPRING = Range(
+    "bases of a spring", lambda s: not np.isnan(s.lateral.base).any(), constant=True
+)
+_WITH_FRICTION = Range("contacts with friction", lambda s: s.lateral.bound > 0.0)
+_IN_TIME = Range("paths in time", lambda s: not math.isnan(s.time), constant=True)
+_ON_CANTILEVER = Range(
+    "the base of a cantilever", lambda s: not math.isnan(s.base), constant=True
+)
+_PERIODIC = Range("periodic cells", lambda s: s.halfspace.periodic, constant=True)
 
 
 @dataclass(frozen=True)
@@ -48,14 +60,16 @@ class SlidingStep(LoadStep):
     )
     base_x: float = column(
         lambda s: float(s.lateral.base[0]),
-        "displacement along x of the base of the spring, nan without one",
+        "displacement along x of the base of the spring",
         "Å",
         "base",
+        _WITH_SPRING,
     )
     base_y: float = column(
         lambda s: float(s.lateral.base[1]),
-        "displacement along y of the base of the spring, nan without one",
+        "displacement along y of the base of the spring",
         "Å",
+        where=_WITH_SPRING,
     )
     largest_friction: float = column(
         lambda s: s.lateral.bound,
@@ -102,10 +116,12 @@ class SlidingStep(LoadStep):
         ),
         "estimated peak memory, also for friction",
         "bytes",
+        where=columns_of()["memory"].where,
     )
     friction_residual: float = column(
         lambda s: s.lateral.solution.residual,
         "residual of the conditions of friction, relative to the largest traction",
+        where=_WITH_FRICTION,
     )
     friction_pairs: float = column(
         lambda s: s.lateral.solution.pairs,
@@ -125,9 +141,14 @@ def _of_creep(step: RelaxedStep, density: Callable[[State, Creep], float]) -> fl
 
 @dataclass(frozen=True)
 class TimeStep(LoadStep):
-    """Result of one time step; its attributes are the output columns."""
+    """Result of one time step; its attributes are the output columns.
 
-    time: float = column(lambda s: s.time, "time since the beginning", "s", "time")
+    Errors are those of the contact; those of the time steps come in addition.
+    """
+
+    time: float = column(
+        lambda s: s.time, "time since the beginning", "s", "time", _IN_TIME
+    )
     energy: float = column(
         lambda s: s.run.energy + _of_creep(s, creep_energy),
         "energy of solid, wall and load that is stored",
@@ -137,23 +158,32 @@ class TimeStep(LoadStep):
         lambda s: _of_creep(s, dissipation_rate),
         "power that the solid dissipates",
         "eV/s",
+        where=_IN_TIME,
     )
     dissipated_energy: float = column(
-        lambda s: 0.0, "energy that the solid has dissipated since the last step", "eV"
+        lambda s: 0.0,
+        "energy that the solid has dissipated since the last step",
+        "eV",
+        where=_IN_TIME,
     )
     lost_energy: float = column(
         lambda s: 0.0,
         "energy lost since the last step in an instability at the instantaneous "
         "modulus; zero below the tolerance of the time steps",
         "eV",
+        where=_IN_TIME,
     )
     base: float = column(
-        lambda s: s.base, "height of the base of the cantilever, nan without one", "Å"
+        lambda s: s.base,
+        "height of the base of the cantilever",
+        "Å",
+        where=_ON_CANTILEVER,
     )
     deflection: float = column(
         lambda s: s.height - s.base,
-        "deflection of the cantilever, positive in compression, nan without one",
+        "deflection of the cantilever, positive in compression",
         "Å",
+        where=_ON_CANTILEVER,
     )
 
 
@@ -168,10 +198,12 @@ class FlatStep(LoadStep):
         "force over the area of the periodic cell",
         "eV/Å^3",
         "pressure",
+        _PERIODIC,
     )
     mean_gap: float = column(
         lambda s: float(np.maximum(s.fields.gap, 0.0).mean()),
         "mean distance of the surfaces over the periodic cell",
         "Å",
         "mean gap",
+        _PERIODIC,
     )

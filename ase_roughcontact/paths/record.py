@@ -32,8 +32,54 @@ from ase_roughcontact.paths.errors import continuum_area_error
 from ase_roughcontact.paths.limits import violations
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.solvers.conductance import region_conductance
+from ase_roughcontact.solvers.relaxation import SolverRelaxer
 from ase_roughcontact.theory.counted_area import continuum_area
 from ase_roughcontact.windows.memory import memory_of
+
+
+@dataclass(frozen=True)
+class Range:
+    """Walls, solids, boundaries, paths and states for which a column is defined.
+
+    Attributes
+    ----------
+    text : str
+        What it is defined for: "walls with a hardness".
+    includes : callable
+        Called with a `RelaxedStep`; returns whether the column is defined.
+    constant : bool
+        Whether that depends on wall, solid, boundary and path alone, and so is the same
+        in all steps.
+    """
+
+    text: str
+    includes: Callable[[RelaxedStep], bool]
+    constant: bool = False
+
+
+#: All steps.
+EVERYWHERE = Range("all steps", lambda s: True)
+#: States in which an atom is in contact.
+IN_CONTACT = Range("steps in contact", lambda s: s.touches)
+_HARD = Range("hard walls", lambda s: s.contact.interaction.hard, constant=True)
+_WITH_HARDNESS = Range(
+    "walls with a hardness", lambda s: s.contact.interaction.plastic, constant=True
+)
+_STABLE = Range(
+    "states that are a minimum of the energy, if no constraint holds atoms of the "
+    "surface",
+    lambda s: not (s.run.constrained or math.isnan(s.response.force)),
+)
+# those of single steps are NaN for a reason of their own
+_OF_ERRORS = Range(
+    "states that are a minimum of the energy; `unknown_errors` has the reason",
+    lambda s: True,
+)
+_OF_SOLVERS = Range(
+    "the solvers NewtonKrylov and ActiveSet",
+    lambda s: s.options.relaxer is None or isinstance(s.options.relaxer, SolverRelaxer),
+    constant=True,
+)
 
 
 @dataclass(frozen=True)
@@ -50,12 +96,19 @@ class Column:
         ASE's unit; empty for a number without unit.
     label : str
         Short heading for printed tables; empty for a column that is not printed.
+    where : Range
+        Where it is defined; NaN elsewhere.
     """
 
     value: Callable[[RelaxedStep], Any]
     description: str
     unit: str = ""
     label: str = ""
+    where: Range = EVERYWHERE
+
+    def of(self, step: RelaxedStep) -> Any:
+        """Return the value of a step, NaN where the column is not defined."""
+        return self.value(step) if self.where.includes(step) else math.nan
 
 
 def column(
@@ -63,6 +116,7 @@ def column(
     description: str,
     unit: str = "",
     label: str = "",
+    where: Range = EVERYWHERE,
 ) -> Any:
     """Return a dataclass field that is an output column; see `Column`.
 
@@ -70,7 +124,7 @@ def column(
     -------
     dataclasses.Field
     """
-    return field(metadata={"column": Column(value, description, unit, label)})
+    return field(metadata={"column": Column(value, description, unit, label, where)})
 
 
 class ColumnOnRequest:
@@ -107,6 +161,7 @@ def column_on_request(
     description: str,
     unit: str = "",
     label: str = "",
+    where: Range = EVERYWHERE,
 ) -> ColumnOnRequest:
     """Return a column that is calculated where it is asked for; see `Column`.
 
@@ -116,7 +171,7 @@ def column_on_request(
     -------
     ColumnOnRequest
     """
-    return ColumnOnRequest(Column(value, description, unit, label))
+    return ColumnOnRequest(Column(value, description, unit, label, where))
 
 
 def text_of(shape: tuple[int, ...]) -> str:
@@ -228,27 +283,32 @@ class LoadStep:
         "estimated error of the area that `area_column` names; the true error is below "
         "twice the estimate in nine of ten cases",
         "Å^2",
+        where=_OF_ERRORS,
     )
     continuum_area_error: float = column(
         _continuum_area_error,
         "estimated error of `continuum_area`; the `area_error` if that is asked for",
         "Å^2",
+        where=_OF_ERRORS,
     )
     force_error: float = column(
         lambda s: s.errors.force,
         "estimated error of the force; under a load what its balance lacks",
         "eV/Å",
+        where=_OF_ERRORS,
     )
     height_error: float = column(
         lambda s: s.errors.height,
         "estimated error of the height; zero at a given height or penetration",
         "Å",
+        where=_OF_ERRORS,
     )
     penetration_error: float = column(
         lambda s: s.errors.penetration,
         "estimated error of the penetration: that of the height, and for the continuum "
         "that of the lowest point of the indenter; zero at a given penetration",
         "Å",
+        where=_OF_ERRORS,
     )
     unknown_errors: str = column(
         lambda s: s.errors.unknown, "why errors are not known (nan), else empty"
@@ -261,8 +321,10 @@ class LoadStep:
     contact_stiffness: float = column(
         lambda s: 0.0 - s.response.force,
         "derivative of the force to the penetration of the relaxed contact, to within "
-        "1 %; nan at or beyond an instability, where the state is no minimum",
+        "1 %: on loading under a wall with a hardness, of a viscoelastic solid the "
+        "instantaneous one, under friction at fixed tractions",
         "eV/Å^2",
+        where=_STABLE,
     )
     conductance = column_on_request(
         lambda s: region_conductance(s.halfspace, s.fields.contact),
@@ -276,9 +338,12 @@ class LoadStep:
         "mean pressure on the repelled atoms; if the continuum is asked for, their "
         "force over `continuum_area`",
         "eV/Å^3",
+        where=IN_CONTACT,
     )
     largest_pressure: float = column(
-        lambda s: float(max(s.fields.pressure.max(), 0.0)), "largest pressure", "eV/Å^3"
+        lambda s: float(max(s.fields.pressure.max(), 0.0)),
+        "largest pressure, zero where nothing is pressed",
+        "eV/Å^3",
     )
     repulsive_atoms: int = column(
         lambda s: s.fields.repulsive_atoms, "number of atoms that the wall repels"
@@ -286,18 +351,20 @@ class LoadStep:
     attractive_atoms: int = column(
         lambda s: s.fields.attractive_atoms, "number of atoms that the wall attracts"
     )
-    plastic_atoms: int = column(
+    plastic_atoms: float = column(
         lambda s: s.fields.plastic_atoms,
         "number of atoms in plastic contact, at the hardness of the wall",
+        where=_WITH_HARDNESS,
     )
     plastic_depth: float = column(
         lambda s: float(s.fields.plastic_depth.max()),
         "largest depth by which the surface has flowed",
         "Å",
+        where=_WITH_HARDNESS,
     )
     energy: float = column(
         lambda s: s.run.energy,
-        "energy of solid, wall and load",
+        "energy of solid, wall and load, with the work of plastic flow",
         "eV",
     )
     max_force: float = column(
@@ -307,9 +374,9 @@ class LoadStep:
     )
     gap_error: float = column(
         lambda s: s.gap_error,
-        "for a hard wall, the largest gap of an atom in contact, or overlap of one out "
-        "of plastic contact; otherwise zero",
+        "largest gap of an atom in contact, or overlap of one out of plastic contact",
         "Å",
+        where=_HARD,
     )
     converged: bool = column(
         lambda s: s.run.converged,
@@ -341,6 +408,7 @@ class LoadStep:
         "estimated peak memory, between 3/4 and 4/3 of the actual one if Python and "
         "its libraries need 165 MB",
         "bytes",
+        where=_OF_SOLVERS,
     )
     seconds: float = column(
         lambda s: s.seconds, "wall-clock time of the step", "s", "time"
@@ -408,7 +476,7 @@ class LoadStep:
         values = {}
         for name, each in columns_of(cls).items():
             try:
-                values[name] = each.value(relaxed)
+                values[name] = each.of(relaxed)
             except AttributeError as error:
                 raise AttributeError(
                     f"column {name!r}: {error}. Its function is called with a "
@@ -416,6 +484,20 @@ class LoadStep:
                     "step.fields"
                 ) from error
         return cls(**values)
+
+    @property
+    def not_known(self) -> dict[str, str]:
+        """Reasons why columns are NaN, by their names."""
+        columns = columns_of(type(self))
+        unknown = {k: v for k, v in vars(self).items() if v != v}
+        return {name: self._why_not_known(name, columns[name]) for name in unknown}
+
+    def _why_not_known(self, name: str, column: Column) -> str:
+        if name.endswith("_error") and self.unknown_errors:
+            return self.unknown_errors
+        if column.where is EVERYWHERE:
+            return "the run that calculated the step did not have it"
+        return f"it is defined for {column.where.text}"
 
     @classmethod
     def from_columns(cls: type[Step], columns: Mapping[str, Any]) -> Step:
@@ -437,7 +519,9 @@ class LoadStep:
         KeyError
             If the columns have no number of the step.
         """
-        known = {name: columns[name] for name in columns_of(cls) if name in columns}
+        # one object for NaN, so that equal results compare as equal
+        known = {k: math.nan if v != v else v for k, v in columns.items()}
+        known = {name: known[name] for name in columns_of(cls) if name in known}
         return cls(**missing_values(cls) | known | {"step": columns["step"]})
 
 

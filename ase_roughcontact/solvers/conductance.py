@@ -45,5 +45,5 @@ def region_conductance(halfspace: HalfSpace, region: np.ndarray) -> float:
     conductor = halfspace
     if type(halfspace.solid.elastic) is not Isotropic:
         conductor = halfspace.of(Isotropic(1.0))
-    stiffness = -punch_response(conductor, region).force
+    stiffness = 0.0 - punch_response(conductor, region).force
     return 2.0 * stiffness / conductor.contact_modulus

@@ -50,7 +50,7 @@ def test_an_adhesive_scene_is_described_with_theory_and_pull_off_force(run):
     assert "Maugis-Dugdale" in described["theory"] and "A/A_MD" in described
     assert described["pull-off force"].endswith("nN (Maugis-Dugdale: theory, smooth "
                                                 "sphere, w = 0.5 J/m²)")  # fmt: skip
-    heads = [head for head, _ in table_columns(run[0])]
+    heads = [column.head for column in table_columns(run[0])]
     assert heads[:3] == ["depth (Å)", "load (nN)", "area (nm²)"]
     assert "theory" not in heads and "theory" not in inputs(
         reference_for(Scene.parse(SMOOTH))

@@ -199,6 +199,8 @@ def assert_scales(line, scaled, length, energy):
             assert label == COSTS[name]
         elif label is None:
             assert scaled[name] == value or name == "units"
+        elif value is None:
+            assert scaled[name] is None
         else:
             power = dimension(label)
             assert DIMENSIONS.get(name, power) == power
@@ -232,4 +234,7 @@ def test_json_lines_have_the_columns_of_curve_csv(case):
     lines = lines_of_json("run", case.file, "--out", case.file.parent / "out")
     for line, record in zip(lines, case.records, strict=True):
         line.pop("units")
-        assert {name: str(value) for name, value in line.items()} == record
+        unknown = line.pop("not_known")
+        assert unknown.keys() == {name for name in line if line[name] is None}
+        shown = {k: "nan" if v is None else str(v) for k, v in line.items()}
+        assert shown == record

@@ -103,7 +103,8 @@ def test_own_columns_may_be_on_request():
 
 
 def test_results_with_columns_on_request_are_copied_and_pickled():
-    (step,) = written_path(make_atoms(), [0.4], **ASKED)
+    atoms = atoms_under(rc.RoughSphere(10.0), rc.PlasticWall(1.0), (12, 12))
+    (step,) = written_path(atoms, [0.4], **ASKED)
     for other in (pickle.loads(pickle.dumps(step)), copy.deepcopy(step)):
         assert other == step
         assert type(other) is type(step)

@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 
 import ase_roughcontact as rc
 from ase_roughcontact._util.files import table_rows
+from ase_roughcontact.atoms.trajectory import read_steps
 from ase_roughcontact.paths.instabilities import Jump, interpolated
 from ase_roughcontact.theory import MaugisDugdale
 
@@ -307,7 +308,7 @@ def test_all_states_are_written(tmp_path):
         rows = list(table_rows(file))
     assert rows == [{k: str(v) for k, v in asdict(r).items()} for r in records]
     frames = read(movie, ":")
-    assert [frame.info["load_step"] for frame in frames] == list(map(asdict, records))
+    assert list(read_steps(movie)) == records
     assert [frame.positions[-1, 2] for frame in frames] == [r.height for r in records]
 
 

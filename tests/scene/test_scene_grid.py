@@ -60,7 +60,8 @@ def test_question_decides_on_the_area_that_is_printed():
         (step,) = asked.relax()
         reference = reference_for(asked)
         area = getattr(step, column) / 100.0
-        printed = dict(table_columns(reference))["area (nm²)"](step)
+        columns = {each.head: each for each in table_columns(reference)}
+        printed = columns["area (nm²)"].text_of(step)
         assert float(printed) == pytest.approx(area, rel=1e-3)
         part = step.area_error / getattr(step, column)
         assert (part > 1e-3) == (model == "continuum")

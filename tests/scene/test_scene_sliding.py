@@ -136,9 +136,9 @@ def test_forces_of_rounding_are_printed_as_zero():
     first, last = scene.relax(validity="ignore")
     noise = replace(first, lateral_force_x=-1e-10 * first.largest_friction)
     (value_of,) = (
-        value_of
-        for head, value_of in table_columns(reference_for(scene))
-        if "force x" in head
+        column.text_of
+        for column in table_columns(reference_for(scene))
+        if "force x" in column.head
     )
     assert value_of(noise) == "0"
     assert value_of(last) != "0"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.ensemble.columns import scene_columns
 from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
@@ -165,3 +166,9 @@ def test_the_indices_of_an_array_may_be_exchanged(read):
     assert "50 x 64 points (second index along x)" in summary
     assert summary == read(TIP[:50]).topography.summary.replace("first", "second")
     assert steps(rows) == steps(read(TIP[:50]))
+
+
+def test_an_ensemble_has_no_slope_of_roughness_of_a_whole_tip(read):
+    smooth = Scene.parse("[path]\nvalues = [1.0]\n")
+    assert scene_columns(smooth)["rms_slope"] == 0.0
+    assert np.isnan(scene_columns(read())["rms_slope"])
