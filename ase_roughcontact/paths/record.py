@@ -72,7 +72,7 @@ _STABLE = Range(
 )
 # those of single steps are NaN for a reason of their own
 _OF_ERRORS = Range(
-    "states that are a minimum of the energy; `unknown_errors` has the reason",
+    "states that are a minimum of the energy, see `unknown_errors`",
     lambda s: True,
 )
 _OF_SOLVERS = Range(
@@ -490,12 +490,12 @@ class LoadStep:
         """Reasons why columns are NaN, by their names."""
         columns = columns_of(type(self))
         unknown = {k: v for k, v in vars(self).items() if v != v}
-        return {name: self._why_not_known(name, columns[name]) for name in unknown}
+        return {name: self._why_not_known(columns[name]) for name in unknown}
 
-    def _why_not_known(self, name: str, column: Column) -> str:
-        if name.endswith("_error") and self.unknown_errors:
+    def _why_not_known(self, column: Column) -> str:
+        if column.where is _OF_ERRORS and self.unknown_errors:
             return self.unknown_errors
-        if column.where is EVERYWHERE:
+        if column.where in (EVERYWHERE, _OF_ERRORS):
             return "the run that calculated the step did not have it"
         return f"it is defined for {column.where.text}"
 

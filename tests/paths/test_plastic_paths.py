@@ -98,7 +98,7 @@ def test_a_contact_that_flows_everywhere_has_a_force_but_no_height():
 def test_elastic_walls_have_no_plastic_contact():
     for wall in (None, rc.HardWall(), rc.PlasticWall(math.inf)):
         atoms, (step,) = steps_of(wall, [1.0])
-        assert step.plastic_atoms == step.plastic_depth == 0
+        assert {"plastic_atoms", "plastic_depth"} <= step.not_known.keys()
         assert ContactMap.from_atoms(atoms).plastic_depth is None
 
 
