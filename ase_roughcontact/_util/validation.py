@@ -19,6 +19,8 @@ Shape: TypeAlias = tuple[int, int]
 #: Position (x, y).
 Point: TypeAlias = tuple[float, float]
 
+#: Largest magnitude of a number in a file; powers of it do not overflow.
+LARGEST = 1e30
 # Largest number of grid points along x or y: more do not fit into any memory.
 _MAX_POINTS = 10**9
 _NUMBERS = (int, float, np.integer, np.floating)
@@ -161,13 +163,17 @@ def height_array(heights: Any) -> FloatArray:
 
 
 def check_heights(array: np.ndarray) -> None:
-    """Raise `ValueError` unless an array is a matrix of finite real numbers."""
+    """Raise `ValueError` unless an array is a matrix of finite real numbers.
+
+    They are also refused above `LARGEST`.
+    """
     check_matrix(array)
-    wrong = int(array.size - np.isfinite(array).sum())
+    wrong = int(array.size - np.count_nonzero(np.abs(array) <= LARGEST))
     if wrong:
         raise ValueError(
-            f"heights must be finite, got {wrong} values that are nan, infinite or "
-            "masked: HeightMap.from_topography interpolates missing points"
+            f"heights must be finite, got {wrong} values that are nan, infinite, "
+            f"above {LARGEST:g} or masked: HeightMap.from_topography interpolates "
+            "missing points"
         )
 
 

@@ -29,14 +29,12 @@ from ase_roughcontact._util.units import (
     quantity,
     units_like,
 )
-from ase_roughcontact._util.validation import lookup, shown, unknown
+from ase_roughcontact._util.validation import LARGEST, lookup, shown, unknown
 
 AnySection = TypeVar("AnySection", bound="Section")
 
 # Type of a key that has a list of names; other lists are of quantities.
 _NAMES = tuple[str, ...]
-# Largest magnitude of a number; the smallest is its inverse.
-_LARGEST = 1e30
 
 
 @dataclass(frozen=True)
@@ -134,10 +132,10 @@ class Section:
             return
         if name in cls.infinite_keys and value == math.inf:
             return
-        if not (number == 0 or 1.0 / _LARGEST <= abs(number) <= _LARGEST):
+        if not (number == 0 or 1.0 / LARGEST <= abs(number) <= LARGEST):
             raise ValueError(
                 f"{name} must be a finite number, zero or of a magnitude from "
-                f"{1.0 / _LARGEST:g} to {_LARGEST:g}, got {shown(value)}"
+                f"{1.0 / LARGEST:g} to {LARGEST:g}, got {shown(value)}"
             )
 
     @classmethod

@@ -27,6 +27,7 @@ from scipy.sparse.linalg import spsolve
 
 from ase_roughcontact._util.units import LENGTHS, quantity
 from ase_roughcontact._util.validation import (
+    LARGEST,
     FloatArray,
     Point,
     Shape,
@@ -89,6 +90,11 @@ def scan_in_angstrom(
             "the spacing {} nm is given and used, but the file has {} nm: leave "
             "spacing out, unless the file is wrong".format(*sizes),
             stacklevel=2,
+        )
+    if (abs(raw.heights) > LARGEST / of_scan).any():
+        raise ValueError(
+            f"heights of the scan are above {LARGEST:g} Å: are they heights, is the "
+            "unit right?"
         )
     return replace(raw, heights=raw.heights * of_scan), steps, given
 

@@ -15,6 +15,9 @@ comma unless commas separate the columns.
 
 from __future__ import annotations
 
+import bz2
+import gzip
+import lzma
 import math
 import re
 from dataclasses import dataclass
@@ -29,6 +32,10 @@ from ase_roughcontact._util.validation import FloatArray, check_matrix, lookup, 
 
 #: Endings of the names of text files.
 TEXT = ".txt", ".asc", ".dat", ".csv", ".xyz", ".tsv"
+# Functions that open compressed files, by the endings of their names.
+_COMPRESSED: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}
+# Number of bytes at the start of a file of which none is zero in a text.
+_START = 4096
 #: Words of missing points, in small letters.
 MISSING = frozenset({"", "nan", "bad", "-", "--", "---", "n/a", "na", "null", "none"})
 # Separators of columns in the order in which they are tried; None: blanks.
@@ -69,8 +76,8 @@ def read_scan(file: str | Path, channel: int | str | None = None) -> RawScan:
     Parameters
     ----------
     file : path
-        NumPy array (.npy), text (.txt, .asc, .dat, .csv, .tsv, .xyz), or any format
-        that SurfaceTopography reads.
+        NumPy array (.npy), text (.txt, .asc, .dat, .csv, .tsv, .xyz, all of them also
+        with .gz, .bz2 or .xz), or any format that SurfaceTopography reads.
     channel : int or str, optional
         Number or name of the channel of a file with several; by default the height.
 
@@ -83,8 +90,11 @@ def read_scan(file: str | Path, channel: int | str | None = None) -> RawScan:
     try:
         if path.suffix == ".npy":
             return RawScan(_array(np.load(path)))
-        if path.suffix.lower() in TEXT and not _is_binary(path):
-            return scan_from_text(path.read_text(encoding="utf-8", errors="replace"))
+        name = path.with_suffix("") if path.suffix.lower() in _COMPRESSED else path
+        if name.suffix.lower() in TEXT:
+            contents = _contents(path)
+            if b"\0" not in contents[:_START]:
+                return scan_from_text(contents.decode("utf-8", errors="replace"))
         return _with_surface_topography(path, channel)
     except ImportError:
         raise
@@ -145,9 +155,12 @@ def _with_surface_topography(path: Path, channel: int | str | None) -> RawScan:
         return scan_of(topography)
 
 
-def _is_binary(path: Path) -> bool:
-    with path.open("rb") as file:
-        return b"\0" in file.read(4096)
+def _contents(path: Path) -> bytes:
+    """Return the contents of a file, which may be compressed."""
+    opened = _COMPRESSED.get(path.suffix.lower(), open)
+    with opened(path, "rb") as file:
+        contents: bytes = file.read()
+    return contents
 
 
 def scan_from_text(text: str) -> RawScan:

@@ -124,10 +124,6 @@ class SelfAffine:
                     f"{longer} must be at least {shorter} = {least}, got {length}"
                 )
         one_of(("realisation", "ensemble"), normalise=self.normalise)
-        if not isinstance(self.random_amplitudes, bool):
-            raise ValueError(
-                f"random_amplitudes must be a bool, got {self.random_amplitudes!r}"
-            )
         for name, value in numbers.items():
             object.__setattr__(self, name, float(value))
         object.__setattr__(self, "seed", integer("seed", self.seed, least=0))

@@ -369,3 +369,25 @@ def test_files_of_netcdf_are_closed_without_a_warning(tmp_path, topography):
         rc.HeightMap.from_topography(tmp_path / "scan.nc", "substrate")
         gc.collect()
     assert not [each for each in found if "netcdf" in str(each.message)]
+
+
+@pytest.mark.parametrize("ending", ["gz", "bz2", "xz"])
+def test_a_compressed_text_is_the_text(tmp_path, ending):
+    np.savetxt(tmp_path / "scan.txt", SCAN)
+    np.savetxt(tmp_path / f"scan.txt.{ending}", SCAN)
+    plain, compressed = (
+        rc.HeightMap.from_topography(tmp_path / name, "substrate", unit="nm", spacing=1)
+        for name in ("scan.txt", f"scan.txt.{ending}")
+    )
+    assert plain == compressed
+
+
+@pytest.mark.parametrize("height", [1e300, 1e308, -1e31])
+@pytest.mark.parametrize("detrend", ["plane", "none", "lines"])
+def test_heights_that_are_no_heights_are_refused(height, detrend):
+    scan = SCAN.copy()
+    scan[1, 1] = height
+    with pytest.raises(ValueError, match=r"above 1e\+30"):
+        rc.HeightMap.from_topography(scan, "substrate", spacing=1, detrend=detrend)
+    with pytest.raises(ValueError, match=r"above 1e\+30"):
+        rc.HeightMap(scan, 1.0)
