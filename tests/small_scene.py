@@ -65,7 +65,7 @@ kind = "adhesive"
 work_of_adhesion = 1.0
 [path]
 kind = "loop"
-deepest = "0.15 nm"
+deepest = "0.2 nm"
 step = 0.5
 tolerance = 0.01
 cantilever = 60.0

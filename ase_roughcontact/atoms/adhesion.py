@@ -7,9 +7,11 @@ from typing import Any
 
 from ase import Atoms
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact.atoms.loading import AtomsPath
-from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, LoopSteps
+from ase_roughcontact.paths.hysteresis import LoopSteps
 from ase_roughcontact.paths.instabilities import AdhesionLoop
+from ase_roughcontact.paths.loop_specification import LoopSpecification
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.validity import Validity
@@ -17,8 +19,8 @@ from ase_roughcontact.paths.validity import Validity
 
 def adhesion_loop(
     atoms: Atoms,
-    deepest: float,
-    step: float,
+    deepest: float | None = None,
+    step: float | None = None,
     *,
     smallest_step: float | None = None,
     tolerance: float = 1e-3,
@@ -53,12 +55,16 @@ def adhesion_loop(
     atoms : Atoms
         From `substrate`, with a `RoughContact` calculator without load, the indenter
         fixed. They are moved.
-    deepest : float
+    deepest : float, optional
         Penetration at which to turn, counted from where the indenter first repels the
-        flat substrate (Å). If negative, the indenter stays in the attractive range.
-    step : float
-        Largest step (Å). A loop begins and ends at the cutoff of the wall, so that a
-        long tail takes a number of states that is the cutoff over the step.
+        flat substrate (Å). If negative, the indenter stays in the attractive range. By
+        default the loop goes on until the force is compressive by at least the largest
+        tension on approach. If the indenter is still pulled at the turn, the pull-off
+        force is a lower bound, of which a warning tells.
+    step : float, optional
+        Largest step (Å), by default about a tenth of the way down. A loop begins and
+        ends at the cutoff of the wall, so that a long tail takes a number of states
+        that is the cutoff over the step.
     smallest_step : float, optional
         Size below which steps are not halved (Å), and jumps are bracketed. By default
         1/256 of `step`.
@@ -81,10 +87,11 @@ def adhesion_loop(
     ValueError
         If a step or the tolerance is not a finite number above zero, the smallest step
         is larger than the largest, `deepest` is beyond the range of the wall, that
-        range is infinite, the calculator has a load, or the indenter is not fixed.
+        range is infinite, the wall does not attract and no `deepest` is given, the
+        calculator has a load, or the indenter is not fixed.
     RuntimeError
-        If the contact reaches the edge of a fixed window, or another run is writing
-        the trajectory.
+        If a loop without `deepest` finds no compressive force, the contact reaches the
+        edge of a fixed window, or another run is writing the trajectory.
     MemoryError
         If an automatic window does not fit into the available memory.
     OSError
@@ -131,11 +138,16 @@ def adhesion_loop(
             f"{load}"
         )
 
-    smallest = SMALLEST_STEP * step if smallest_step is None else smallest_step
-    steps = LoopSteps(path.stepper, deepest, step, smallest, tolerance)
+    problem = path.stepper.problem
+    specification = LoopSpecification.of(
+        problem, deepest, step, smallest_step, tolerance
+    )
     states = list[LoadStep]()
-    for state in path.follow(steps):
+    for state in path.follow(LoopSteps(path.stepper, specification)):
         states.append(state)
         if callback is not None:
             callback(state)
-    return AdhesionLoop.of(states, smallest)
+    loop = AdhesionLoop.of(states, specification.smallest_step)
+    for message in loop.warnings:
+        warn(message)
+    return loop

@@ -97,6 +97,7 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
         version=version("ase-roughcontact"),
         warnings=[
             *scene.warnings,
+            *(scene.path.warnings(scene.bodies, steps) if steps else ()),
             *(
                 f"Step {step.step} did not converge: {step.message}"
                 for step in steps

@@ -16,7 +16,10 @@ from ase_roughcontact.cli.messages import print_error
 from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, as_map, run_places
 from ase_roughcontact.scene import Scene
 
-_HEADS = "x (nm)", "y (nm)", "load (nN)", "area (nm²)", "pull-off force (nN)"
+_HEADS = (
+    *("x (nm)", "y (nm)", "load (nN)", "area (nm²)", "pull-off force (nN)"),
+    "depth (nm)",
+)
 # Width of a column.
 _WIDTH = 10
 # Number of points of the scan along its longer side in the figure.
@@ -42,8 +45,10 @@ def places(options: argparse.Namespace) -> int:
         found.append(place)
         failed += not place.converged
         if not options.quiet:
-            why = [note(place.message, 10, "red")] if place.message else []
-            show(rows.row(_row(place)), *why)
+            show(rows.row(_row(place)))
+            if place.message:
+                style = "yellow" if place.converged else "red"
+                show(note(place.message, _WIDTH, style))
     files = [options.out / "places.csv"]
     if any(place.converged for place in found):
         files.append(options.out / "places.png")

@@ -361,6 +361,9 @@ def summary(reference: Reference, steps: Sequence[LoadStep]) -> list[Any]:
     values |= _unknown_in_table(reference, steps)
     if values:
         parts += ["", entries(values.items())]
+    scene = reference.scene
+    for warning in scene.path.warnings(scene.bodies, steps) if steps else ():
+        parts += ["", note(f"warning: {warning}", style="yellow")]
     if limits:
         title = note("Outside of the validity of the model:", style="yellow")
         parts += ["", title, entries(limits.items())]

@@ -23,7 +23,7 @@ from ase_roughcontact.scene.results import check_folder, check_inputs, write_inp
 #: Attributes of a place that are numbers, and their units in the file.
 PLACE_UNITS = {
     **{"x": "nm", "y": "nm", "normal_force": "nN"},
-    **{"area": "nm²", "pull_off_force": "nN"},
+    **{"area": "nm²", "pull_off_force": "nN", "penetration": "nm"},
 }
 # Names of the area in the file, and other columns.
 _AREAS = "contact_area", "continuum_area"
@@ -39,14 +39,16 @@ class Place:
     ----------
     x, y : float
         Position from the first point of the scan (Å).
-    normal_force, area : float
-        At the last step of the path, or at the deepest state of a loop (eV/Å, Å^2). The
-        area is that which the scene asks for; in the file it has the name of this one.
+    normal_force, area, penetration : float
+        At the last step of the path, or at the deepest state of a loop, where it turns
+        (eV/Å, Å^2, Å). The area is that which the scene asks for; in the file it has
+        the name of this one.
     pull_off_force : float
         Largest tension of the path or of the retraction (eV/Å).
     converged : bool
     message : str
-        Why there is no result, such as a place too close to an edge; else empty.
+        Why there is no result, such as a place too close to an edge, or why the
+        pull-off force is a lower bound; else empty.
     """
 
     x: float
@@ -54,6 +56,7 @@ class Place:
     normal_force: float = math.nan
     area: float = math.nan
     pull_off_force: float = math.nan
+    penetration: float = math.nan
     converged: bool = False
     message: str = ""
 
@@ -179,9 +182,18 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
     except (ValueError, RuntimeError, MemoryError) as error:
         return Place(x, y, message=str(error))
     failed = next((state for state in states if not state.converged), None)
-    area = getattr(last, scene.area_column)
-    message = "" if failed is None else f"not converged: {failed.message}"
-    return Place(x, y, last.normal_force, area, tension, failed is None, message)
+    messages = [] if failed is None else [f"not converged: {failed.message}"]
+    messages += here.path.warnings(here.bodies, states)
+    return Place(
+        x,
+        y,
+        normal_force=last.normal_force,
+        area=getattr(last, scene.area_column),
+        pull_off_force=tension,
+        penetration=last.penetration,
+        converged=failed is None,
+        message="; ".join(messages),
+    )
 
 
 def _name(attribute: str, area: str) -> str:

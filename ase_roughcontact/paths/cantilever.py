@@ -12,6 +12,9 @@ Where D rises while the tip goes down, :math:`-dN/d\delta > k`, the cantilever i
 soft to hold the tip: it jumps, at constant D, to the next equilibrium. The surface
 relaxes much faster than the cantilever moves, so that it follows the states of the loop
 meanwhile.
+
+A loop that turns by itself holds every cantilever: its last force on approach is larger
+than all before, so that the base was never lower.
 """
 
 from __future__ import annotations
@@ -83,8 +86,22 @@ class CantileverCurve:
 
     @property
     def pull_off_force(self) -> float:
-        """Largest tension during retraction, zero without any (eV/Å)."""
+        """Largest tension during retraction, zero without any (eV/Å).
+
+        A lower bound if the `turn_force` is negative.
+        """
         return max(0.0, -float(self.retraction.force.min()))
+
+    @property
+    def turn_force(self) -> float:
+        """Normal force where the retraction begins (eV/Å)."""
+        return float(self.retraction.force[0])
+
+    @property
+    def turn_penetration(self) -> float:
+        """Penetration where the retraction begins (Å)."""
+        branch = self.retraction
+        return -float(branch.distance[0] + branch.deflection[0])
 
     @property
     def snap_in(self) -> CantileverJump | None:
@@ -141,8 +158,8 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
         raise ValueError(
             f"the tip on a cantilever of {stiffness / UNITS['J/m^2']:.4g} N/m jumps in "
             "beyond the deepest state of the loop, at a penetration of "
-            f"{deepest.penetration / UNITS['nm']:.4g} nm: choose a deeper one, or a "
-            "stiffer cantilever"
+            f"{deepest.penetration / UNITS['nm']:.4g} nm: choose a deeper one or none, "
+            "or a stiffer cantilever"
         )
     retraction = _followed(last, up, zero, loop.retraction_jumps, stiffness, 1.0)
     return CantileverCurve(stiffness, approach, retraction)

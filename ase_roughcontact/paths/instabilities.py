@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from ase_roughcontact._util.units import with_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.paths.record import LoadStep
 
@@ -127,15 +128,39 @@ class AdhesionLoop:
             f"AdhesionLoop: {len(self.approach)} states and {len(self.approach_jumps)} "
             f"instabilities on approach, {len(self.retraction)} and "
             f"{len(self.retraction_jumps)} on retraction; pull-off force "
-            f"{self.pull_off_force:.4g} eV/Å, dissipated energy "
+            f"{'at least ' * self.turns_in_tension}{self.pull_off_force:.4g} eV/Å, "
+            f"turned at {self.turn.normal_force:.4g} eV/Å and a penetration of "
+            f"{self.turn.penetration:.4g} Å, dissipated energy "
             f"{self.dissipated_energy:.4g} eV"
         )
+
+    @property
+    def turn(self) -> LoadStep:
+        """Deepest state, on which the pull-off force of a rough indenter depends."""
+        return self.approach[-1]
+
+    @property
+    def turns_in_tension(self) -> bool:
+        """Whether the indenter is still pulled at the deepest state.
+
+        Then the pull-off force is a lower bound: a deeper loop may find a larger one.
+        """
+        return len(self.retraction) > 1 and self.turn.normal_force < 0.0
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the pull-off force is not, with the numbers; empty if nothing."""
+        if not self.turns_in_tension:
+            return ()
+        return (tension_at_turn(self.turn, self.pull_off_force),)
 
     @property
     def pull_off_force(self) -> float:
         """Largest tension during retraction, zero without any (eV/Å).
 
-        Between the states the force is interpolated with their contact stiffness.
+        It is a lower bound if the loop `turns_in_tension`, and of a rough indenter it
+        depends on the depth of the `turn`. Between the states the force is interpolated
+        with their contact stiffness.
         """
         if min(state.normal_force for state in self.retraction) >= 0.0:
             return 0.0
@@ -180,6 +205,28 @@ class AdhesionLoop:
     def energy_lost_in_jumps(self) -> float:
         """Energy lost in the jumps; all that is dissipated, if none was missed (eV)."""
         return sum(jump.dissipated_energy for jump in self.jumps)
+
+
+def tension_at_turn(turn: LoadStep, pull_off_force: float) -> str:
+    """Return a warning of an indenter that is pulled where it begins to retract.
+
+    Parameters
+    ----------
+    turn : LoadStep
+        State at which the retraction begins, of a negative force.
+    pull_off_force : float
+        Largest tension during the retraction (eV/Å).
+
+    Returns
+    -------
+    str
+    """
+    return (
+        f"the pull-off force of {with_unit(pull_off_force, 'nN')} is a lower bound: at "
+        f"the turn, at a penetration of {with_unit(turn.penetration, 'Å')}, the tip is "
+        f"still pulled by {with_unit(-turn.normal_force, 'nN')}: go deeper before the "
+        "retraction"
+    )
 
 
 def balanced(

@@ -7,20 +7,19 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS, with_unit
-from ase_roughcontact._util.validation import positive
 from ase_roughcontact.paths.cantilever import (
     CantileverCurve,
     CantileverJump,
     cantilever_curve,
 )
-from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, LoopSteps, default_step
+from ase_roughcontact.paths.hysteresis import LoopSteps
 from ase_roughcontact.paths.instabilities import AdhesionLoop
+from ase_roughcontact.paths.loop_specification import LoopSpecification
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
@@ -30,6 +29,7 @@ from ase_roughcontact.scene.path_kinds import (
     Steps,
     range_at,
     stiffness_of,
+    turn_text,
     write_curve,
 )
 from ase_roughcontact.scene.section import lengths
@@ -68,33 +68,47 @@ class Loop(PathKind):
         """Stiffness of the cantilever (eV/Å^2); None without one."""
         return stiffness_of(cantilever=self.cantilever)
 
-    def options(self, bodies: Bodies) -> dict[str, Any]:
-        """Return the deepest penetration, the steps (Å) and the tolerance."""
-        if self.deepest is None:
-            raise ValueError("a loop needs deepest, the penetration at which to turn")
-        wall, units = bodies.wall, lengths(bodies.spacing)
-        path = self.plain(["deepest", "step"], units, "Å")
-        range_at(bodies, self.deepest, path.deepest)
-        step = default_step(wall, path.deepest) if path.step is None else path.step
-        positive(step=step, tolerance=path.tolerance)
-        return {
-            "deepest": path.deepest,
-            "step": step,
-            "smallest_step": SMALLEST_STEP * step,
-            "tolerance": path.tolerance,
-        }
+    def specification(self, bodies: Bodies) -> LoopSpecification:
+        """Return where the loop turns, its steps (Å) and the tolerance.
+
+        Raises
+        ------
+        ValueError
+            See `LoopSpecification.of`.
+        """
+        path = self.plain(["deepest", "step"], lengths(bodies.spacing), "Å")
+        if path.deepest is not None:
+            range_at(bodies, self.deepest, path.deepest)
+        return LoopSpecification.of(
+            bodies.problem,
+            path.deepest,
+            path.step,
+            tolerance=path.tolerance,
+            radius=bodies.radius,
+        )
 
     def planned(self, bodies: Bodies) -> PathKind:
-        """Return the path of one step, to the deepest penetration."""
-        deepest = self.options(bodies)["deepest"]
-        return Steps("penetration", values=(deepest,))
+        """Return the path of one step, to the penetration at which the loop turns."""
+        return Steps("penetration", values=(self.specification(bodies).expected,))
+
+    def certain(self, bodies: Bodies) -> PathKind:
+        """Return the path of one step, to a depth that is certainly reached."""
+        if self.deepest is not None:
+            return self.planned(bodies)
+        return Steps("penetration", values=(0.0,))
 
     def describe(self, bodies: Bodies) -> str:
         """Return what is planned, and what a cantilever must hold."""
+        if self.deepest is None:
+            return (
+                "The loop goes on until the tip is pressed as much as it was pulled "
+                "before; its number of steps is not known. Its deepest state, at a "
+                "depth that is an estimate:"
+            )
         text = "The deepest state of the loop:"
         if self.stiffness is None:
             return text
-        depth = self.options(bodies)["deepest"]
+        depth = self.specification(bodies).expected
         # the base at the deepest state must be lower than when the free tip jumps in
         force = self.stiffness * max(depth, 0.0) / _NN
         return (
@@ -106,11 +120,11 @@ class Loop(PathKind):
 
     def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
         """Return what approaches and retracts."""
-        return LoopSteps(stepper, **self.options(bodies))
+        return LoopSteps(stepper, self.specification(bodies))
 
     def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:
         """Return the states as branches with their instabilities."""
-        return AdhesionLoop.of(states, self.options(bodies)["smallest_step"])
+        return AdhesionLoop.of(states, self.specification(bodies).smallest_step)
 
     def extremes(
         self, bodies: Bodies, states: Sequence[LoadStep]
@@ -128,6 +142,7 @@ class Loop(PathKind):
             "states": str(len(states)),
             "instabilities": f"{jumps[0]} on approach, {jumps[1]} on retraction",
             "pull-off force": f"{with_unit(loop.pull_off_force, 'nN')} (simulation)",
+            "turn": turn_text(loop.turn),
             "dissipated energy": _energy(lost, error),
         }
         with suppress(ValueError):  # the loop itself is valid
@@ -140,6 +155,10 @@ class Loop(PathKind):
                     "cantilever dissipation": f"{number(curve.dissipated_energy)} eV",
                 }
         return found
+
+    def warnings(self, bodies: Bodies, states: Sequence[LoadStep]) -> tuple[str, ...]:
+        """Return why the pull-off force is a lower bound; see `PathKind.warnings`."""
+        return self.result(bodies, states).warnings
 
     def draw(
         self, bodies: Bodies, states: Sequence[LoadStep], folder: Path

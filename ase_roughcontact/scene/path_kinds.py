@@ -12,7 +12,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 
 from ase_roughcontact._util.files import write_table
-from ase_roughcontact._util.units import FORCES, PRESSURES, QUANTITY, UNITS
+from ase_roughcontact._util.units import FORCES, PRESSURES, QUANTITY, UNITS, with_unit
 from ase_roughcontact._util.validation import (
     FloatArray,
     finite,
@@ -235,6 +235,10 @@ class PathKind(Section):
         self.targets(bodies)
         return self
 
+    def certain(self, bodies: Bodies) -> PathKind:
+        """Return the path of known targets which are certainly reached."""
+        return self.planned(bodies)
+
     def expected_count(self, bodies: Bodies) -> int:
         """Return the number of states for which each planned step stands."""
         return 1
@@ -274,6 +278,10 @@ class PathKind(Section):
     def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> Mapping[str, str]:
         """Return characteristic values by their names; none by default."""
         return {}
+
+    def warnings(self, bodies: Bodies, states: Sequence[LoadStep]) -> tuple[str, ...]:
+        """Return what restricts the characteristic values; nothing by default."""
+        return ()
 
     def draw(
         self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
@@ -363,6 +371,12 @@ def write_curve(
         for name, values in columns.items()
     )
     write_table(file, heads, zip(ways, *scaled, strict=True))
+
+
+def turn_text(turn: LoadStep) -> str:
+    """Return force and depth at which a retraction begins, as they are printed."""
+    force, depth = turn.normal_force, turn.penetration
+    return f"at {with_unit(force, 'nN')} and a depth of {with_unit(depth, 'nm')}"
 
 
 def stiffness_of(**given: float | None) -> float | None:

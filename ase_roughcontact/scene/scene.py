@@ -13,6 +13,7 @@ import numpy as np
 from ase import Atoms
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import integer, lookup, positive
 from ase_roughcontact.atoms.calculator import contact_of
@@ -38,6 +39,7 @@ from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import OPTIMIZERS
 from ase_roughcontact.scene.file import SECTIONS, SceneFile
 from ase_roughcontact.scene.loop import Loop
+from ase_roughcontact.scene.path_kinds import PathKind
 from ase_roughcontact.scene.plan import check_path, plan_of, warnings_of
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
@@ -262,7 +264,10 @@ class Scene(SceneFile):
     @cached_property
     def planned(self) -> Scene:
         """The scene with the known targets that are planned and previewed."""
-        path = self.path.planned(self.bodies)
+        return self._with_known(self.path.planned(self.bodies))
+
+    def _with_known(self, path: PathKind) -> Scene:
+        """Return the scene with a path of known targets, without time."""
         if path is self.path:
             return self
         return replace(self, path=path).with_values(
@@ -380,7 +385,7 @@ class Scene(SceneFile):
 
     def check_path(self) -> None:
         """Raise an error if a step certainly can't be calculated; see `check_path`."""
-        check_path(self.planned)
+        check_path(self._with_known(self.path.certain(self.bodies)))
 
     def plan(self) -> Plan:
         """Return the windows, memory and time that the path will need.
@@ -408,7 +413,10 @@ class Scene(SceneFile):
         """
         if not isinstance(self.path, Loop):
             raise ValueError('the path is not a loop: give [path] kind = "loop"')
-        return self.path.result(self.bodies, tuple(self.relax(validity=validity)))
+        loop = self.path.result(self.bodies, tuple(self.relax(validity=validity)))
+        for message in loop.warnings:
+            warn(message)
+        return loop
 
     def relax(
         self,

@@ -19,6 +19,7 @@ from ase_roughcontact._util.validation import (
     positive,
 )
 from ase_roughcontact.analysis.path_values import dynamic_stiffness
+from ase_roughcontact.paths.instabilities import tension_at_turn
 from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.paths.record import LoadStep
@@ -31,6 +32,7 @@ from ase_roughcontact.scene.path_kinds import (
     Steps,
     range_at,
     stiffness_of,
+    turn_text,
     write_curve,
 )
 from ase_roughcontact.theory import JKR, Hertz
@@ -127,7 +129,10 @@ class Timed(PathKind):
         given = self._loop(bodies, path) if path.deepest is not None else path.values
         values = (UNITS[unit] * finite_array("values", list(given or ()))).tolist()
         if not values:
-            raise ValueError("give values, the targets between which the path goes")
+            raise ValueError(
+                "give values, the targets between which the path goes, or for a loop "
+                "at a rate deepest, the penetration at which it turns"
+            )
         if (self.times is None) == (self.rate is None):
             raise ValueError("give either times, one for each value, or a rate")
         positive(tolerance=self.tolerance)
@@ -272,6 +277,8 @@ class Timed(PathKind):
             "pull-off force": with_unit(max(0.0, -min(forces)), "nN"),
             "dissipated energy": f"{with_unit(dissipated, 'eV')}, by the solid",
         }
+        if (turn := self._turn(bodies, states)) is not None:
+            found["turn"] = turn_text(turn)
         if jumps:
             found["lost energy"] = (
                 f"{with_unit(sum(jumps), 'eV')}, in {len(jumps)} instabilities at the "
@@ -285,6 +292,28 @@ class Timed(PathKind):
                     f"loss {with_unit(stiffness.imag, 'N/m')}, at {self.frequency:g} Hz"
                 )
         return found
+
+    def warnings(self, bodies: Bodies, states: Sequence[LoadStep]) -> tuple[str, ...]:
+        """Return why the pull-off force is a lower bound; see `PathKind.warnings`."""
+        turn = self._turn(bodies, states)
+        if turn is None or turn.normal_force >= 0.0:
+            return ()
+        least = min(state.normal_force for state in states)
+        return (tension_at_turn(turn, -least),)
+
+    def _turn(self, bodies: Bodies, states: Sequence[LoadStep]) -> LoadStep | None:
+        """Return the last state before the retraction with the largest tension.
+
+        None if the largest tension is not that of a retraction.
+        """
+        ways = self.ways(bodies, states)
+        forces = [state.normal_force for state in states]
+        last = int(np.argmin(forces))
+        if forces[last] >= 0.0 or ways[last] != "retraction":
+            return None
+        while last and ways[last] == "retraction":
+            last -= 1
+        return states[last]
 
     def draw(
         self, bodies: Bodies, states: Sequence[Any], folder: Path

@@ -39,7 +39,7 @@ def run(printed):
 def test_the_loop_of_a_scene_is_that_of_its_atoms():
     scene = Scene.parse(LOOP)
     loop = scene.loop(validity="ignore")
-    options = {"deepest": 1.5, "step": 0.5, "tolerance": 0.01, "accuracy": "fast"}
+    options = {"deepest": 2.0, "step": 0.5, "tolerance": 0.01, "accuracy": "fast"}
     direct = adhesion_loop(scene.atoms(), **options, validity="ignore")
     assert loop.pull_off_force == direct.pull_off_force > 0.0
     assert f"pull-off force {loop.pull_off_force:.4g} eV/Å" in str(loop)
@@ -52,8 +52,8 @@ def test_the_loop_of_a_scene_is_that_of_its_atoms():
 def test_the_largest_step_is_a_tenth_of_the_way_down_by_default():
     scene = Scene.parse(LOOP.replace("step = 0.5", ""))
     wall = scene.wall
-    down = wall.cutoff - wall.contact_distance + 1.5
-    assert scene.path.options(scene)["step"] == pytest.approx(down / 10)
+    down = wall.cutoff - wall.contact_distance + 2.0
+    assert scene.path.specification(scene.bodies).step == pytest.approx(down / 10)
 
 
 def test_the_force_curve_of_the_cantilever_is_a_table(run):
@@ -100,8 +100,7 @@ def test_the_energy_lost_in_a_loop_with_a_state_without_energy_is_not_known():
 @pytest.mark.parametrize(
     "old, new, message",
     [
-        ('deepest = "0.15 nm"', "", "a loop needs deepest"),
-        ('"0.15 nm"', '"-0.9 nm"', r"deepest must be .* above -0\.\d+ nm, .* -0\.9 nm"),
+        ('"0.2 nm"', '"-0.9 nm"', r"deepest must be .* above -0\.\d+ nm, .* -0\.9 nm"),
         ('"loop"', '"lop"', "unknown kind of path 'lop'"),
         ("step = 0.5", "step = -1.0", "step must be a finite number > 0"),
         ("cantilever = 60.0", "cantilever = 0.0", "cantilever must be"),
@@ -113,7 +112,7 @@ def test_wrong_loops_are_errors_of_the_path(old, new, message):
 
 
 def test_a_cantilever_that_is_too_soft_leaves_the_results_of_the_loop(tmp_path, capsys):
-    (tmp_path / "loop.toml").write_text(LOOP.replace('"0.15 nm"', '"-0.1 nm"'))
+    (tmp_path / "loop.toml").write_text(LOOP.replace('"0.2 nm"', '"-0.1 nm"'))
     arguments = ["run", str(tmp_path / "loop.toml"), "--out", str(tmp_path), "--quiet"]
     assert main(arguments) == 1
     assert "jumps in beyond the deepest state" in capsys.readouterr().err
@@ -160,7 +159,7 @@ def test_a_plan_of_a_loop_has_its_deepest_state_and_what_its_cantilever_holds(
     assert main(["plan", str(tmp_path / "loop.toml")]) == 0
     text = capsys.readouterr().out
     _, found, plan = text.partition("The deepest state of the loop")
-    assert found and re.search(r"\n *1.500 +18x18 ", plan)
+    assert found and re.search(r"\n *2.000 +18x18 ", plan)
     note = "Cantilever of 0.2 N/m: if the contact still pulls with more than about 0.03"
     assert note in " ".join(text.split())
     assert main(["tradeoff", str(tmp_path / "loop.toml")]) == 2
@@ -194,9 +193,9 @@ def test_a_loop_does_not_replace_the_results_of_another_scene(run, tmp_path, cap
         name: (folder / name).read_bytes() for name in ("curve.csv", "sweep.traj")
     }
     scene = tmp_path / "other.toml"
-    scene.write_text(LOOP.replace("0.15 nm", "0.14 nm"))
+    scene.write_text(LOOP.replace("0.2 nm", "0.19 nm"))
     assert main(["run", str(scene), "--out", str(folder)]) == 2
-    assert 'deepest was "0.15 nm", is "0.14 nm"' in capsys.readouterr().err
+    assert 'deepest was "0.2 nm", is "0.19 nm"' in capsys.readouterr().err
     assert {name: (folder / name).read_bytes() for name in results} == results
     scene.write_text(LOOP)
     list(Scene.parse(SMALL).run(tmp_path / "steps"))

@@ -41,7 +41,7 @@ def assert_same(found, expected):
     """Compare places, of which a file has other units than the calculation."""
     for place, other in zip(found, expected, strict=True):
         assert (place.x, place.y) == (other.x, other.y)
-        for name in ("normal_force", "area", "pull_off_force"):
+        for name in ("normal_force", "area", "pull_off_force", "penetration"):
             near = pytest.approx(getattr(other, name), rel=1e-11)
             assert getattr(place, name) == near
         assert (place.converged, place.message) == (other.converged, other.message)
@@ -84,7 +84,17 @@ def test_a_loop_gives_the_pull_off_force_of_each_place(scene_of, tmp_path):
     there = scene.with_values({"topography.center": ("2 nm", "2 nm")})
     loop = there.loop(validity="ignore")
     assert place.pull_off_force == pytest.approx(loop.pull_off_force)
-    assert place.area == loop.approach[-1].contact_area
+    assert place.area == loop.turn.contact_area
+    assert place.normal_force == loop.turn.normal_force
+    assert place.penetration == pytest.approx(0.5)
+    (stored,) = read_places(tmp_path / "out" / "places.csv")
+    assert stored.penetration == pytest.approx(0.5)
+
+
+def test_a_place_says_that_its_pull_off_force_is_a_lower_bound(scene_of, tmp_path):
+    scene = scene_of(LOOP.replace("0.5", "-0.2"))
+    (place,) = run_places(scene, (1, 1), tmp_path / "out", Here())
+    assert place.converged and "is a lower bound" in place.message
 
 
 def test_places_are_not_calculated_again(scene_of, tmp_path):

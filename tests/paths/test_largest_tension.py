@@ -10,8 +10,8 @@ from built import atoms_under
 
 from ase_roughcontact import RoughSphere, adhesion_loop
 from ase_roughcontact.interactions import ExponentialWall, PowerLawWall
-from ase_roughcontact.paths.hysteresis import default_step
 from ase_roughcontact.paths.instabilities import interpolated
+from ase_roughcontact.paths.loop_specification import default_step
 
 
 def pull_off(sphere, wall, deepest, finer=1.0, tolerance=1e-3):

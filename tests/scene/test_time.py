@@ -194,6 +194,24 @@ def test_a_loop_at_a_rate_ends_beyond_the_contact():
     assert held[0] == pytest.approx(descent)
 
 
+@pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
+@pytest.mark.parametrize(("deepest", "in_tension"), [("8 nm", False), ("-2 A", True)])
+def test_a_loop_at_a_rate_reports_force_and_depth_at_the_turn(deepest, in_tension):
+    scene = Scene.parse((SOLID + LOOP).replace('1 nm"\nrate', f'{deepest}"\nrate'))
+    steps = list(scene.relax())
+    (turn,) = (step for step in steps if step.time == end_of_dwell(scene))
+    summary = scene.path.summary(scene.bodies, steps)
+    force, depth = turn.normal_force / UNITS["nN"], turn.penetration / NM
+    assert summary["turn"] == f"at {force:.4g} nN and a depth of {depth:.4g} nm"
+    warnings = scene.path.warnings(scene.bodies, steps)
+    assert [f"by {-force:.4g} nN" in each for each in warnings] == [True] * in_tension
+
+
+def end_of_dwell(scene):
+    first, second, _ = scene.path.schedule(scene.bodies).parts
+    return first.duration + second.duration
+
+
 MODULI, MODULUS, STEPS = "[0.5, 0.3]", "contact_modulus = 2.0", "[path]\nvalues = [1.0]"
 
 
@@ -201,6 +219,7 @@ MODULI, MODULUS, STEPS = "[0.5, 0.3]", "contact_modulus = 2.0", "[path]\nvalues 
     ("text", "old", "new", "message"),
     [
         (LOOP, '"20 nm/s"', "20.0\ncantilever = 2.0", "in place of a loop.*give kind"),
+        (LOOP, 'deepest = "1 nm"', "", "for a loop at a rate deepest"),
         (LOOP, 't = "1 nm"', "t = '-5 nm'", "above -.* nm, where.*got -5 nm"),
         (LOOP, MODULI, "[0.5, 0.5]", "relaxes to a modulus.*give values"),
         (LOOP, "[path]", "[path]\nstep = 1.0", 'step need kind = "loop"'),

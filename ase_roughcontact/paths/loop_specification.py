@@ -1,0 +1,198 @@
+"""Specification of an adhesion loop: where it turns, its steps, and their defaults.
+
+A loop without a given depth turns where the normal force is compressive by at least the
+largest tension before it. How deep that is follows from the loop itself; its plan, its
+default step and the depth at which it is given up need an estimate.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ase_roughcontact._util.validation import finite, positive
+from ase_roughcontact.contact import Problem
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.theory import JKR
+from ase_roughcontact.theory.self_affine import rms_height
+from ase_roughcontact.topography import SelfAffine
+from ase_roughcontact.windows.expected import contact_radius_on, modulus_under
+
+# Default of the smallest step, relative to the largest.
+_SMALLEST_STEP = 1 / 256
+# Number of the largest steps of an approach by default.
+_STEPS_DOWN = 10
+# Height of the highest peaks of a roughness, in units of its rms height.
+_PEAK = 2.0
+# Depth at which a loop is given up that does not turn, in units of the expected one.
+_GIVEN_UP = 100.0
+
+
+@dataclass(frozen=True)
+class LoopSpecification:
+    """Where a loop turns, and its steps.
+
+    Attributes
+    ----------
+    deepest : float or None
+        Penetration at which to turn; None to turn where the force is compressive by at
+        least the largest tension before (length).
+    expected : float
+        This penetration, an estimate if it is not given (length).
+    step, smallest_step : float
+        Largest step, and size below which steps are not halved (length).
+    tolerance : float
+        Of the energy balance of a step, dimensionless.
+    """
+
+    deepest: float | None
+    expected: float
+    step: float
+    smallest_step: float
+    tolerance: float = 1e-3
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        deepest: float | None = None,
+        step: float | None = None,
+        smallest_step: float | None = None,
+        tolerance: float = 1e-3,
+        *,
+        radius: float | None = None,
+    ) -> LoopSpecification:
+        """Return the specification of a loop, with the default steps filled in.
+
+        Parameters
+        ----------
+        problem : Problem
+        deepest, step, smallest_step, tolerance
+            See the attributes. By default the largest step is a tenth of the way down,
+            the smallest one 1/256 of the largest.
+        radius : float, optional
+            Radius of the indenter; by default that which it knows (length).
+
+        Raises
+        ------
+        ValueError
+            If a number is not finite or not positive, the smallest step is larger than
+            the largest, the range of the wall is infinite, the depth is beyond it, or
+            no depth is given and the wall does not attract.
+        """
+        wall = problem.wall
+        if not math.isfinite(wall.cutoff):
+            raise ValueError(
+                "a loop begins and ends beyond the range of the wall: the wall must "
+                f"have a finite cutoff, got {wall.cutoff}"
+            )
+        attraction = wall.cutoff - wall.contact_distance
+        if deepest is None:
+            expected = expected_turn(problem, radius)
+        else:
+            finite(deepest=deepest)
+            expected = deepest
+        if expected <= -attraction:
+            raise ValueError(
+                f"deepest must be a finite penetration above {-attraction:g}, where "
+                f"the wall begins to act, got {deepest}"
+            )
+        if step is None:
+            step = default_step(wall, expected)
+        positive(step=step)
+        if smallest_step is None:
+            smallest_step = _SMALLEST_STEP * step
+        positive(smallest_step=smallest_step, tolerance=tolerance)
+        if smallest_step > step:
+            raise ValueError(
+                f"smallest_step must not be larger than step {step}, got "
+                f"{smallest_step}"
+            )
+        return cls(deepest, expected, step, smallest_step, tolerance)
+
+    @property
+    def lowest(self) -> float:
+        """Penetration at which the loop turns, or is given up (length)."""
+        return _GIVEN_UP * self.expected if self.deepest is None else self.deepest
+
+    def todict(self) -> dict[str, Any]:
+        """Return the numbers on which the states of the loop depend."""
+        names = "deepest", "step", "smallest_step", "tolerance"
+        return {name: getattr(self, name) for name in names}
+
+
+def default_step(wall: Interaction, depth: float) -> float:
+    """Return the default of the largest step of a loop: a tenth of the way down.
+
+    Parameters
+    ----------
+    wall : Interaction
+    depth : float
+        Penetration at which the loop turns (length).
+
+    Returns
+    -------
+    float
+        Length.
+    """
+    return (wall.cutoff - wall.contact_distance + depth) / _STEPS_DOWN
+
+
+def expected_turn(problem: Problem, radius: float | None = None) -> float:
+    r"""Return an estimate of the penetration at which a loop turns by itself.
+
+    A smooth sphere carries as much as its pull-off force at the depth of JKR theory
+    under the load :math:`\frac32 \pi w R`. Peaks of a roughness touch before the sphere
+    does, by two rms heights in this estimate. It is at least the range of the wall.
+
+    Parameters
+    ----------
+    problem : Problem
+    radius : float, optional
+        Radius of the indenter; by default that which it knows (length).
+
+    Returns
+    -------
+    float
+        Positive (length).
+
+    Raises
+    ------
+    ValueError
+        If the wall does not attract, so that no force is tensile.
+    """
+    wall, facts = problem.wall, problem.facts
+    if not wall.attractive:
+        raise ValueError(
+            "a loop under a wall without attraction needs deepest, the penetration at "
+            "which to turn"
+        )
+    radius = facts.radius if radius is None else radius
+    depth = _peak_height(facts.roughness, problem.indenter)
+    if radius < math.inf:
+        depth += _depth_at_pull_off_load(problem, radius)
+    return max(depth, wall.attraction_range)
+
+
+def _depth_at_pull_off_load(problem: Problem, radius: float) -> float:
+    """Return the penetration of a JKR sphere that is pressed by its pull-off force."""
+    work = problem.wall.work_of_adhesion
+
+    def contact_radius(modulus: float) -> float:
+        jkr = JKR(radius, modulus, work)
+        return float(jkr.contact_radius(jkr.pull_off_force))
+
+    contact = contact_radius_on(problem.solid, problem.spacing, contact_radius)
+    modulus = modulus_under(contact, problem.solid, problem.spacing)
+    return float(JKR(radius, modulus, work).penetration(contact))
+
+
+def _peak_height(rough: Any, indenter: Any) -> float:
+    """Return the height of the highest peaks; zero if the roughness is not known."""
+    if rough is indenter and not getattr(rough, "repeats", False):  # a whole tip
+        return 0.0
+    if isinstance(rough, SelfAffine):
+        return _PEAK * rms_height(rough)
+    statistics = getattr(rough, "statistics", None)
+    return _PEAK * statistics().rms_height if statistics else 0.0
