@@ -70,7 +70,7 @@ FUNCTIONS = {
     "accuracy": (path, {"accuracy": 1e-2}),
     "adhesion_loop": (
         loop,
-        {"deepest": 0.0, "step": 0.4, "smallest_step": 0.4, "tolerance": 0.5},
+        {"deepest": 0.2, "step": 0.4, "smallest_step": 0.4, "tolerance": 0.5},
     ),
     "NewtonKrylovOptions": (NewtonKrylovOptions, asdict(NewtonKrylovOptions())),
     "ActiveSetOptions": (ActiveSetOptions, asdict(ActiveSetOptions())),

@@ -126,7 +126,7 @@ def adhesion_loop(
     >>> sphere = RoughSphere(radius=100.0)
     >>> atoms = substrate('Cu', (16, 16), sphere, spacing=1.0)
     >>> atoms.calc = RoughContact(sphere, 1.0, DugdaleWall(0.02, attraction_range=0.8))
-    >>> loop = adhesion_loop(atoms, deepest=0.1, step=0.1, window='auto')
+    >>> loop = adhesion_loop(atoms, step=0.1, window='auto')
     >>> round(loop.pull_off_force / (3.14159 * 0.02 * 100.0), 1)  # between JKR and DMT
     1.7
     """

@@ -76,7 +76,7 @@ class AdhesionLoop:
     >>> sphere = RoughSphere(radius=20.0)
     >>> atoms = substrate('Cu', (16, 16), sphere, spacing=1.0)
     >>> atoms.calc = RoughContact(sphere, 1.0, LennardJones93.adhesive(1.0, 1.0, 0.05))
-    >>> loop = adhesion_loop(atoms, deepest=0.1, step=0.1, validity='ignore')
+    >>> loop = adhesion_loop(atoms, step=0.1, window='auto', validity='ignore')
     >>> print(f'{loop.pull_off_force:.1f} eV/Å, lost {loop.dissipated_energy:.1f} eV')
     5.3 eV/Å, lost 0.2 eV
     >>> len(loop.approach_jumps), loop.approach[-1].converged

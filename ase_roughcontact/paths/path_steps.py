@@ -21,6 +21,7 @@ from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.contact import State
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.retraction import step_in_contact
 from ase_roughcontact.paths.step import Stepper
 
 # Relative difference of targets that counts as rounding, as between the common part of
@@ -166,7 +167,7 @@ class NumberedSteps(PathSteps):
 
     def step(self, number: int) -> LoadStep:
         """Relax a step."""
-        return self.stepper.step(number, self.targets[number], self.record)
+        return step_in_contact(self.stepper, number, self.targets[number], self.record)
 
     def described_step(self, number: int) -> dict[str, Any]:
         """Return the description that the frame of a step carries."""

@@ -47,6 +47,7 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.errors import Errors
 from ase_roughcontact.paths.record import columns_of
 from ase_roughcontact.paths.relaxed import RelaxedStep
+from ase_roughcontact.paths.retraction import step_in_contact
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import StepOptions
 from ase_roughcontact.topography.measurement import HALVINGS, NOISY
@@ -183,7 +184,8 @@ class ScanErrors:
         results = []
         for number, target in enumerate(targets):
             try:
-                results.append(stepper.step(number, target, record))
+                found = step_in_contact(stepper, number, target, record)
+                results.append(found)
             except BeyondSurfaceError as error:
                 results.append(_Result(failure=error.problem))
             except (ValueError, RuntimeError) as error:

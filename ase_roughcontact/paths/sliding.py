@@ -33,6 +33,7 @@ from ase_roughcontact.paths.path_records import SlidingStep
 from ase_roughcontact.paths.path_steps import LastStep, NumberedSteps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
+from ase_roughcontact.paths.retraction import step_in_contact
 from ase_roughcontact.solvers.friction import Drive, FrictionOptions, solve_friction
 
 #: What a sliding path prescribes laterally: displacement of the indenter, force on it,
@@ -193,7 +194,7 @@ class SlidingSteps(NumberedSteps):
             self._fields = self._on_window(state, relaxed.run.state)
             return replace(relaxed, lateral=state, seconds=perf_counter() - begun)
 
-        result = self.stepper.step(number, target, self.record, completed=completed)
+        result = step_in_contact(self.stepper, number, target, self.record, completed)
         for key, values in self._fields.items():
             self.stepper.remember(key, values)
         return result

@@ -34,7 +34,7 @@ work_of_adhesion = 0.05
 [path]
 """
 STEPS = 'control = "height"\nvalues = [-1.0, 3.0]\n'
-LOOP = 'kind = "loop"\ndeepest = 0.5\ntolerance = 0.1\n'
+LOOP = 'kind = "loop"\ndeepest = 0.7\ntolerance = 0.1\n'
 
 
 def assert_same(found, expected):
@@ -86,13 +86,13 @@ def test_a_loop_gives_the_pull_off_force_of_each_place(scene_of, tmp_path):
     assert place.pull_off_force == pytest.approx(loop.pull_off_force)
     assert place.area == loop.turn.contact_area
     assert place.normal_force == loop.turn.normal_force
-    assert place.penetration == pytest.approx(0.5)
+    assert place.penetration == pytest.approx(0.7)
     (stored,) = read_places(tmp_path / "out" / "places.csv")
-    assert stored.penetration == pytest.approx(0.5)
+    assert stored.penetration == pytest.approx(0.7)
 
 
 def test_a_place_says_that_its_pull_off_force_is_a_lower_bound(scene_of, tmp_path):
-    scene = scene_of(LOOP.replace("0.5", "-0.2"))
+    scene = scene_of(LOOP.replace("0.7", "-0.2"))
     (place,) = run_places(scene, (1, 1), tmp_path / "out", Here())
     assert place.converged and "is a lower bound" in place.message
 

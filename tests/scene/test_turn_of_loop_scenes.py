@@ -70,8 +70,7 @@ def test_plan_says_that_the_deepest_state_is_an_estimate(tmp_path, capsys, loop)
 
 
 def test_a_loop_without_attraction_needs_a_depth():
-    scene = Scene.parse(LOOP).with_values(
-        {"interaction.kind": "repulsive", "interaction.work_of_adhesion": None}
-    )
+    adhesive = 'kind = "adhesive"\nwork_of_adhesion = 1.0'
+    scene = Scene.parse(LOOP.replace(adhesive, 'kind = "repulsive"'))
     with pytest.raises(ValueError, match=r"\[path\] .* needs deepest"):
         scene.check()
