@@ -57,8 +57,9 @@ def load_path(
     penetrations, heights, loads : sequence of float
         The path, exactly one of: distances that the indenter has moved down since it
         first repels the flat substrate (Å), heights of the indenter (Å), or loads on
-        it (eV/Å). A step up that loses an adhesive contact by its length is repeated in
-        parts of half the range of the attraction. The first two need a fixed indenter, loads need a free one.
+        it (eV/Å). The first two need a fixed indenter, loads need a free one. A step up
+        that loses an adhesive contact by its length is repeated in parts of half the
+        range of the attraction.
     optimizer : callable, optional
         Called as ``optimizer(atoms, logfile=None)``; returns an ASE optimizer. A class,
         or a `functools.partial` of one with its options; a class of ASE also gets those
