@@ -34,10 +34,11 @@ from ase_roughcontact.optimize import (
 )
 from ase_roughcontact.optimize.settings import settings_for
 from ase_roughcontact.optimize.tolerance import fmax_for
+from ase_roughcontact.paths.column import column
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.path_records import SlidingStep, TimeStep
-from ase_roughcontact.paths.record import LoadStep, column
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import StepOptions

@@ -1,7 +1,7 @@
-"""Result of a load step: output columns, each with value, description, unit and label.
+"""Result of a load step: its attributes are output columns.
 
-A column is one entry of `LoadStep`. The CSV file, the trajectory, JSON lines and tables
-of columns follow from it. A subclass adds columns: ::
+A column is one entry of `LoadStep`, see `paths.column`. The CSV file, the trajectory,
+JSON lines and tables of columns follow from it. A subclass adds columns: ::
 
     from dataclasses import dataclass
     from ase_roughcontact import LoadStep, Output, column, load_path
@@ -22,12 +22,20 @@ from __future__ import annotations
 
 import copyreg
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, make_dataclass
 from functools import lru_cache
-from typing import Any, ClassVar, TypeVar, get_type_hints, overload
+from typing import Any, ClassVar, TypeVar, get_type_hints
 
 from ase_roughcontact._util.validation import lookup
+from ase_roughcontact.paths.column import (
+    EVERYWHERE,
+    Column,
+    ColumnOnRequest,
+    Range,
+    column,
+    column_on_request,
+)
 from ase_roughcontact.paths.errors import continuum_area_error
 from ase_roughcontact.paths.limits import violations
 from ase_roughcontact.paths.relaxed import RelaxedStep
@@ -36,29 +44,6 @@ from ase_roughcontact.solvers.relaxation import SolverRelaxer
 from ase_roughcontact.theory.counted_area import continuum_area
 from ase_roughcontact.windows.memory import memory_of
 
-
-@dataclass(frozen=True)
-class Range:
-    """Walls, solids, boundaries, paths and states for which a column is defined.
-
-    Attributes
-    ----------
-    text : str
-        What it is defined for: "walls with a hardness".
-    includes : callable
-        Called with a `RelaxedStep`; returns whether the column is defined.
-    constant : bool
-        Whether that depends on wall, solid, boundary and path alone, and so is the same
-        in all steps.
-    """
-
-    text: str
-    includes: Callable[[RelaxedStep], bool]
-    constant: bool = False
-
-
-#: All steps.
-EVERYWHERE = Range("all steps", lambda s: True)
 #: States in which an atom is in contact.
 IN_CONTACT = Range("steps in contact", lambda s: s.touches)
 _HARD = Range("hard walls", lambda s: s.contact.interaction.hard, constant=True)
@@ -70,7 +55,7 @@ _STABLE = Range(
     "surface",
     lambda s: not (s.run.constrained or math.isnan(s.response.force)),
 )
-# those of single steps are NaN for a reason of their own
+# a step has its own reason why they are NaN
 _OF_ERRORS = Range(
     "states that are a minimum of the energy, see `unknown_errors`",
     lambda s: True,
@@ -80,98 +65,6 @@ _OF_SOLVERS = Range(
     lambda s: s.options.relaxer is None or isinstance(s.options.relaxer, SolverRelaxer),
     constant=True,
 )
-
-
-@dataclass(frozen=True)
-class Column:
-    """An output column.
-
-    Attributes
-    ----------
-    value : callable
-        Called with a `RelaxedStep`; returns a number, a bool or a string.
-    description : str
-        Half a sentence for tables and reference pages.
-    unit : str
-        ASE's unit; empty for a number without unit.
-    label : str
-        Short heading for printed tables; empty for a column that is not printed.
-    where : Range
-        Where it is defined; NaN elsewhere.
-    """
-
-    value: Callable[[RelaxedStep], Any]
-    description: str
-    unit: str = ""
-    label: str = ""
-    where: Range = EVERYWHERE
-
-    def of(self, step: RelaxedStep) -> Any:
-        """Return the value of a step, NaN where the column is not defined."""
-        return self.value(step) if self.where.includes(step) else math.nan
-
-
-def column(
-    value: Callable[[RelaxedStep], Any],
-    description: str,
-    unit: str = "",
-    label: str = "",
-    where: Range = EVERYWHERE,
-) -> Any:
-    """Return a dataclass field that is an output column; see `Column`.
-
-    Returns
-    -------
-    dataclasses.Field
-    """
-    return field(metadata={"column": Column(value, description, unit, label, where)})
-
-
-class ColumnOnRequest:
-    """Column of a class of results that has it where it is asked for.
-
-    Parameters
-    ----------
-    column : Column
-        Its values are floats.
-    """
-
-    def __init__(self, column: Column) -> None:
-        self.column = column
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    @overload
-    def __get__(self, step: None, owner: type) -> ColumnOnRequest: ...
-    @overload
-    def __get__(self, step: Any, owner: type) -> float: ...
-    def __get__(self, step: Any, owner: type) -> Any:
-        if step is None:
-            return self
-        raise AttributeError(
-            f"{self._name} is calculated where it is asked for: give "
-            f'Output(columns=[{self._name!r}]), or columns = ["{self._name}"] in '
-            "[output] of a scene"
-        )
-
-
-def column_on_request(
-    value: Callable[[RelaxedStep], float],
-    description: str,
-    unit: str = "",
-    label: str = "",
-    where: Range = EVERYWHERE,
-) -> ColumnOnRequest:
-    """Return a column that is calculated where it is asked for; see `Column`.
-
-    It is an attribute without a type of a class of results.
-
-    Returns
-    -------
-    ColumnOnRequest
-    """
-    return ColumnOnRequest(Column(value, description, unit, label, where))
 
 
 def text_of(shape: tuple[int, ...]) -> str:

@@ -18,8 +18,8 @@ from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.atoms.trajectory import read_steps
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
+from ase_roughcontact.paths.column import column_on_request
 from ase_roughcontact.paths.record import (
-    column_on_request,
     columns_of,
     columns_on_request,
 )
