@@ -79,6 +79,23 @@ def _check(values: dict[str, Any], kind: str, holds: Callable[[Any], bool]) -> N
             raise ValueError(f"{name} must be {kind}, got {shown(value)}")
 
 
+def instance_of(kind: type | tuple[type, ...], **values: Any) -> None:
+    """Raise `TypeError` for a value that is not an instance of a class, or of one."""
+    kinds = kind if isinstance(kind, tuple) else (kind,)
+    for name, value in values.items():
+        if not isinstance(value, kinds):
+            names = " or ".join(each.__name__ for each in kinds)
+            article = "an" if names[0] in "AEIOUaeiou" else "a"
+            raise TypeError(f"{name} must be {article} {names}, got {shown(value)}")
+
+
+def function(**values: Any) -> None:
+    """Raise `TypeError` for a value that can't be called."""
+    for name, value in values.items():
+        if not callable(value):
+            raise TypeError(f"{name} must be callable, got {shown(value)}")
+
+
 def one_of(known: Sequence[str], **values: Any) -> None:
     """Raise `ValueError` for a value that is not one of two or more known words."""
     for name, value in values.items():

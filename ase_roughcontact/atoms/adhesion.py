@@ -8,6 +8,7 @@ from typing import Any
 from ase import Atoms
 
 from ase_roughcontact._util.callers import warn
+from ase_roughcontact._util.validation import function
 from ase_roughcontact.atoms.loading import AtomsPath
 from ase_roughcontact.paths.hysteresis import LoopSteps
 from ase_roughcontact.paths.instabilities import AdhesionLoop
@@ -138,6 +139,8 @@ def adhesion_loop(
             f"{load}"
         )
 
+    if callback is not None:
+        function(callback=callback)
     problem = path.stepper.problem
     specification = LoopSpecification.of(
         problem, deepest, step, smallest_step, tolerance

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,10 @@ from ase.calculators.calculator import all_changes
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.properties import PropertiesCalculator
-from ase_roughcontact._util.validation import unknown
+from ase_roughcontact._util.validation import instance_of, unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import check_history, same_history
-from ase_roughcontact.atoms.marks import check_indenter
+from ase_roughcontact.atoms.marks import check_indenter, was_fixed
 from ase_roughcontact.atoms.model import ContactModel, checked, problem_for
 from ase_roughcontact.atoms.sticking import (
     Sticking,
@@ -29,6 +30,9 @@ from ase_roughcontact.topography import Surface
 
 #: Properties of the state of the contact, which ASE does not define.
 CONTACT_PROPERTIES = ["normal_force", "contact_area", "pressure", "gap", "contact"]
+
+# Relative difference of displacements of atoms that are moved by the same vector.
+_ROUNDING = 1e-9
 
 
 class RoughContact(PropertiesCalculator):
@@ -84,14 +88,17 @@ class RoughContact(PropertiesCalculator):
     ------
     ValueError
         If a parameter is not a finite number, not positive where it must be, or of the
-        wrong kind; at a calculation, if the atoms were built for another indenter.
+        wrong kind; at a calculation, if the atoms were built for another indenter, or
+        have lost what their surface keeps of earlier steps.
     TypeError
         If a parameter is unknown.
 
     Warns
     -----
     UserWarning
-        Once for every load, if it does not act because the indenter is fixed.
+        Once for every load, if it does not act because the indenter is fixed; once, if
+        a file or `Atoms.set_constraint` has freed an indenter that was fixed, or all
+        atoms were moved along z.
 
     Notes
     -----
@@ -102,6 +109,13 @@ class RoughContact(PropertiesCalculator):
     ``"pressure"`` (eV/Å^3), ``"gap"`` (Å) and ``"contact"`` (bool). `state` returns
     them all at once. ASE's file formats do not store them; `snapshot` makes frames that
     carry them.
+
+    Indenter, solid and walls can also be given by what their method `todict` returns,
+    so that ``RoughContact(**calc.todict())`` is an equal calculator, unless an object
+    does not describe itself completely, such as a `HeightMap`.
+
+    Numerical forces, as of `ase.calculators.fd.calculate_numerical_forces`, are those
+    of z: give ``icarts=[2]``.
 
     The work of the load on a fixed indenter, where it is wanted in an energy, is
     ``load * atoms.positions[-1, 2]``.
@@ -153,9 +167,11 @@ class RoughContact(PropertiesCalculator):
         **kwargs: Any,
     ) -> None:
         self._cached_model: ContactModel | None = None
+        self._checked_parameters: dict[str, Any] = {}
         self._fixed: bool | None = None  # whether the indenter was, when calculated
         self._sticking: Sticking | None = None
         self._warned_of_load = 0.0
+        self._warned_of_indenter = self._warned_of_translation = False
         super().__init__(
             indenter=indenter,
             contact_modulus=contact_modulus,
@@ -200,6 +216,7 @@ class RoughContact(PropertiesCalculator):
         changed = super().set(**kwargs)
         if set(changed) - {"load"}:
             self._cached_model = None
+        self._checked_parameters = _copied(self.parameters)
         return changed
 
     def calculate(
@@ -209,6 +226,7 @@ class RoughContact(PropertiesCalculator):
         system_changes: list[str] = all_changes,
     ) -> None:
         """Calculate all properties; see the class."""
+        self.adopt_parameters()
         super().calculate(atoms, properties, system_changes)
         model = self._model(self.atoms)
         values = displacement(self.atoms, model.grid)
@@ -216,9 +234,13 @@ class RoughContact(PropertiesCalculator):
         state = self._state = model.state(values, height).read_only()
         self._fixed, self._sticking = _constraints_of(self.atoms)
         load = self.parameters["load"]
+        if not model.grid.periodic and values.size > 1 and not np.ptp(values):
+            self._warn_of_translation(float(values[0, 0]))
         if self._fixed:
             self._warn_of_load(load)
             load = 0.0
+        elif state.normal_force and not load and was_fixed(self.atoms):
+            self._warn_of_free_indenter()
         work = load * height
         energies = np.append(model.contact.energies(values, state), work)
         del values  # its memory is needed
@@ -249,6 +271,32 @@ class RoughContact(PropertiesCalculator):
                 "fixed: build the atoms with substrate(..., fixed=False) or take the "
                 "constraint away, or set the load to zero"
             )
+
+    def _warn_of_free_indenter(self) -> None:
+        """Warn once that nothing holds an indenter that was fixed."""
+        springs = (
+            hasattr(c, "adjust_potential_energy") for c in self.atoms.constraints
+        )
+        if self._warned_of_indenter or any(springs):
+            return
+        self._warned_of_indenter = True
+        warn(
+            "nothing holds the indenter, which was fixed: a file without constraints, "
+            "or set_constraint, has freed it. Add FixAtoms([len(atoms) - 1]) to the "
+            "constraints, or set a load"
+        )
+
+    def _warn_of_translation(self, distance: float) -> None:
+        """Warn once that all atoms were moved along z."""
+        if self._warned_of_translation or not distance:
+            return
+        self._warned_of_translation = True
+        warn(
+            f"the atoms were moved along z by {distance:.4g} Å, which changes the "
+            "contact: z of a surface atom is its displacement, and z of the indenter "
+            "its height. Move them back, and use center() and translate() along x and "
+            "y only"
+        )
 
     def state(self, atoms: Atoms | None = None) -> ContactState:
         """Return forces, gaps and pressures of the atoms.
@@ -285,6 +333,8 @@ class RoughContact(PropertiesCalculator):
         """Return what has changed, in any bit, since the last calculation."""
         if self.atoms is None:
             return all_changes[:]
+        if self.parameters != self._checked_parameters:
+            return ["parameters"]
         fixed, sticking = _constraints_of(atoms)
         if self._fixed != fixed or self._sticking != sticking:
             return ["constraints"]
@@ -293,18 +343,45 @@ class RoughContact(PropertiesCalculator):
         old, new = (
             (a.positions, a.numbers, a.cell[:], a.pbc) for a in (self.atoms, atoms)
         )
+        if len(atoms) == len(self.atoms):
+            moved = atoms.positions[:, 2] - self.atoms.positions[:, 2]
+            if np.ptp(moved) < _ROUNDING * abs(moved[0]):
+                self._warn_of_translation(float(moved[0]))
         names = "positions", "numbers", "cell", "pbc"
         same = map(array_equal, old, new)
         return [name for name, equal in zip(names, same, strict=True) if not equal]
 
+    def _check_positions(self, atoms: Atoms) -> None:
+        """Raise `ValueError` if an optimizer has failed at a hard wall."""
+        wall = self.parameters["interaction"]
+        if wall is not None and wall.hard and not np.isfinite(atoms.positions).all():
+            raise ValueError(
+                "positions must be finite, got NaN or infinity: a hard wall has no "
+                f"gradient for an optimizer of ASE, relax it with {wall.optimizer}"
+            )
+
+    def adopt_parameters(self) -> None:
+        """Check parameters that were changed in `parameters`, without `set`."""
+        given = dict(self.parameters)
+        if given != self._checked_parameters:
+            self.parameters.clear()
+            self.parameters.update(self._checked_parameters)
+            self.set(**given)
+
     def _model(self, atoms: Atoms) -> ContactModel:
         """Return the model of the atoms, built anew where their lattice has changed."""
+        self._check_positions(atoms)
         check_history(atoms)
         if self._cached_model is None or not self._cached_model.fits(atoms):
             self._cached_model = ContactModel.of(atoms, self.parameters)
         self._cached_model.adopt_history(atoms)
         check_indenter(atoms, self._cached_model.surface_id)
         return self._cached_model
+
+
+def _copied(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters as a dictionary that changes of them do not change."""
+    return {**parameters, "fft": dict(parameters["fft"])}
 
 
 def _constraints_of(atoms: Atoms) -> tuple[bool, Sticking | None]:
@@ -339,8 +416,9 @@ def problem_of(atoms: Atoms) -> tuple[Problem, Box]:
 
     The indenter is not sampled.
     """
+    parameters = calculator_of(atoms).parameters
     check_history(atoms)
-    parameters, grid = calculator_of(atoms).parameters, SurfaceGrid.of(atoms)
+    grid = SurfaceGrid.of(atoms)
     problem = problem_for(grid, parameters)
     return problem, problem.window(grid.window, grid.origin)
 
@@ -362,6 +440,8 @@ def model_of(atoms: Atoms) -> ContactModel:
 
 def calculator_of(atoms: Atoms) -> RoughContact:
     """Return the calculator of atoms, or raise `ValueError` if it is another one."""
+    instance_of(Atoms, atoms=atoms)
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"the atoms need a RoughContact calculator, got {atoms.calc}")
+    atoms.calc.adopt_parameters()
     return atoms.calc

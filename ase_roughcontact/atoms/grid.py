@@ -290,5 +290,5 @@ def _check_on_grid(xy: np.ndarray, shape: tuple[int, int], spacing: float) -> No
     distance = np.max([abs(x - np.median(x)) for x in offsets], axis=0)
     raise ValueError(
         f"atom {distance.argmax()} is off the square grid by {distance.max():.3g} "
-        f"(spacing {spacing:.6g}): {_ADVICE}"
+        f"(spacing {spacing:.6g}): {_ADVICE}; numerical forces are along z, icarts=[2]"
     )

@@ -11,7 +11,7 @@ import numpy as np
 from ase import Atoms
 from ase.constraints import Hookean
 
-from ase_roughcontact._util.validation import Shape, positive
+from ase_roughcontact._util.validation import Shape, instance_of, positive
 from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.atoms.exchange import regrid
 from ase_roughcontact.atoms.grid import SurfaceGrid
@@ -280,9 +280,9 @@ class AtomsPath:
         **options: Any,
     ) -> None:
         validity = Validity(validity) if isinstance(validity, str) else validity
-        if not isinstance(output, Output | None):
-            expected = "an Output, such as Output(csv='curve.csv')"
-            raise TypeError(f"output must be {expected}, got {output!r}")
+        output = Output() if output is None else output
+        instance_of(Validity, validity=validity)
+        instance_of(Output, output=output)
         self._action = validity.action
         problem, window = problem_of(atoms)
         _check(atoms, control)
@@ -321,7 +321,7 @@ class AtomsPath:
             replace(settings, relaxer=relaxer, lost_slope=lost),
             springs=external,
         )
-        self._output = replace(output or Output(), frames=self._frames)
+        self._output = replace(output, frames=self._frames)
 
     def follow(
         self, steps: PathSteps, **description: Any

@@ -16,6 +16,7 @@ from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite, lookup, positive, surface
+from ase_roughcontact.atoms.described import KINDS, made
 from ase_roughcontact.atoms.grid import (
     SurfaceGrid,
     displacement,
@@ -32,8 +33,7 @@ from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.viscoelastic import Scaled
-from ase_roughcontact.interactions import Interaction, LennardJones93
-from ase_roughcontact.topography import Heterogeneity
+from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.topography.facts import surface_id
 
 # Largest values of any solid, with their units in tables and here: diamond has a
@@ -42,11 +42,6 @@ _LARGEST = {
     "contact_modulus": (2000.0, "GPa", "eV/Å^3", "ase.units.GPa"),
     "hardness": (300.0, "GPa", "eV/Å^3", "ase.units.GPa"),
     "work_of_adhesion": (30.0, "J/m^2", "eV/Å^2", "ase.units.J / ase.units.m**2"),
-}
-_KINDS = {
-    "solid": ElasticSolid,
-    "interaction": Interaction,
-    "heterogeneity": Heterogeneity,
 }
 _FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads"))
 
@@ -58,7 +53,7 @@ def checked(name: str, value: Any) -> Any:
     ----------
     name : str
     value : object
-        As the user gives it.
+        As the user gives it; also what the method `todict` of a part returns.
 
     Returns
     -------
@@ -80,10 +75,12 @@ def checked(name: str, value: Any) -> Any:
         positive(contact_modulus=value)
         _warn_of_units(contact_modulus=value)
         return float(value)
+    if isinstance(value, Mapping):
+        value = made(name, KINDS[name], value)
     if name == "indenter":
         surface(indenter=value)
-    elif not isinstance(value, _KINDS[name]):
-        kind = _KINDS[name].__name__
+    elif not isinstance(value, KINDS[name]):
+        kind = KINDS[name].__name__
         raise ValueError(f"{name} must be a {kind}, got {value!r}")
     if name == "interaction":
         work = getattr(value, "work_of_adhesion", 0.0)

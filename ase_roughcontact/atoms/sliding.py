@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import model_of
 from ase_roughcontact.atoms.grid import SurfaceGrid, on_grid, set_lateral_displacement
 from ase_roughcontact.atoms.history import (
@@ -98,6 +99,7 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
     True
     """
     check_law(friction)
+    instance_of(Atoms, atoms=atoms)
     check_released(atoms)
     model = model_of(atoms)
     grid, halfspace = model.grid, model.lateral
@@ -155,6 +157,7 @@ def release(atoms: Atoms) -> None:
         Changed in place: the indenter goes back above the middle of the lattice, which
         stands for its displacement.
     """
+    instance_of(Atoms, atoms=atoms)
     if LATTICE not in info_of(atoms):
         check_history(atoms)
     grid = SurfaceGrid.of(atoms)

@@ -18,6 +18,7 @@ from ase.calculators.singlepoint import SinglePointCalculator
 from ase.constraints import FixAtoms
 from ase.units import GPa
 
+from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import model_of
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
 from ase_roughcontact.atoms.history import (
@@ -66,12 +67,17 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         also `pressure_of`, and `info`. For viewers, tags are 1 for atoms in contact, 4
         for those in plastic contact, 5 for those that slip, 2 for atoms under
         attraction and 0 for all others, and initial charges are the pressures in GPa.
+        The arrays ``contact`` (1 or 0), ``pressure`` (GPa) and ``gap`` (Å) of all atoms
+        become columns of .extxyz files, by which OVITO colours them.
         The tag of the indenter is 6 if the surface keeps fields of earlier steps.
 
     Raises
     ------
     ValueError
-        If the atoms have no `RoughContact` calculator.
+        If the atoms have no `RoughContact` calculator, or have lost what their surface
+        keeps of earlier steps.
+    TypeError
+        If they are no atoms.
 
     Notes
     -----
@@ -104,6 +110,9 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     frame.set_array("tags", None)  # of another type of integer
     frame.set_tags(np.append(tags, TAG_KEPT if history else TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
+    frame.set_array("contact", np.append(state.contact, False).astype(int))
+    frame.set_array("pressure", np.append(state.pressure / GPa, 0.0))
+    frame.set_array("gap", np.append(state.gap, 0.0))
     fields = {k: v for k, v in history.items() if k not in (PLASTIC_DEPTH, *SHIFTS)}
     for key in fields:
         frame.arrays.pop(key, None)
@@ -150,6 +159,7 @@ def pressure_of(frame: Atoms) -> np.ndarray:
     ValueError
         If the frame has no pressures in its `info`.
     """
+    instance_of(Atoms, frame=frame)
     try:
         return field_of(frame, "pressure", SurfaceGrid.of(frame).window)
     except (KeyError, TypeError, ValueError, binascii.Error, zlib.error) as error:
@@ -183,8 +193,12 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     Raises
     ------
     ValueError
-        If the frame is not a grid of surface atoms and an indenter.
+        If the frame is not a grid of surface atoms and an indenter, or has lost what
+        the surface keeps of earlier steps.
+    TypeError
+        If it is no frame.
     """
+    instance_of(Atoms, frame=frame)
     check_history(frame)
     grid = SurfaceGrid.of(frame)
     window = displacement(frame, grid)[: grid.window[0], : grid.window[1]]

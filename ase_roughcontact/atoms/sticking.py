@@ -248,9 +248,21 @@ def indenter_fixed(atoms: Atoms) -> bool:
     Returns
     -------
     bool
+
+    Raises
+    ------
+    ValueError
+        If a constraint is a dictionary, as in atoms that ASE reads from a
+        `BundleTrajectory`.
     """
     if not atoms.constraints:
         return False
+    if any(isinstance(constraint, dict) for constraint in atoms.constraints):
+        raise ValueError(
+            "constraints of the atoms are dictionaries, as ASE reads them from a "
+            "bundle: atoms.set_constraint([dict2constraint(c) for c in "
+            "atoms.constraints]), from ase.constraints"
+        )
     force = np.zeros((len(atoms), 3))
     force[-1, 2] = 1.0
     for constraint in atoms.constraints:

@@ -18,7 +18,13 @@ from ase.constraints import FixAtoms
 from ase.data import atomic_numbers
 
 from ase_roughcontact._util.callers import warn
-from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
+from ase_roughcontact._util.validation import (
+    boolean,
+    finite,
+    grid_shape,
+    positive,
+    surface,
+)
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.info import INDENTER_KEY
 from ase_roughcontact.atoms.marks import set_mark
@@ -98,6 +104,7 @@ def substrate(
     n, m = grid_shape(shape)
     check_element(symbol)
     surface(indenter=indenter)
+    boolean(periodic=periodic, fixed=fixed)
     a0 = fcc_spacing(symbol) if spacing is None else spacing
     positive(spacing=a0)
     if np.shape(center) != (2,):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import boolean
+from ase_roughcontact._util.validation import boolean, instance_of, positive, surface
 from ase_roughcontact.contact.contact import Contact
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.halfspace import (
@@ -55,6 +55,8 @@ class Problem:
     ValueError
         If the local work of adhesion varies under a wall without attraction, the solid
         has another spacing, or a user's wall contradicts itself; see `check_wall`.
+    TypeError
+        If a part is of another kind.
     """
 
     indenter: Surface
@@ -68,7 +70,14 @@ class Problem:
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
+        surface(indenter=self.indenter)
+        instance_of(ElasticSolid, solid=self.solid)
+        instance_of(Interaction, wall=self.wall)
+        positive(spacing=self.spacing)
         boolean(periodic=self.periodic)
+        if self.heterogeneity is not None:
+            instance_of(Heterogeneity, heterogeneity=self.heterogeneity)
+        instance_of(Mapping, fft=self.fft)
         self.solid.check(self.spacing)
         check_wall(self.wall, self.spacing)
         if self.heterogeneity and not self.wall.attractive:

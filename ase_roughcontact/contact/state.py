@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from ase_roughcontact._util.kernels import total_abs
+from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.lattice import Box, carried
 
@@ -65,6 +66,12 @@ class State:
     history: Mapping[str, np.ndarray] = field(default_factory=dict)
     depths: Mapping[str, np.ndarray] = field(default_factory=dict)
     creep: Creep | None = None
+
+    def __post_init__(self) -> None:
+        """Check window, height and pressure."""
+        instance_of(Box, window=self.window)
+        instance_of((int, float, np.number), height=self.height)
+        instance_of(np.ndarray, pressure=self.pressure)
 
     @classmethod
     def flat(cls, window: Box, height: float) -> State:

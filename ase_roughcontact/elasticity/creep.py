@@ -23,7 +23,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, nnls
 
-from ase_roughcontact._util.validation import finite_array, positive, positive_array
+from ase_roughcontact._util.validation import (
+    finite_array,
+    instance_of,
+    nonnegative,
+    positive,
+    positive_array,
+)
 
 # Relative moduli below which a term is left out of a fit.
 _NEGLIGIBLE = 1e-6
@@ -88,8 +94,9 @@ class Creep:
     flow: float = 0.0
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.flow < np.inf:
-            raise ValueError(f"flow must be finite and at least 0, got {self.flow}")
+        nonnegative(flow=self.flow)
+        sequences = (Sequence, np.ndarray)
+        instance_of(sequences, compliances=self.compliances, times=self.times)
         values, times = tuple[float, ...](), tuple[float, ...]()
         if len(self.compliances) or len(self.times) or not self.flow:
             values, times = _terms(compliances=self.compliances, times=self.times)

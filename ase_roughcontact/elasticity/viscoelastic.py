@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import positive
+from ase_roughcontact._util.validation import instance_of, positive
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 
@@ -100,6 +100,13 @@ class Viscoelastic(Scaled):
     creep : Creep
         Creep compliance relative to it.
 
+    Raises
+    ------
+    ValueError
+        If the solid creeps itself.
+    TypeError
+        If `creep` is something else.
+
     Examples
     --------
     >>> from ase.units import GPa
@@ -119,6 +126,7 @@ class Viscoelastic(Scaled):
             object.__setattr__(self, "solid", Isotropic(self.solid))
         if self.solid.creep is not None:
             raise ValueError(f"the instantaneous solid must be elastic: {self.solid}")
+        instance_of(Creep, creep=self.creep)
 
     @property
     def relaxed(self) -> ElasticSolid:

@@ -6,7 +6,7 @@ from typing import Any
 
 from ase import Atoms
 
-from ase_roughcontact._util.validation import grid_shape, integer
+from ase_roughcontact._util.validation import boolean, grid_shape, instance_of, integer
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.foundation.surface import CrystalSurface
 
@@ -58,6 +58,9 @@ def crystal_slab(
     >>> from ase_roughcontact import crystal_slab
     >>> atoms, foundation = crystal_slab("Cu", (8, 8), 4, EMT())  # doctest: +SKIP
     """
+    instance_of((str, Atoms), symbol=symbol)
+    instance_of((str, CrystalSurface), surface=surface)
+    boolean(held=held)
     n, m = grid_shape(size)
     integer("layers", layers, 1)
     if isinstance(surface, str):

@@ -10,7 +10,7 @@ from ase.calculators.calculator import Calculator, all_changes
 from ase.constraints import FixSubsetCom
 
 from ase_roughcontact._util.callers import warn
-from ase_roughcontact._util.validation import integer
+from ase_roughcontact._util.validation import instance_of, integer
 from ase_roughcontact.foundation.coupling import Coupling
 from ase_roughcontact.foundation.sites import Sites, cells
 from ase_roughcontact.foundation.surface import CrystalSurface
@@ -97,6 +97,8 @@ class ElasticFoundation(Calculator):
         layers: int | None = None,
     ) -> None:
         super().__init__()
+        instance_of(CrystalSurface, surface=surface)
+        instance_of(Atoms, atoms=atoms)
         slab = atoms[atoms.numbers > 0]
         shape = cells(slab, surface)
         complete = len(slab) // (shape[0] * shape[1])

@@ -12,7 +12,7 @@ from ase.constraints import FixCartesian
 from scipy.interpolate import RectBivariateSpline
 
 from ase_roughcontact._util.properties import PropertiesCalculator
-from ase_roughcontact._util.validation import finite, positive, surface
+from ase_roughcontact._util.validation import finite, instance_of, positive, surface
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.interactions.consistency import check_wall
@@ -241,6 +241,7 @@ def add_indenter(
     >>> sphere = add_indenter(atoms, RoughSphere(50.0))  # doctest: +SKIP
     >>> atoms.positions[-1, 2] -= 0.5  # press it down by 0.5 Å  # doctest: +SKIP
     """
+    instance_of(Atoms, atoms=atoms)
     there = (atoms.numbers == 0).any()
     if there and (height is not None or position is not None):
         raise ValueError(

@@ -6,6 +6,7 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.precon import ConstantPrecon
+from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.foundation.coupling import apply, on_cells
@@ -30,7 +31,9 @@ class FoundationPrecon(ConstantPrecon):
     Raises
     ------
     ValueError
-        If the layers of the slab were not complete, or there is no foundation.
+        If the layers of the slab were not complete.
+    TypeError
+        If an argument is of another kind.
 
     Examples
     --------
@@ -44,11 +47,8 @@ class FoundationPrecon(ConstantPrecon):
     """
 
     def __init__(self, atoms: Atoms, foundation: ElasticFoundation) -> None:
-        if not isinstance(foundation, ElasticFoundation):
-            raise ValueError(
-                "foundation must be an ElasticFoundation, as crystal_slab returns, got "
-                f"{foundation!r}"
-            )
+        instance_of(Atoms, atoms=atoms)
+        instance_of(ElasticFoundation, foundation=foundation)
         surface, layers = foundation.surface, foundation.layers
         sites = foundation.all_sites()
         real = np.flatnonzero(atoms.numbers > 0)

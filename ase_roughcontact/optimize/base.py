@@ -13,6 +13,7 @@ from ase import Atoms
 from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 
 from ase_roughcontact._util.callers import warn
+from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import has_model, model_of, problem_of
 from ase_roughcontact.atoms.grid import displacement
 from ase_roughcontact.contact import State
@@ -97,6 +98,7 @@ class ContactOptimizer(Optimizer):
             raise ValueError(
                 f"{type(self).__name__} starts from the atoms: restart must be None"
             )
+        instance_of(Atoms, atoms=atoms)
         super().__init__(atoms, None, logfile, trajectory, append_trajectory, **kwargs)
         self._writes_log = logfile is not None
         self.message, self.pairs = "", 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import asdict, dataclass
@@ -18,7 +19,7 @@ from ase_roughcontact._util.files import (
     table_rows,
     table_writer,
 )
-from ase_roughcontact._util.validation import one_of
+from ase_roughcontact._util.validation import boolean, instance_of, one_of
 from ase_roughcontact.contact import State
 from ase_roughcontact.paths.path_steps import Frame, LastStep, PathSteps
 from ase_roughcontact.paths.record import LoadStep, columns_of, missing_values
@@ -80,7 +81,7 @@ class Output:
         If `resume` is set without a trajectory, both files are one, or `keep` is
         unknown.
     TypeError
-        If `record` is not a dataclass of columns.
+        If `record` is not a dataclass of columns, or a file no path.
 
     Examples
     --------
@@ -101,6 +102,11 @@ class Output:
         if self.resume and self.trajectory is None:
             raise ValueError("resume=True needs the trajectory to resume from")
         one_of(("all", "last"), keep=self.keep)
+        boolean(resume=self.resume)
+        for name in ("csv", "trajectory"):
+            if getattr(self, name) is not None:
+                instance_of((str, os.PathLike), **{name: getattr(self, name)})
+        instance_of(type, record=self.record)
         if self.csv is not None and self.trajectory is not None:
             check_different(csv=self.csv, trajectory=self.trajectory)
         columns_of(self.record)  # raises if it is not a class of results

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.identity import digest
-from ase_roughcontact._util.validation import one_of
+from ase_roughcontact._util.validation import function, instance_of, one_of
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.elasticity.lattice import Box
@@ -82,9 +82,15 @@ class Stepper:
         *,
         springs: External | None = None,
     ) -> None:
+        instance_of(Problem, problem=problem)
         one_of(CONTROLS, control=control)
+        instance_of((State, Box), start=start)
+        options = StepOptions() if options is None else options
+        instance_of(StepOptions, options=options)
+        if springs is not None:
+            function(springs=springs)
         self.problem, self.control = problem, control
-        self.options = options = options or StepOptions()
+        self.options = options
         self._relax = StepRelaxer(problem, options)
         self._springs = springs
         self._extrapolation = Extrapolation()

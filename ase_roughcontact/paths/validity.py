@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import one_of, positive
+from ase_roughcontact._util.validation import instance_of, one_of, positive
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.material import HARDNESS, fcc_spacing
@@ -43,6 +45,8 @@ class Validity:
     ------
     ValueError
         If the action is unknown.
+    TypeError
+        If the hardness is no number.
 
     Examples
     --------
@@ -63,6 +67,8 @@ class Validity:
     def __post_init__(self) -> None:
         """Check the action."""
         one_of(("warn", "raise", "ignore"), validity=self.action)
+        if self.hardness is not None:
+            instance_of((int, float, np.number), hardness=self.hardness)
 
 
 class ValidityReport:

@@ -183,7 +183,7 @@ def test_a_slab_of_a_crystal_given_as_atoms_or_of_another_element(surface):
 
 
 def test_preconditioner_of_another_calculator_or_of_other_atoms(atoms):
-    with pytest.raises(ValueError, match="must be an ElasticFoundation"):
+    with pytest.raises(TypeError, match="must be an ElasticFoundation"):
         rc.FoundationPrecon(atoms, pair_potential())
     with pytest.raises(ValueError, match="made for 48 atoms"):
         rc.FoundationPrecon(atoms[:40], atoms.calc)

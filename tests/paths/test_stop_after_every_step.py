@@ -66,9 +66,9 @@ PATHS = {
     "scene of the continuum": of_scene("continuum"),
 }
 CASES = [
-    *((name, periodic) for name in ("plastic", "creep", "slip") for periodic in (0, 1)),
-    ("scene of atoms", 0),
-    ("scene of the continuum", 0),
+    *((name, periodic) for name in ("plastic", "creep", "slip") for periodic in (False, True)),
+    ("scene of atoms", False),
+    ("scene of the continuum", False),
 ]
 
 
