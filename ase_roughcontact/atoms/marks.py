@@ -50,10 +50,12 @@ def set_mark(atoms: Atoms, fields: int) -> None:
 def was_fixed(atoms: Atoms) -> bool:
     """Return whether the indenter was fixed, or atoms do not say how they were built.
 
-    The latter are from a file that keeps neither tags nor `info`.
+    The latter have neither tags nor the name of the indenter, as from a NetCDF file.
     """
     mark = _mark_of(atoms)
-    return bool(mark & _FIXED) if mark else INDENTER_KEY not in info_of(atoms)
+    if mark:
+        return bool(mark & _FIXED)
+    return not atoms.has("tags") and INDENTER_KEY not in info_of(atoms)
 
 
 def check_indenter(atoms: Atoms, identity: str | None) -> None:

@@ -18,7 +18,7 @@ def crystal_slab(
     calculator: Any,
     surface: str | CrystalSurface = "fcc100",
     *,
-    held: bool = True,
+    held: bool | str = True,
 ) -> tuple[Atoms, ElasticFoundation]:
     """Return the upper layers of a crystal, and the calculator for what is below them.
 
@@ -36,8 +36,9 @@ def crystal_slab(
     surface : {"fcc100", "fcc111", "bcc100", "diamond100"} or CrystalSurface
         Given by name, the surface is calculated with
         `CrystalSurface.from_calculator`, which takes about ten seconds for EMT.
-    held : bool
-        Whether loads on the surface are balanced, see `ElasticFoundation.hold`.
+    held : bool or {"lowest", "surface"}
+        The layer that is held against loads on the surface, see
+        `ElasticFoundation.hold`; True is the lowest one, False none.
 
     Returns
     -------
@@ -60,7 +61,8 @@ def crystal_slab(
     """
     instance_of((str, Atoms), symbol=symbol)
     instance_of((str, CrystalSurface), surface=surface)
-    boolean(held=held)
+    if not isinstance(held, str):
+        boolean(held=held)
     n, m = grid_shape(size)
     integer("layers", layers, 1)
     if isinstance(surface, str):
@@ -77,5 +79,5 @@ def crystal_slab(
     foundation = ElasticFoundation(calculator, surface, atoms, layers)
     atoms.calc = foundation
     if held:
-        foundation.hold(atoms)
+        foundation.hold(atoms, held if isinstance(held, str) else "lowest")
     return atoms, foundation

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,12 @@ from ase.calculators.calculator import Calculator, all_changes
 from ase.constraints import FixSubsetCom
 
 from ase_roughcontact._util.callers import warn
-from ase_roughcontact._util.validation import instance_of, integer
+from ase_roughcontact._util.validation import instance_of, integer, one_of
 from ase_roughcontact.foundation.coupling import Coupling
 from ase_roughcontact.foundation.sites import Sites, cells
 from ase_roughcontact.foundation.surface import CrystalSurface
 
-#: Key of `Atoms.info` of a slab whose lowest layer `ElasticFoundation.hold` holds.
+#: Key of `Atoms.info` of a slab with a layer that `ElasticFoundation.hold` holds.
 HELD_KEY = "held_layer"
 
 
@@ -68,7 +69,7 @@ class ElasticFoundation(Calculator):
     -----
     UserWarning
         Once, at a calculation of a slab under an indenter, or of one that was held, if
-        no constraint acts on its lowest layer.
+        no constraint acts on the layer that was held.
 
     Notes
     -----
@@ -123,10 +124,17 @@ class ElasticFoundation(Calculator):
         """Return the sites of all layers, complete when the foundation was made."""
         return Sites.of(self._slab, self.surface, self.layers, self.layers)
 
-    def hold(self, atoms: Atoms) -> None:
-        """Hold the centre of mass of the lowest layer by a constraint.
+    def hold(self, atoms: Atoms, layer: str = "lowest") -> None:
+        """Hold the centre of mass of a layer by a constraint.
 
-        It balances loads on the surface. ASE does not remove atoms from a slab that has
+        It balances loads on the surface. Heights are relative to the mean plane of this
+        layer. A load compresses the slab above the lowest layer uniformly, the more
+        the more layers it has. If the surface is held, a load at the wave vector zero
+        does not deform the slab, and depths of an indenter do not depend on its layers:
+        they are those of `RoughContact` on a periodic half space. Where atoms of the
+        surface slip, their mean plane is none of the crystal; hold the lowest layer.
+
+        ASE does not remove atoms from a slab that has
         this constraint: build the slab without, remove atoms, and hold it then. That
         the slab is held is noted in `Atoms.info`. If the constraint gets lost, in files
         without constraints or by `Atoms.set_constraint`, a calculation warns.
@@ -135,15 +143,28 @@ class ElasticFoundation(Calculator):
         ----------
         atoms : Atoms
             Changed in place.
+        layer : {"lowest", "surface"}
+
+        Raises
+        ------
+        ValueError
+            If the layer is unknown, or the layers below the surface are not complete.
         """
-        atoms.set_constraint([*atoms.constraints, HeldLayer(self._lowest(atoms))])
-        atoms.info[HELD_KEY] = True
+        one_of(("lowest", "surface"), layer=layer)
+        sites = self.sites
+        if layer == "surface":
+            slab = atoms[atoms.numbers > 0]
+            sites = Sites.of(slab, self.surface, self.layers, self.layers)
+        held = sites.indices[0 if layer == "surface" else -1].ravel()
+        held = np.flatnonzero(atoms.numbers > 0)[held]
+        atoms.set_constraint([*atoms.constraints, HeldLayer(held)])
+        atoms.info[HELD_KEY] = layer
         self._warned = False
 
-    def _lowest(self, atoms: Atoms) -> np.ndarray:
-        """Return the indices of the atoms of the lowest layer."""
-        real = np.flatnonzero(atoms.numbers > 0)
-        return real[self.sites.indices[-1].ravel()]
+    @cached_property
+    def _surface_layer(self) -> np.ndarray:
+        """Indices of the atoms of the surface in the slab."""
+        return self.all_sites().indices[0].ravel()
 
     def calculate(
         self,
@@ -168,14 +189,17 @@ class ElasticFoundation(Calculator):
         self.results = {"energy": energy, "free_energy": energy, "forces": forces}
 
     def _warn_if_released(self) -> None:
-        """Warn once if no constraint acts on the lowest layer, and one should."""
+        """Warn once if no constraint acts on the held layer, and one should."""
         loaded = (self.atoms.numbers == 0).any() or self.atoms.info.get(HELD_KEY)
         if self._warned or not loaded:
             return
         forces = np.ones((len(self.atoms), 3))
         for constraint in self.atoms.constraints:
             constraint.adjust_forces(self.atoms, forces)
-        if (forces[self._lowest(self.atoms)] == 1.0).all():
+        layer = self.sites.indices[-1].ravel()
+        if self.atoms.info.get(HELD_KEY) == "surface":
+            layer = self._surface_layer
+        if (forces[self.atoms.numbers > 0][layer] == 1.0).all():
             self._warned = True
             warn(
                 "nothing holds the slab under a load: a file without constraints or "

@@ -9,8 +9,10 @@ from ase import Atom, Atoms
 from ase.calculators.calculator import all_changes
 from ase.calculators.mixing import SumCalculator
 from ase.constraints import FixCartesian
+from ase.data import atomic_masses
 from scipy.interpolate import RectBivariateSpline
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.properties import PropertiesCalculator
 from ase_roughcontact._util.validation import finite, instance_of, positive, surface
 from ase_roughcontact.foundation.calculator import ElasticFoundation
@@ -52,8 +54,9 @@ class RigidIndenter(PropertiesCalculator):
         Distance of nearest neighbours in the surface (Å).
     area : float
         Area A of an atom in the surface (Å^2).
-    load : float
-        Force L that presses the indenter down, unless it is fixed (eV/Å).
+    load : float, optional
+        Force L that presses the indenter down (eV/Å). Without it, constraints hold the
+        indenter.
 
     Raises
     ------
@@ -61,6 +64,11 @@ class RigidIndenter(PropertiesCalculator):
         If a parameter is out of range, or the wall is hard; at a calculation, if there
         is not one atom X, or the wall acts at the border of the cell and the indenter
         does not have its period.
+
+    Warns
+    -----
+    UserWarning
+        Once, if a file or `Atoms.set_constraint` has freed an indenter that was held.
 
     Notes
     -----
@@ -79,12 +87,13 @@ class RigidIndenter(PropertiesCalculator):
         interaction: Interaction,
         spacing: float,
         area: float,
-        load: float = 0.0,
+        load: float | None = None,
     ) -> None:
         super().__init__()
         surface(indenter=indenter)
         positive(spacing=spacing, area=area)
-        finite(load=load)
+        self.load = 0.0 if load is None else load
+        finite(load=self.load)
         if not isinstance(interaction, Interaction) or interaction.hard:
             raise ValueError(
                 "atoms need a soft wall such as LennardJones93.repulsive, got "
@@ -92,7 +101,9 @@ class RigidIndenter(PropertiesCalculator):
             )
         check_wall(interaction, spacing)
         self.indenter, self.interaction = indenter, interaction
-        self.spacing, self.area, self.load = spacing, area, load
+        self.spacing, self.area = spacing, area
+        self._held = [True, True, load is None]  # directions in which it does not move
+        self._warned = False
         self._step = spacing / _SAMPLES
         self._cell = np.zeros((2, 2))
 
@@ -134,6 +145,8 @@ class RigidIndenter(PropertiesCalculator):
         forces[others, 2] = -self.area * pressure
         forces[index] = -forces.sum(axis=0)
         normal_force = float(forces[index, 2])
+        if normal_force:
+            self._warn_if_released(index)
         forces[index, 2] -= self.load
         total = self.area * float(energy.sum())
         total += self.load * self.atoms.positions[index, 2]
@@ -146,6 +159,24 @@ class RigidIndenter(PropertiesCalculator):
             "gap": gaps,
             "contact": contact,
         }
+
+    def _warn_if_released(self, index: int) -> None:
+        """Warn once if no constraint holds the indenter where one should."""
+        constraints = self.atoms.constraints
+        springs = any(hasattr(each, "adjust_potential_energy") for each in constraints)
+        if self._warned or springs:
+            return
+        forces = np.ones((len(self.atoms), 3))
+        for constraint in constraints:
+            constraint.adjust_forces(self.atoms, forces)
+        if forces[index, self._held].any():
+            self._warned = True
+            warn(
+                "nothing holds the indenter: a file without constraints or "
+                "set_constraint has lost the constraint of add_indenter. Add "
+                "FixCartesian, or constraints by set_constraint([*atoms.constraints, "
+                "new])"
+            )
 
     def _interpolate(self, cell: np.ndarray) -> None:
         """Sample the shape over a cell around the axis."""
@@ -201,6 +232,7 @@ def add_indenter(
     height: float | None = None,
     position: tuple[float, float] | None = None,
     load: float | None = None,
+    mass: float | None = None,
 ) -> RigidIndenter:
     """Put a rigid indenter on a slab.
 
@@ -221,6 +253,9 @@ def add_indenter(
         x and y of its axis (Å), which are fixed; by default the middle of the cell.
     load : float, optional
         Force that presses it down (eV/Å). Without it the height is fixed, too.
+    mass : float, optional
+        Its mass in dynamics (amu); by default the mass of a layer of the slab, with
+        which the indenter does not vibrate faster than an atom, however many touch it.
 
     Returns
     -------
@@ -259,7 +294,7 @@ def add_indenter(
     if interaction is None:
         modulus = foundation.surface.contact_modulus
         interaction = LennardJones93.repulsive(modulus, spacing)
-    calculator = RigidIndenter(indenter, interaction, spacing, area, load or 0.0)
+    calculator = RigidIndenter(indenter, interaction, spacing, area, load)
     index = indenter_index(atoms) if there else len(atoms)
     if height is None and not there:
         top = atoms.positions[:, 2].max()
@@ -268,6 +303,14 @@ def add_indenter(
     if not there:
         middle = atoms.cell.array[:2, :2].sum(axis=0) / 2
         atoms.append(Atom("X", (*(middle if position is None else position), height)))
+    masses = atoms.get_masses()
+    if mass is None and masses[index] == atomic_masses[0]:  # the default of ASE
+        lowest = foundation.sites.indices[-1]
+        mass = float(masses[atoms.numbers > 0][lowest].sum())
+    if mass is not None:
+        positive(mass=mass)
+        masses[index] = mass
+        atoms.set_masses(masses)
     others = [
         each
         for each in atoms.constraints

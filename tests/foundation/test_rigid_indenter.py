@@ -1,9 +1,14 @@
 """A rigid indenter with the walls of the package on explicit atoms."""
 
+import warnings
+
 import numpy as np
 import pytest
+from ase import units
 from ase.build import bulk
+from ase.constraints import FixAtoms
 from ase.io import read, write
+from ase.md.verlet import VelocityVerlet
 from ase.optimize import FIRE, LBFGS
 from ase.optimize.precon import PreconLBFGS
 from built import atoms_under, force_along
@@ -65,11 +70,15 @@ def test_the_wall_begins_at_the_default_height(surface):
     assert indenter.get_property("normal_force", atoms) > 0.01
 
 
-def test_a_small_load_is_that_of_the_half_space_of_the_same_crystal(surface):
-    # relaxed with all their explicit layers, and as a Green's function of the surface
-    crystal = Crystal.from_calculator(
+@pytest.fixture(scope="module")
+def crystal():
+    return Crystal.from_calculator(
         pair_potential(), bulk("Cu", a=A), layers=9, size=7, displacement=0.0
     )
+
+
+def test_a_small_load_is_that_of_the_half_space_of_the_same_crystal(surface, crystal):
+    # relaxed with all their explicit layers, and as a Green's function of the surface
     sphere, load, n = rc.RoughSphere(200.0), 0.02, 6
     gold = rc.substrate("Au", (n, n), sphere, spacing=crystal.spacing, periodic=True)
     gold.calc = rc.RoughContact(sphere, solid=crystal)
@@ -90,6 +99,100 @@ def test_a_small_load_is_that_of_the_half_space_of_the_same_crystal(surface):
     np.testing.assert_allclose(
         gap, half_space.calc.get_property("gap", half_space), atol=2e-5
     )
+
+
+def force_at(surface, depth, layers, held):
+    """Force on a fixed indenter at a depth, relaxed."""
+    atoms = slab(surface, layers=layers, held=held)
+    precon = rc.FoundationPrecon(atoms, atoms.calc)
+    indenter = rc.add_indenter(atoms, rc.RoughSphere(20.0))
+    atoms.positions[-1, 2] -= depth
+    relax = PreconLBFGS(atoms, precon=precon, use_armijo=False, logfile=None)
+    assert relax.run(fmax=1e-5, steps=100)
+    return indenter.get_property("normal_force")
+
+
+def test_depths_relative_to_the_surface_do_not_depend_on_the_layers(surface):
+    few, many = (force_at(surface, 0.3, layers, "surface") for layers in (4, 7))
+    assert few == pytest.approx(many, rel=1e-3)
+    # a load compresses the slab above the lowest layer
+    few, many = (force_at(surface, 0.3, layers, "lowest") for layers in (3, 7))
+    assert few > 1.1 * many
+
+
+def test_depths_relative_to_the_surface_are_those_of_the_half_space(surface, crystal):
+    sphere, depth = rc.RoughSphere(20.0), 0.02
+    wall = rc.LennardJones93.repulsive(crystal.contact_modulus, crystal.spacing)
+    options = {"spacing": crystal.spacing, "periodic": True}
+    half_space = atoms_under(sphere, wall, (6, 6), solid=crystal, **options)
+    (step,) = rc.load_path(half_space, [depth], validity="ignore", fmax=1e-6)
+    found = force_at(surface, depth, 2, "surface")
+    assert found == pytest.approx(step.normal_force, rel=0.01)
+
+
+@pytest.mark.parametrize("load", [None, 0.5])
+def test_an_indenter_that_a_new_constraint_frees_is_noticed(surface, load):
+    atoms = slab(surface)
+    rc.add_indenter(atoms, rc.RoughSphere(20.0), load=load)
+    atoms.positions[-1, 2] -= 0.3
+    atoms.set_constraint([*atoms.constraints, FixAtoms([0])])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        atoms.get_forces()
+    atoms.set_constraint(FixAtoms(range(36)))
+    atoms.positions[-1, 2] -= 0.01
+    with pytest.warns(UserWarning, match="nothing holds the indenter"):
+        atoms.get_forces()
+
+
+def drift(surface, mass):
+    """Change of the energy in 200 fs under a load, with a time step of 4 fs."""
+    atoms = slab(surface, (4, 4))
+    rc.add_indenter(atoms, rc.RoughSphere(20.0), load=1.0, mass=mass)
+    assert LBFGS(atoms, logfile=None).run(fmax=1e-3, steps=300)
+    atoms.positions[-1, 2] += 0.05
+    energies, dynamics = [], VelocityVerlet(atoms, 4.0 * units.fs)
+    for _ in range(25):
+        dynamics.run(2)
+        energies.append(atoms.get_total_energy())
+    return np.ptp(energies)
+
+
+def test_dynamics_under_a_load_conserve_the_energy(surface):
+    assert drift(surface, None) < 2e-4  # of about 0.05 eV
+    assert drift(surface, 50.0) > 3.0 * drift(surface, None)
+
+
+def test_an_indenter_has_the_mass_of_a_layer_unless_one_is_given(surface):
+    atoms = slab(surface, (4, 4))
+    rc.add_indenter(atoms, rc.RoughSphere(20.0))
+    assert atoms.get_masses()[-1] == pytest.approx(16 * atoms.get_masses()[0])
+    other = slab(surface, (4, 4))
+    rc.add_indenter(other, rc.RoughSphere(20.0), mass=7.0)
+    assert other.get_masses()[-1] == 7.0
+    for wrong in (0.0, -1.0, "heavy"):
+        with pytest.raises(ValueError, match="mass must be"):
+            rc.add_indenter(slab(surface, (4, 4)), rc.RoughSphere(20.0), mass=wrong)
+
+
+def test_a_held_surface_that_is_released_is_noticed(surface):
+    atoms = slab(surface, held="surface")
+    rc.add_indenter(atoms, rc.RoughSphere(20.0))
+    held = atoms.constraints
+    atoms.set_constraint([*held[1:], FixAtoms(range(36))])  # another layer
+    with pytest.warns(UserWarning, match="nothing holds the slab"):
+        atoms.get_forces()
+
+
+def test_a_surface_that_is_not_complete_can_not_be_held(surface):
+    atoms = slab(surface, held=False)
+    foundation = atoms.calc
+    del atoms[-1]
+    with pytest.raises(ValueError, match="at least 72 atoms"):
+        foundation.hold(atoms, "surface")
+    foundation.hold(atoms)
+    with pytest.raises(ValueError, match="layer must be 'lowest' or 'surface'"):
+        foundation.hold(atoms, "middle")
 
 
 @pytest.mark.parametrize("optimizer", [FIRE, LBFGS, PreconLBFGS])
