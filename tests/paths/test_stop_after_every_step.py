@@ -66,7 +66,11 @@ PATHS = {
     "scene of the continuum": of_scene("continuum"),
 }
 CASES = [
-    *((name, periodic) for name in ("plastic", "creep", "slip") for periodic in (False, True)),
+    *(
+        (name, periodic)
+        for name in ("plastic", "creep", "slip")
+        for periodic in (False, True)
+    ),
     ("scene of atoms", False),
     ("scene of the continuum", False),
 ]
