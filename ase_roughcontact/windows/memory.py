@@ -58,8 +58,8 @@ def memory_of(
     float
         Bytes: the memory of Python and its libraries, for which 165 MB are assumed, and
         of the step. With the actual memory of the libraries it is between 3/4 and 4/3
-        of the largest resident size of a fresh process. Measured height maps, and other
-        data of the process, add to it.
+        of the largest resident size of a fresh process. Atoms of ASE, measured height
+        maps, and other data of the process add to it.
     """
     per_atom = _PER_ATOM
     if wall and solid and not wall.attractive and solid.creep is None:

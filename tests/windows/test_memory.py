@@ -1,6 +1,7 @@
 """Memory: the estimate compared with the largest resident size of a fresh process.
 
-Python and its libraries need more or less in other installations: they are measured.
+Python and its libraries need more or less in other installations: they are measured,
+with the atoms.
 """
 
 import json
@@ -42,24 +43,28 @@ def peak():
         (kilobytes,) = [int(line.split()[1]) for line in file if "VmHWM" in line]
     return 1024 * kilobytes
 
-smooth = RoughSphere(1000.0)
-small = substrate("Cu", (8, 8), smooth, spacing=1.0, fixed=False)
-small.calc = RoughContact(smooth, 1.0, HardWall())
-list(load_path(small, loads=[1e-3], window="unchecked", validity="ignore"))
-base = peak()  # of Python and its libraries
-
 wall, cell, size, domain = *sys.argv[1:3], *map(int, sys.argv[3:])
-rough = domain and SelfAffine(0.1, 0.8, 4.0, 512.0, seed=1, domain=float(domain))
-sphere = RoughSphere(1000.0, rough or None)
 shape = (8, 8) if cell == "auto" else (size, size)
 periodic = cell == "periodic"
-atoms = substrate("Cu", shape, sphere, spacing=1.0, periodic=periodic, fixed=False)
+
+def atoms_under(sphere, wall, shape):
+    atoms = substrate("Cu", shape, sphere, spacing=1.0, periodic=periodic, fixed=False)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    return atoms
+
+smooth = RoughSphere(1000.0)
+small = atoms_under(smooth, HardWall(), (8, 8))
+list(load_path(small, loads=[1e-3], window="unchecked", validity="ignore"))
+atoms_under(smooth, HardWall(), shape)
+base = peak()  # of Python, its libraries and the atoms
+rough = domain and SelfAffine(0.1, 0.8, 4.0, 512.0, seed=1, domain=float(domain))
+sphere = RoughSphere(1000.0, rough or None)
 walls = {
     "hard": HardWall(),
     "repulsive": LennardJones93.repulsive(1.0, 1.0),
     "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.005),
 }
-atoms.calc = RoughContact(sphere, 1.0, walls[wall])
+atoms = atoms_under(sphere, walls[wall], shape)
 load = 4.0 * (0.35 * size) ** 3 / (3.0 * 1000.0)
 window = "auto" if cell == "auto" else "unchecked"
 (step,) = load_path(atoms, loads=[load], window=window, accuracy=1e-2)
