@@ -22,7 +22,7 @@ from scipy.fft import rfft
 # Relative size below which harmonics are left out.
 _NEGLIGIBLE = 1e-13
 # Distance, in cells, below which integrals over cells are tabulated: rounding errors of
-# the tables grow with it, and errors of the series fall, but more slowly with harmonics.
+# the tables grow with it, and errors of the series fall, more slowly with harmonics.
 _TABULATED, _TABULATED_WITHOUT = 160, 64
 # Points of integrals along the edges of cells: more of them near the origin.
 _FAR_POINTS, _NEAR_POINTS, _NEAR = 10, 64, 8

@@ -26,9 +26,9 @@ _PER_FRAME = 200
 # Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
-# Bytes of Python and its libraries, with those for figures: 60 MB less without them and
-# in some versions. Bytes beside them that are not checked: reading the limits would take
-# a tenth of a step in a small window.
+# Bytes of Python and its libraries, those for figures included: up to 60 MB less in
+# some installations. Bytes beside them that are not checked: reading the limits would
+# take a tenth of a step in a small window.
 _BASE, _UNCHECKED = 165e6, 100e6
 
 
