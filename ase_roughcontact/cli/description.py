@@ -8,7 +8,7 @@ from ase_roughcontact._util.units import UNITS, with_unit
 from ase_roughcontact.paths.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
-from ase_roughcontact.scene.solid import label_of, named, spacing_of
+from ase_roughcontact.scene.solid import label_of
 from ase_roughcontact.topography import SelfAffine
 from ase_roughcontact.windows.regrid import lost_text
 
@@ -118,9 +118,9 @@ def _origin(scene: Scene) -> str:
 
 def _spacing(scene: Scene) -> str:
     """Return the spacing of the atoms, or the one that fits the contact."""
-    if scene.spacing == spacing_of(named(scene.substrate)) or scene.substrate.of_atoms:
-        return f"spacing {scene.spacing:.3f} Å"
-    return f"spacing {with_unit(scene.spacing, 'nm')}, which fits the contact"
+    if scene.bodies.fitted:
+        return f"spacing {with_unit(scene.spacing, 'nm')}, which fits the contact"
+    return f"spacing {scene.spacing:.3f} Å"
 
 
 def _hardness(scene: Scene) -> str:

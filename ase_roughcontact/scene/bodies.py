@@ -48,6 +48,8 @@ class Bodies:
         Section on friction.
     scanned : str
         Role of the body of which there is a scan; empty without.
+    fitted : bool
+        Whether the spacing is one that fits the contact, see `fitting_spacing`.
     """
 
     problem: Problem
@@ -59,6 +61,7 @@ class Bodies:
     whole_tip: HeightMap | None = None
     friction: Any = None
     scanned: str = ""
+    fitted: bool = False
 
     @property
     def spacing(self) -> float:

@@ -68,7 +68,9 @@ def build(scene: SceneFile) -> Bodies:
     """
     bodies = _bodies(scene)
     spacing = fitting_spacing(scene, bodies)
-    return bodies if spacing is None else _bodies(scene, spacing)
+    if spacing is None:
+        return bodies
+    return replace(_bodies(scene, spacing), fitted=True)
 
 
 def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:

@@ -101,7 +101,7 @@ def changed(scene: Scene, values: Mapping[str, ArrayLike]) -> Scene:
         else:
             key, unit = FREE[name]
             entries[key] = f"{np.squeeze(value):.17g} {unit}"
-    return scene.with_values(entries)
+    return scene.settled.with_values(entries)
 
 
 class ForceDerivatives:

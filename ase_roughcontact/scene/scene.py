@@ -97,14 +97,25 @@ class Scene(SceneFile):
         """Return the sections, without what was built from them."""
         return {title: getattr(self, title) for title in SECTIONS}
 
+    @property
+    def settled(self) -> Scene:
+        """The scene with its model, and a spacing that fits its contact, as if given.
+
+        They do not follow from other values then, which may be changed.
+        """
+        values: dict[str, Any] = {"substrate.model": self.model}
+        if self.bodies.fitted:
+            values["substrate.spacing"] = self.spacing
+        return self.with_values(values)
+
     def with_grid(self, change: GridChange | None) -> Scene:
         """Return the scene with a given grid; None for that for its accuracy."""
         given = (None, None) if change is None else (change.refine, change.coarsen)
         values: dict[str, Any] = dict(zip(("refine", "coarsen"), given, strict=True))
         if GridChange.of(spacing=self.substrate.spacing) is not None:
             values["spacing"] = None
-        values["model"] = self.model
-        return self.with_values({f"substrate.{k}": v for k, v in values.items()})
+        named = {f"substrate.{key}": value for key, value in values.items()}
+        return self.settled.with_values(named)
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -270,12 +281,8 @@ class Scene(SceneFile):
         """Return the scene with a path of known targets, without time."""
         if path is self.path:
             return self
-        return replace(self, path=path).with_values(
-            {
-                "substrate.relaxation_moduli": None,
-                "substrate.relaxation_times": None,
-                "substrate.model": self.model,
-            }
+        return replace(self.settled, path=path).with_values(
+            {"substrate.relaxation_moduli": None, "substrate.relaxation_times": None}
         )
 
     @property

@@ -6,7 +6,9 @@ import pytest
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.fit_parameters import changed
 from ase_roughcontact.theory import JKR
+from ase_roughcontact.windows.regrid import GridChange
 
 TEXT = """
 [substrate]
@@ -49,6 +51,25 @@ def test_the_spacing_fits_an_adhesive_contact_which_is_larger():
     )
     assert soft.spacing == pytest.approx(radius / 60.0, rel=0.2)
     assert not soft.warnings
+
+
+def test_the_spacing_that_fits_a_scene_is_kept_where_other_values_are_changed():
+    soft = scene()
+    finer = soft.with_grid(GridChange(4))
+    assert (finer.spacing, finer.grid_change) == (soft.spacing, GridChange(4))
+    harder = changed(soft, {"contact_modulus": 0.2})
+    assert harder.spacing == soft.spacing != scene("contact_modulus = 0.2").spacing
+
+
+def test_the_spacing_fits_the_relaxed_contact_of_a_path_in_time():
+    series = "relaxation_moduli = [0.99]\nrelaxation_times = [1.0]"
+    text = TEXT.replace('["100 nN"]', '[0.0, 100.0]\nkind = "time"\ntimes = [0.0, 1.0]')
+    solid = f"contact_modulus = 0.2\n{series}"
+    creeping = Scene.parse(
+        text.format(substrate=solid, radius='"10 um"', kind='"hard"')
+    )
+    assert creeping.spacing == scene("contact_modulus = 0.002").spacing
+    assert creeping.planned.spacing == creeping.spacing
 
 
 @pytest.mark.parametrize(
