@@ -8,8 +8,10 @@ the wall and its cutoff.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from fractions import Fraction
 
 from ase_roughcontact._util.validation import positive, unknown
 from ase_roughcontact.interactions import Interaction
@@ -20,11 +22,18 @@ from ase_roughcontact.windows.regrid import GridChange
 # Largest ratio of the relative error in the normal force to the relative tolerance of
 # the forces on atoms. No ratio is safe at an instability.
 _ERROR_PER_TOLERANCE = 4.0
-# Errors of the area and the points on the shortest wave for which they were measured,
-# at contact radii above 32 times that wave: see examples/benchmarks/answer_errors.py.
-_POINTS = {0.05: 4, 0.01: 8, 0.002: 16}
-# Smallest error that is attempted, with twice the points for half the error.
-_SMALLEST = 5e-4
+# Largest error of the area, and the points on the shortest wave for it, at contact
+# radii above 32 times that wave; a fifth of the error needs twice the points: see
+# examples/benchmarks/answer_errors.py.
+_LARGEST, _FEWEST, _PER_DOUBLING = 0.05, 4.0, 5.0
+# Fewest points on the shortest wave where spots of the contact flow, which are a few
+# points wide: with 4 of them areas of flats were wrong by up to 1.6 times as much as
+# without a hardness, with 6 of them by less.
+_FEWEST_PLASTIC = 6.0
+# Error below which half of it needs twice the points, and the smallest one attempted.
+_LINEAR, _SMALLEST = 2e-3, 5e-4
+# Largest denominator of a spacing in units of a0, and their ratio if both are integers.
+_DENOMINATOR = 8
 # Spacings on the shortest wave of a surface whose wavelengths are not known.
 _UNKNOWN_WAVE = 4.0
 # Largest coarsening under hard, soft and attractive walls. The range of a soft wall is
@@ -123,8 +132,8 @@ def grid_for(
     Returns
     -------
     GridChange
-        Of a grid that is finer by a power of two, or a coarser one if it divides the
-        window and the period of the indenter.
+        The coarsest grid that suffices, with a multiple of up to an eighth of the
+        spacing that divides the window and the period of the indenter.
 
     Raises
     ------
@@ -136,18 +145,39 @@ def grid_for(
             f"an accuracy of the continuum is at least {_SMALLEST:g}, got {error:g}; "
             "with a grid of your own (refine, coarsen) it is that of the solver"
         )
-    smallest = min(_POINTS)
-    sufficient = [points for level, points in _POINTS.items() if level <= error]
-    points = min(sufficient, default=_POINTS[smallest] * smallest / error)
     wave = IndenterFacts(indenter).short_wavelength
     if math.isnan(wave):
         wave = _UNKNOWN_WAVE * spacing
+    points = points_per_wave(error)
+    if wall.plastic:
+        points = max(points, _FEWEST_PLASTIC)
     coarsest = min(wave / points / spacing, _COARSEST[wall.family])
-    power = math.floor(math.log2(coarsest) + _ROUNDING)
-    for coarser in range(power, -1, -1):
-        change = GridChange(1, 2**coarser)
+    for ratio in _ratios(coarsest):
+        change = GridChange(ratio.denominator, ratio.numerator)
         with suppress(ValueError):  # unless it divides the window and the period
-            change.shape(shape or 2 * (max(_COARSEST.values()),))
+            if shape is not None:
+                change.shape(shape)
             change.surface(indenter, spacing)
             return change
-    return GridChange(2 ** max(-power, 0))
+    return GridChange(math.ceil(1.0 / coarsest - _ROUNDING))
+
+
+def points_per_wave(error: float) -> float:
+    """Return the points on the shortest wave for an error of the continuum's area."""
+    error = min(error, _LARGEST)
+    linear = max(1.0, _LINEAR / error)
+    doublings = math.log(_LARGEST / (error * linear), _PER_DOUBLING)
+    return _FEWEST * 2.0**doublings * linear
+
+
+def _ratios(largest: float) -> Iterator[Fraction]:
+    """Yield fractions of small denominators up to a number, the largest ones first.
+
+    Those below half of it are left out: finer grids cost four times as much.
+    """
+    found = {
+        Fraction(number, denominator)
+        for denominator in range(1, _DENOMINATOR + 1)
+        for number in range(1, math.floor(largest * denominator + _ROUNDING) + 1)
+    }
+    yield from sorted((each for each in found if each >= largest / 2), reverse=True)

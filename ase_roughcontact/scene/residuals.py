@@ -234,10 +234,10 @@ def on_finer_grid(scene: Scene) -> tuple[Scene, float]:
     Times the change of a quantity on that grid this is its quadratic error.
     """
     given = scene.grid_change
-    if given.coarsen > 1:
-        change = GridChange(coarsen=given.coarsen // 2)
+    if given.coarsen % 2:
+        change = GridChange(2 * given.refine, given.coarsen)
     else:
-        change = GridChange(refine=2 * given.refine)
+        change = GridChange(given.refine, given.coarsen // 2)
     ratio = change.spacing(1.0) / given.spacing(1.0)
     model = scene.with_values({"substrate.model": "continuum"})
     return model.with_grid(change), 1.0 / (1.0 - ratio**2)

@@ -20,15 +20,18 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, integer, lookup, positive
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.paths.record import size_of
+from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.scene.tradeoff_result import NUMERICAL, SAFETY, Choice, Tradeoff
 from ase_roughcontact.scene.variants import (
     PILOT,
     finest_grid,
     most_accurate,
+    of_continuum,
     unseen,
     variants,
     with_one_field,
+    with_optimizers,
 )
 
 # Numbers of realisations.
@@ -58,6 +61,8 @@ class _Answers:
         That errors are relative to: the values, or for heights the penetrations.
     cost, seconds, memory : float
         See `Choice`.
+    converged : bool
+        Whether all steps are.
     """
 
     values: FloatArray
@@ -66,6 +71,7 @@ class _Answers:
     cost: float
     seconds: float
     memory: float
+    converged: bool = True
 
     def error(self, exact: _Answers) -> float:
         """Return the largest relative difference."""
@@ -101,7 +107,7 @@ def tradeoff(
         Total relative error that is wanted.
     of : {"area", "force", "height"}
         The answer that has this error. The error of the height is relative to the
-        penetration.
+        penetration. Of a loop it is the force at pull-off.
     steps : int
         Number of steps of the path to calculate, the first and the last one included.
     points : int
@@ -132,16 +138,22 @@ def tradeoff(
     integer("steps", steps, 1)
     integer("points", points, 1)
     lookup(of, _COLUMNS, "answer")
-    if scene.path.in_order or scene.path.count(scene.bodies) is None:
+    is_loop = isinstance(scene.path, Loop)
+    if is_loop and of != "force":
+        raise ValueError(
+            f"the answer of a loop is its pull-off force, got the {of}: ask for the "
+            "error of the force"
+        )
+    if not is_loop and (scene.path.in_order or scene.path.count(scene.bodies) is None):
         raise ValueError(_without_steps(scene))
-    if of == _PRESCRIBED.get(scene.control):
+    if not is_loop and of == _PRESCRIBED.get(scene.control):
         raise ValueError(
             f"the path prescribes the {of}, which has no error: ask for that of the "
             f"area or the {'height' if of == 'force' else 'force'}"
         )
     best = most_accurate(scene)
     scene, finest, best = with_one_field(scene, finest_grid(best), best)
-    targets, left_out = _targets(finest, steps, points)
+    targets, left_out = _targets(finest.planned, steps, points)
     if best.is_continuum and finest == best:
         left_out.append('a grid finer than "high", which needs more memory')
     answers = cache(partial(_answers, targets=targets, of=of))
@@ -159,12 +171,21 @@ def tradeoff(
             left_out.append(f"{source} {label}: {problem}")
             continue
         found = answers(tried)
+        if not found.converged:
+            left_out.append(f"{source} {label}: steps have not converged")
+            continue
         difference, bound = found.error(exact), 0.0
         if source in _AGAINST_FINEST:
             difference, bound = found.error(truth), truth.estimate
         costs = found.cost, found.seconds, found.memory, settings
         error_of = max(difference, bound)
         choices.append(Choice(source, label, error_of, *costs, difference < bound))
+    for found_more, why in (
+        _of_model(best, targets, of, points),
+        _of_optimizers(scene, targets, of),
+    ):
+        choices += found_more
+        left_out += why
     if of == "area":
         choices += _theory(best, targets, truth)
     choices += _realisations(scene, targets, of)
@@ -175,7 +196,7 @@ def tradeoff(
         truth = _answers(finest_grid(other), others, of)
         found = _answers(_planned(other, plan), others, of)
         checked = max(found.error(truth), truth.estimate)
-    unit = scene.path.unit
+    unit = scene.planned.path.unit
     shown = tuple(f"{target / UNITS[unit]:.4g} {unit}" for target in targets)
     return Tradeoff(error, shown, tuple(choices), plan, checked, of, tuple(left_out))
 
@@ -212,15 +233,55 @@ def _targets(finest: Scene, steps: int, points: int) -> tuple[list[float], list[
 def _problem(scene: Scene, targets: Sequence[float], points: int) -> str:
     """Return why a choice is not calculated; empty if it is."""
     try:
-        steps = plan_path(
-            scene.problem, scene.start, scene.control, targets, scene.window
-        ).steps
+        planned = scene.planned
+        path = planned.start, planned.control, targets, planned.window
+        steps = plan_path(planned.problem, *path).steps
     except ValueError as error:
         return str(error)
     if problem := next(filter(None, (step.problem for step in steps)), ""):
         return problem
     largest = max(size_of(step.grid) for step in steps)
     return f"a grid of {largest:.2g} points" if largest > points else ""
+
+
+def _of_model(
+    best: Scene, targets: Sequence[float], of: str, points: int
+) -> tuple[list[Choice], list[str]]:
+    """Return the error of counted atoms against the continuum, or why it is unknown."""
+    continuum = of_continuum(best)
+    if continuum is None:
+        return [], []
+    label = "atoms / continuum"
+    if problem := _problem(continuum, targets, points):
+        return [], [f"model {label}: {problem}"]
+    counted, truth = (_answers(each, targets, of) for each in (best, continuum))
+    difference, bound = counted.error(truth), truth.estimate
+    costs = counted.cost, counted.seconds, counted.memory
+    error = max(difference, bound)
+    return [Choice("model", label, error, *costs, {}, difference < bound)], []
+
+
+def _of_optimizers(
+    scene: Scene, targets: Sequence[float], of: str
+) -> tuple[list[Choice], list[str]]:
+    """Return the choices of an optimizer of ASE, on the grid as given.
+
+    And those that have not converged.
+    """
+    accurate, variants_of = with_optimizers(scene)
+    if not variants_of:
+        return [], []
+    exact, choices, left_out = _answers(accurate, targets, of), [], []
+    for label, settings in variants_of:
+        found = exact
+        if settings["solver.optimizer"] is not None:
+            found = _answers(accurate.with_values(settings), targets, of)
+        costs = found.cost, found.seconds, found.memory, settings
+        if found.converged:
+            choices.append(Choice("optimizer", label, found.error(exact), *costs))
+        else:
+            left_out.append(f"optimizer {label}: steps have not converged")
+    return choices, left_out
 
 
 def _theory(best: Scene, targets: Sequence[float], exact: _Answers) -> list[Choice]:
@@ -273,7 +334,9 @@ def _planned(scene: Scene, plan: Sequence[Choice]) -> Scene:
 
 
 def _answers(scene: Scene, targets: Sequence[float], of: str) -> _Answers:
-    """Return answers and costs of the steps of a scene."""
+    """Return answers and costs of the steps of a scene, or of its loop."""
+    if isinstance(scene.path, Loop):
+        return _loop_answers(scene)
     columns = (name or scene.area_column for name in _COLUMNS[of])
     steps = list(scene.relax(targets, validity="ignore", scan_errors=False))
     values, scales, errors = (
@@ -287,4 +350,21 @@ def _answers(scene: Scene, targets: Sequence[float], of: str) -> _Answers:
         cost=sum(step.pairs * size_of(step.grid) for step in steps),
         seconds=sum(step.seconds for step in steps),
         memory=max(step.memory for step in steps),
+        converged=all(step.converged for step in steps),
+    )
+
+
+def _loop_answers(scene: Scene) -> _Answers:
+    """Return the pull-off force of a loop, and its cost."""
+    steps = list(scene.relax(validity="ignore", scan_errors=False))
+    lowest = min(steps, key=lambda step: step.normal_force)
+    force = np.array([-lowest.normal_force])
+    return _Answers(
+        force,
+        np.array([lowest.force_error]),
+        abs(force),
+        cost=sum(step.pairs * size_of(step.grid) for step in steps),
+        seconds=sum(step.seconds for step in steps),
+        memory=max(step.memory for step in steps),
+        converged=all(step.converged for step in steps),
     )

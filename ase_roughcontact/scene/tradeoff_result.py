@@ -11,7 +11,23 @@ from ase_roughcontact._util.printing import Printed, number, table
 from ase_roughcontact._util.units import UNITS
 
 #: Sources of errors that are numerical, which a plan may combine.
-NUMERICAL = ("tolerance", "grid", "cutoff", "boundary")
+NUMERICAL = ("tolerance", "grid", "steps", "optimizer", "cutoff", "boundary")
+# Choices beside the numerical ones whose errors are those of a single run.
+_BESIDE = {"realisations": ("1",), "model": ("atoms / continuum",)}
+# What they are, and what to do next; and after a plan that leaves nothing larger.
+_NEXT = {
+    "realisations": (
+        "the scatter of single realisations",
+        "Next: add these lines to the scene, and average over surfaces: "
+        "ase-roughcontact ensemble SCENE --error {error}",
+    ),
+    "model": (
+        "that of counted atoms where the continuum is meant",
+        'Next: give [substrate] model = "continuum", and run tradeoff again; if each '
+        "point is an atom, the count is the answer.",
+    ),
+}
+_RUN = "Next: add these lines to the scene: ase-roughcontact run SCENE"
 #: Part of the wanted error that a plan may have on the steps it is made for.
 SAFETY = 0.7
 
@@ -23,8 +39,9 @@ class Choice:
     Attributes
     ----------
     source : str
-        Of the error: the scene as given, tolerance, grid, cutoff, boundary, wall,
-        theory or realisations.
+        Of the error: the scene as given, counted atoms in place of the continuum,
+        tolerance, grid, steps of a loop, optimizer, cutoff, boundary, wall, theory or
+        realisations.
     label : str
     error : float
         Largest relative error of the answer of any step.
@@ -116,7 +133,8 @@ class Tradeoff(Printed):
             for key, value in choice.settings.items():
                 title, name = key.split(".")
                 lines = sections.setdefault(title, [f"[{title}]"])
-                lines.append(f"{name} = {json.dumps(value)}")
+                given = f"{name} = {json.dumps(value)}"
+                lines.append(f"# without {name}" if value is None else given)
         return "\n\n".join("\n".join(lines) for lines in sections.values())
 
     @property
@@ -159,11 +177,26 @@ class Tradeoff(Printed):
             *(f"Left out: {text}." for text in self.left_out),
             "",
             *(self._of_plan() if self.plan else [self._why_no_plan()]),
+            *self._of_largest(),
+        ]
+
+    def _of_largest(self) -> list[str]:
+        """Return the source of the largest error beside the plan, and what is next."""
+        beside = [c for c in self.choices if c.label in _BESIDE.get(c.source, ())]
+        of_plan = sum(choice.error for choice in self.plan)
+        largest = max(beside, key=lambda choice: choice.error, default=None)
+        if largest is None or largest.error <= max(of_plan, self.wanted):
+            return [_RUN] if self.plan else []
+        times = f", {largest.error / of_plan:.2g} times the plan's" if of_plan else ""
+        what, advice = _NEXT[largest.source]
+        return [
+            f"The largest error is {what}: {largest.error:.2g}{times}.",
+            advice.format(error=f"{self.wanted:g}"),
         ]
 
     def _of_plan(self) -> list[str]:
         count = self.realisations
-        surface = "another surface" if count else "other steps"
+        surface = "another surface" if count else "another case"
         verdict = "kept" if self.kept else "NOT KEPT, ask for a smaller error"
         return [
             f"Cheapest plan for an error of {self.wanted:g}:",

@@ -30,7 +30,7 @@ class GridChange:
     Attributes
     ----------
     refine, coarsen : int
-        One of them is 1.
+        Without a common factor.
     """
 
     refine: int = 1
@@ -40,9 +40,10 @@ class GridChange:
         """Check the numbers."""
         integer("refine", self.refine, 1)
         integer("coarsen", self.coarsen, 1)
-        if self.refine > 1 < self.coarsen:
+        if math.gcd(self.refine, self.coarsen) > 1:
             raise ValueError(
-                f"give refine or coarsen, got {self.refine} and {self.coarsen}"
+                "refine and coarsen must have no common factor, got "
+                f"{self.refine} and {self.coarsen}"
             )
 
     @classmethod
@@ -52,7 +53,7 @@ class GridChange:
         coarsen: int | None = None,
         spacing: str | float | None = None,
     ) -> GridChange | None:
-        """Return a grid given by a ratio or a text, such as ``"a0/2"`` or ``"2 a0"``.
+        """Return a grid given by ratios or a text, such as ``"a0/2"`` or ``"3 a0/4"``.
 
         Returns
         -------
@@ -62,7 +63,7 @@ class GridChange:
         Raises
         ------
         ValueError
-            If more than one is given, or a ratio is not a whole number.
+            If a text and a ratio are given, or a ratio is not a whole number.
         """
         found = _RELATIVE.fullmatch(spacing) if isinstance(spacing, str) else None
         if refine is None and coarsen is None and not found:
@@ -108,29 +109,29 @@ class GridChange:
         Returns
         -------
         Surface
-            The same indenter if the grid is not coarser.
+            The same indenter if the grid is finer.
 
         Raises
         ------
         ValueError
-            If the grid is coarser, and the indenter has no method `band_limited`, or a
-            roughness without longer waves or of another period.
+            If the roughness has another period, or the grid is coarser, and the
+            indenter has no method `band_limited`, or a roughness without longer waves.
         """
-        if self.coarsen == 1:
+        self._check_waves(IndenterFacts(indenter).roughness, spacing)
+        if self.coarsen <= self.refine:
             return indenter
         limit: Any = getattr(indenter, "band_limited", None)
         if limit is None:
             raise ValueError(
                 f"coarsen needs an indenter with a method band_limited, got {indenter}"
             )
-        self._check_waves(IndenterFacts(indenter).roughness, spacing)
         return limit(_PER_WAVE * self.spacing(spacing))
 
     def _check_waves(self, rough: Surface | None, spacing: float) -> None:
-        """Raise `ValueError` if a coarser grid has no waves, or not the period."""
-        if not isinstance(rough, SelfAffine):
+        """Raise `ValueError` if the grid has no waves, or not the period."""
+        if not isinstance(rough, SelfAffine) or self.coarsen == 1:
             return
-        ratio = self.coarsen
+        ratio = self.spacing(1.0)
         longest = rough.longest_wavelength or rough.long_wavelength
         most, least = (
             math.floor(wave / spacing / _PER_WAVE + _ROUNDING)
@@ -138,17 +139,17 @@ class GridChange:
         )
         if ratio > most:
             raise ValueError(
-                f"coarsen = {ratio} leaves out all waves of the roughness: a grid of "
-                f"{ratio} a0 resolves waves of {_PER_WAVE * ratio} a0 and more, the "
-                f"longest one has {longest / spacing:.4g} a0: choose at most {most}, "
-                f"or {least} to leave out none"
+                f"coarsen = {self.coarsen} leaves out all waves of the roughness: a "
+                f"grid of {self.label} resolves waves of {_PER_WAVE * ratio:g} a0 and "
+                f"more, the longest one has {longest / spacing:.4g} a0: choose at most "
+                f"{most}, or {least} to leave out none"
             )
         side = rough.side / spacing
         if abs(side / ratio - round(side / ratio)) > _ROUNDING:
-            fitting = math.ceil(side / ratio) * ratio
+            fitting = math.ceil(side / self.coarsen) * self.coarsen
             raise ValueError(
-                f"coarsen = {ratio} must divide the domain of the roughness, got "
-                f"{side:.9g} a0: choose a domain of {fitting} a0, "
+                f"coarsen = {self.coarsen} must divide the domain of the roughness, "
+                f"got {side:.9g} a0: choose a domain of {fitting} a0, "
                 f"{fitting * spacing:.9g} Å"
             )
 

@@ -10,7 +10,7 @@ import pytest
 from built import atoms_under
 
 import ase_roughcontact as rc
-from ase_roughcontact.paths.accuracy import accuracy_of, grid_for
+from ase_roughcontact.paths.accuracy import accuracy_of, grid_for, points_per_wave
 from ase_roughcontact.scene import Scene
 
 # In units of the contact modulus and of the spacing.
@@ -116,10 +116,26 @@ def spacing(error, wave=4.0, wall=SOFT, domain=64.0, shape=None):
 
 @pytest.mark.parametrize(
     "error, points",
-    [(0.05, 4), (0.049, 8), (0.01, 8), (0.002, 16), (0.001, 32), (0.0005, 64)],
+    [(0.2, 4), (0.05, 4), (0.02, 6), (0.01, 8), (0.002, 16), (0.001, 32), (5e-4, 64)],
 )
 def test_smaller_errors_need_more_points_on_the_shortest_wave(error, points):
-    assert spacing(error) == 4.0 / points
+    assert spacing(error) == pytest.approx(4.0 / points)
+
+
+@pytest.mark.parametrize("wave", [4.0, 5.0, 6.0, 7.0, 9.0, 11.0, 12.5, 14.0])
+@pytest.mark.parametrize("error", [0.05, 0.03, 0.02, 0.01, 0.007])
+def test_any_wave_and_error_has_at_most_a_third_more_points_than_it_needs(wave, error):
+    rough = rc.SelfAffine(0.1, 0.8, wave, 64.0, domain=840.0)
+    sphere, needed = rc.RoughSphere(100.0, rough), points_per_wave(error)
+    grid = grid_for(error, sphere, rc.HardWall(), 1.0)
+    assert 1.0 - 1e-9 <= wave / grid.spacing(1.0) / needed < 1.34
+    rough = grid.surface(sphere, 1.0).roughness
+    assert rough.short_wavelength == wave
+
+
+def test_spots_that_flow_have_six_points_on_the_shortest_wave():
+    assert spacing(0.05, wall=rc.PlasticWall(0.05)) == pytest.approx(4.0 / 6.0)
+    assert spacing(0.01, wall=rc.PlasticWall(0.05)) == 0.5
 
 
 def test_errors_below_the_smallest_are_not_attempted():
@@ -137,9 +153,13 @@ def test_grids_are_coarser_only_as_far_as_the_wall_is_resolved(wall, largest):
 @pytest.mark.parametrize(
     "period_or_window, coarsest",
     [
-        *(({"domain": side}, most) for side, most in ((128, 8), (132, 4), (130, 2))),
-        *(({"shape": side}, most) for side, most in (((64, 96), 8), ((64, 100), 4))),
+        ({"domain": 128}, 8),
+        ({"domain": 132}, 22 / 3),
+        ({"domain": 130}, 6.5),
+        ({"shape": (64, 96)}, 8),
+        ({"shape": (64, 100)}, 4),
     ],
 )
 def test_coarser_grids_divide_period_and_fixed_window(period_or_window, coarsest):
-    assert spacing(0.05, 32.0, rc.HardWall(), **period_or_window) == coarsest
+    found = spacing(0.05, 32.0, rc.HardWall(), **period_or_window)
+    assert found == pytest.approx(coarsest)

@@ -14,7 +14,7 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.cli.figures import draw_tradeoff
 from ase_roughcontact.plot import plot_tradeoff
 from ase_roughcontact.plot.files import check_picture
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import Loop, Scene
 from ase_roughcontact.scene.tradeoff import tradeoff
 from ase_roughcontact.scene.tradeoff_result import Choice, Tradeoff
 
@@ -51,8 +51,8 @@ def errors_of(found, source):
 def test_errors_of_grids_are_those_against_finer_ones():
     fine = scene().with_values({"substrate.refine": 8}).relax()
     exact = np.array([step.continuum_area for step in fine])
-    for level, error in errors_of(study(), "grid").items():
-        steps = scene().with_values({"solver.accuracy": level}).relax()
+    for choice in (each for each in study().choices if each.source == "grid"):
+        steps, error = scene().with_values(choice.settings).relax(), choice.error
         areas = np.array([step.continuum_area for step in steps])
         true = abs(areas / exact - 1.0).max()
         assert error == pytest.approx(true, abs=0.015)
@@ -175,6 +175,7 @@ def test_table_and_picture_name_the_answer(tmp_path):
 def test_all_sources_are_compared():
     sources = {choice.source for choice in study().choices}
     assert sources == {"scene", "grid", "boundary", "wall", "theory", "realisations"}
+    assert "model" in {choice.source for choice in study("atoms").choices}
     assert "tolerance" in {choice.source for choice in study("atoms").choices}
     assert errors_of(study(), "boundary")["cell of 2 diameters"] < 0.05
     assert errors_of(study(), "wall")["repulsive instead"] > 0.1
@@ -187,6 +188,78 @@ def test_all_sources_are_compared():
     ]
     spread = np.std(areas, axis=0, ddof=1) / np.mean(areas, axis=0)
     assert single == pytest.approx(spread.max())
+
+
+def test_counted_atoms_have_the_error_of_their_area_against_the_continuum():
+    (row,) = (each for each in study("atoms").choices if each.source == "model")
+    counted = [step.contact_area for step in scene("atoms").relax()]
+    high = scene().with_values({"solver.accuracy": "high"}).relax()
+    continuum = [step.continuum_area for step in high]
+    error = abs(np.divide(counted, continuum) - 1.0).max()
+    assert row.error == pytest.approx(error, abs=2e-3) and error > 0.05
+    assert "counted atoms where the continuum is meant" in str(study("atoms"))
+    assert "model" not in {each.source for each in study().choices}
+
+
+def test_errors_between_the_levels_have_grids_between_theirs():
+    cost = {c.label: c.cost for c in study().choices if c.source == "grid"}
+    assert cost["fast"] < cost["3 %"] < cost["2 %"] < cost["normal"]
+    assert cost["normal"] < cost["0.5 %"] < cost["high"]
+
+
+def test_the_largest_error_is_named_with_the_next_command():
+    grid = Choice("grid", "fast", 0.01, 1.0, settings={"solver.accuracy": "fast"})
+    scatter = "realisations", "1", 0.4, 1.0
+    text = " ".join(str(made(scatter, plan=(grid,), wanted=0.02)).split())
+    assert "scatter of single realisations: 0.4, 40 times the plan's" in text
+    assert "ase-roughcontact ensemble SCENE --error 0.02" in text
+    small = str(made(("realisations", "1", 0.01, 1.0), plan=(grid,), wanted=0.02))
+    assert "ase-roughcontact run SCENE" in small and "largest error" not in small
+
+
+LOOP = {
+    "roughness": None,
+    "sphere.radius": 20.0,
+    "interaction.kind": "dugdale",
+    "interaction.work_of_adhesion": 0.3,
+    "interaction.attraction_range": "0.4 nm",
+    "path": Loop(deepest=0.5, tolerance=0.05),
+}
+
+
+@pytest.mark.slow
+def test_the_pull_off_force_of_a_loop_is_traded():
+    loop = scene("atoms").with_values(LOOP)
+    found = tradeoff(loop, 0.1, of="force")
+    steps = errors_of(found, "steps")
+    (accurate,) = (
+        loop.with_values({"path.tolerance": 1e-4, "solver.accuracy": 1e-8})
+        .loop("ignore")
+        .pull_off_force,
+    )
+    coarse = loop.with_values({"path.tolerance": 1e-2, "solver.accuracy": 1e-8})
+    error = abs(coarse.loop("ignore").pull_off_force / accurate - 1.0)
+    assert steps["0.01"] == pytest.approx(error, abs=1e-3)
+    assert found.kept and "tolerance = 0.01" in found.toml
+
+
+def test_of_a_loop_only_the_force_is_traded():
+    with pytest.raises(ValueError, match="pull-off force"):
+        tradeoff(scene("atoms").with_values(LOOP), of="area")
+
+
+def test_optimizers_of_ase_are_traded_with_the_solver():
+    values = {"solver.optimizer": "LBFGS", "path.values": (10.0,)}
+    soft = scene("atoms").with_values(values | {"interaction.kind": "repulsive"})
+    found = tradeoff(soft, 0.05, of="height")
+    errors = errors_of(found, "optimizer")
+    assert errors["built-in solver"] == 0.0
+    loose = soft.with_values({"solver.fmax": 1e-3})
+    tight = soft.with_values({"solver.optimizer": None, "solver.accuracy": 1e-8})
+    (loose,), (tight,) = loose.relax(validity="ignore"), tight.relax()
+    error = abs(loose.height - tight.height) / tight.penetration
+    assert errors["LBFGS, fmax = 0.001"] == pytest.approx(error, rel=0.05)
+    assert "# without optimizer" in found.toml
 
 
 def test_plan_is_the_fastest_that_suffices_and_is_kept_on_another_surface():

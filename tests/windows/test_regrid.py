@@ -113,7 +113,7 @@ def test_hardness_of_the_crystal_is_known_on_a_finer_grid():
     "surface, grid, message",
     [
         (SPHERE, "a0/0", "refine must be an integer >= 1, got 0"),
-        (SPHERE, "2 a0/2", "refine or coarsen, got 2 and 2"),
+        (SPHERE, "2 a0/2", "no common factor, got 2 and 2"),
         (SPHERE, "5 a0", r"must divide the shape of the window.*\(12, 16\)"),
         (
             rc.RoughSphere(50.0, rc.HeightMap(np.zeros((32, 32)), 1.0)),
