@@ -59,6 +59,19 @@ def test_errors_of_grids_are_those_against_finer_ones():
     assert errors_of(study(), "grid")["high"] < 0.01
 
 
+def test_estimates_that_are_not_known_are_named(monkeypatch):
+    relax = Scene.relax
+
+    def without_errors(self, *arguments, **options):
+        for step in relax(self, *arguments, **options):
+            yield replace(step, area_error=np.nan)
+
+    monkeypatch.setattr(Scene, "relax", without_errors)
+    found = tradeoff(scene("atoms"), 0.05, steps=1)
+    (text,) = (text for text in found.left_out if "estimated error" in text)
+    assert "finest grid in 1 of 1 steps" in text
+
+
 def areas_of(**values):
     steps = scene().with_values(values).relax(validity="ignore")
     return np.array([[step.continuum_area, step.area_error] for step in steps]).T
