@@ -79,9 +79,9 @@ def differences(old: Any, new: Any, name: str = "") -> list[str]:
 def digest_of_file(file: Path) -> str:
     """Return a hash of the contents of a file, which is read again if it changed.
 
-    The time of its last modification can be set, and is the same for two changes within
-    the resolution of the clock; that of its last change of any kind can't be set, and
-    is not relied on while it is recent.
+    The time of modification can be set by any program. The time of change can't, but
+    two changes within the resolution of the clock have the same one: it is not relied
+    on while it is recent.
     """
     status = file.stat()
     if abs(time.time_ns() - status.st_ctime_ns) < _RECENT:

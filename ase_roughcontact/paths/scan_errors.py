@@ -162,7 +162,7 @@ class ScanErrors:
             of_kind = change(given, np.array([each.values for each in results[kind]]))
             if np.isnan(of_kind).any():
                 failures = (each.failure for each in results[kind] if each.failure)
-                unknown = unknown or f"{_PRESSED[kind]}: {next(failures)}"
+                unknown = unknown or f"{_PRESSED[kind]}: {next(failures, 'no numbers')}"
             errors = np.hypot(errors, of_kind)
         errors[_PRESCRIBED[self.control]] = 0.0
         scales = abs(given[[_AREA, _FORCE]])
@@ -221,7 +221,7 @@ class _AtTarget:
     force : float
         Normal force of the scan; NaN if it is not known (eV/Å).
     errors : ndarray, shape (4,)
-        Those of area and force are relative.
+        Of area and force relative to them, of height and penetration in Å.
     unknown : str
         Why some are not known; else empty.
     """
@@ -234,8 +234,8 @@ class _AtTarget:
 def _pixels(given: FloatArray, coarser: FloatArray) -> FloatArray:
     """Return the errors by pixels of results, and those of fewer pixels.
 
-    Without a result of a quarter of the pixels the ratio is 1/2, and so it is without
-    one of half of them, when three times the error lies between the others.
+    Without a result of a quarter of the pixels the ratio is 1/2. Without a result of
+    half of the pixels it is 1/2, too, and the error a third of the other change.
     """
     half = coarser[0]
     quarter = coarser[1] if len(coarser) > 1 else np.full_like(half, np.nan)
@@ -248,9 +248,9 @@ def _pixels(given: FloatArray, coarser: FloatArray) -> FloatArray:
 
 
 def _noise(given: FloatArray, noisy: FloatArray) -> FloatArray:
-    """Return the errors by noise of results, and those of noisy copies.
+    """Return the errors by noise, from results of the scan and of noisy copies.
 
-    They are NaN if there are results of less than two copies.
+    They are NaN if fewer than two copies have results.
     """
     noisy = noisy[~np.isnan(noisy).any(axis=1)]
     if len(noisy) < 2:
