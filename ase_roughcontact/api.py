@@ -32,7 +32,11 @@ from ase_roughcontact.optimize import (
     HalfSpacePrecon,
     NewtonKrylov,
 )
-from ase_roughcontact.optimize.settings import settings_for
+from ase_roughcontact.optimize.comparison import (
+    OptimizerComparison,
+    compare_optimizers,
+)
+from ase_roughcontact.optimize.settings import on_modes, settings_for
 from ase_roughcontact.optimize.tolerance import fmax_for
 from ase_roughcontact.paths.column import column
 from ase_roughcontact.paths.instabilities import AdhesionLoop
@@ -70,6 +74,7 @@ __all__ = [
     "LennardJones93",
     "LoadStep",
     "NewtonKrylov",
+    "OptimizerComparison",
     "Output",
     "PlasticWall",
     "PowerLawWall",
@@ -91,10 +96,12 @@ __all__ = [
     "add_indenter",
     "adhesion_loop",
     "column",
+    "compare_optimizers",
     "crystal_slab",
     "fcc_spacing",
     "fmax_for",
     "load_path",
+    "on_modes",
     "pressure_of",
     "release",
     "restore",

@@ -186,7 +186,7 @@ class PathAtoms:
 
 
 class ProblemAtoms(PathAtoms):
-    """Atoms of a problem, made when they are needed, flat and without padding.
+    """Atoms of a problem, made when they are needed, and flat.
 
     Parameters
     ----------
@@ -196,10 +196,20 @@ class ProblemAtoms(PathAtoms):
         Chemical symbol of the surface atoms.
     fixed : bool
         Whether the indenter is fixed.
+    padded : bool
+        Whether they have the padding of a free half space, which optimizers of ASE
+        need.
     """
 
-    def __init__(self, problem: Problem, window: Box, symbol: str, fixed: bool) -> None:
-        self.problem, self._reached = problem, None
+    def __init__(
+        self,
+        problem: Problem,
+        window: Box,
+        symbol: str,
+        fixed: bool,
+        padded: bool = False,
+    ) -> None:
+        self.problem, self._reached, self._padded = problem, None, padded
         self._first_window, self._symbol, self._fixed = window, symbol, fixed
 
     @cached_property
@@ -207,7 +217,10 @@ class ProblemAtoms(PathAtoms):
         """The surface atoms and the indenter."""
         problem, window = self.problem, self._first_window
         lattice = problem.spacing, problem.origin(window), problem.periodic
-        grid = SurfaceGrid(window.shape, window.shape, *lattice)
+        shape = window.shape
+        if self._padded:
+            shape = SurfaceGrid.padded_shape(shape, problem.periodic)
+        grid = SurfaceGrid(window.shape, shape, *lattice)
         atoms = grid.atoms(atomic_numbers[self._symbol], 0.0)
         supported(atoms, problem.indenter, self._fixed)
         solid: dict[str, Any] = {"solid": problem.solid}

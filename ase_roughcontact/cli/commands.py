@@ -12,15 +12,25 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
 from ase_roughcontact.cli.description import bodies
+from ase_roughcontact.optimize.comparison import optimizer_names
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene.curve_files import read_curve, read_in_time
 from ase_roughcontact.scene.fit import fit_curve
 from ase_roughcontact.scene.fit_parameters import SERIES
 from ase_roughcontact.scene.force_curve import BASELINE
 from ase_roughcontact.scene.least_squares import Fit
+from ase_roughcontact.scene.optimizers import compare_on
 from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit
 from ase_roughcontact.scene.time_fit import fit_in_time
 from ase_roughcontact.scene.tradeoff import tradeoff
+
+# Units of the columns of a comparison of optimizers.
+_UNITS_OF_OPTIMIZERS = {
+    "seconds": "s",
+    "seconds_to_accuracy": "s",
+    "height_error": "Å",
+    "energy_error": "eV",
+}
 
 
 def plan(options: argparse.Namespace) -> int:
@@ -167,3 +177,41 @@ def measure_tradeoff(options: argparse.Namespace) -> int:
         show(*study.parts)
         write(str(options.picture))
     return 0 if study.kept else 1
+
+
+def optimizers(options: argparse.Namespace) -> int:
+    """Compare optimizers, ours and those of ASE, on the deepest state of a scene.
+
+    Each relaxes the same flat atoms, on the window of this state, to the forces that
+    the wanted error of force and area needs. Steps, evaluations, FFT pairs and time,
+    the pairs to this error, and the errors at the end are printed: against the state
+    that the solver for the wall finds, with the atoms in contact in only one of the
+    states and the energy above. The reasons of failures follow. The error against the
+    FFT pairs is drawn.
+
+    Exit status: 0 all have found the state, 1 some have not, 2 the scene or a name is
+    invalid.
+    """
+    from ase_roughcontact.cli import figures  # imports matplotlib
+    from ase_roughcontact.plot.files import check_picture
+
+    check_picture(options.picture)
+    names = None
+    if options.names == "all":
+        names = optimizer_names()
+    elif options.names:
+        names = [name.strip() for name in options.names.split(",")]
+    scene = checked_scene(options)
+    compared = compare_on(scene, names, options.error, max_steps=options.steps)
+    figures.draw_optimizers(compared, options.picture)
+    if options.table:
+        compared.write_csv(options.table)
+    if options.json:
+        for result in compared.results:
+            values = {k: v for k, v in asdict(result).items() if k != "history"}
+            write(json_line(values, _UNITS_OF_OPTIMIZERS))
+    elif not options.quiet:
+        show(*compared.parts)
+        write(str(options.picture))
+    found = [r.converged and not r.reason for r in compared.results]
+    return 0 if all(found) else 1

@@ -18,6 +18,7 @@ from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.trajectory import read_frames
 from ase_roughcontact.atoms.view import with_indenter
 from ase_roughcontact.cli.report import printed_times
+from ase_roughcontact.optimize.comparison import OptimizerComparison
 from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.plot.files import written
@@ -194,6 +195,12 @@ def draw_tradeoff(study: Tradeoff, file: Path) -> None:
     with written(file, 4.2, width=6.0) as figure:
         axes = figure.subplots()
         plot.plot_tradeoff(axes, choices, front, study.wanted, study.of)
+
+
+def draw_optimizers(compared: OptimizerComparison, file: Path) -> None:
+    """Draw the errors of optimizers against their costs."""
+    with written(file, 3.2, width=6.0) as figure:
+        plot.plot_optimizers(figure.subplots(), compared)
 
 
 def _is_compressive(step: LoadStep) -> bool:

@@ -101,6 +101,8 @@ def make_parser() -> argparse.ArgumentParser:
     _add_places(command("places", "map area and adhesion over a scan", "places.places"))
     summary = "measure the cost of accuracy in a scene"
     _add_tradeoff(command("tradeoff", summary, "commands.measure_tradeoff"))
+    summary = "compare optimizers on a scene"
+    _add_optimizers(command("optimizers", summary, "commands.optimizers"))
     _add_fit(command("fit", "fit a scene to a measured force curve", "commands.fit"))
     summary = "write maps of pressure and gap of a run"
     maps = command("maps", summary, "runs.write_maps")
@@ -201,6 +203,23 @@ def _add_tradeoff(parser: argparse.ArgumentParser) -> None:
     )
     _add_picture(parser, "tradeoff.png")
     _add_output(parser, "per choice")
+
+
+def _add_optimizers(parser: argparse.ArgumentParser) -> None:
+    _add_scene(parser)
+    parser.add_argument(
+        "--names",
+        metavar="LIST",
+        help='comma-separated names, such as "NewtonKrylov, LBFGS, FIRE on modes", or '
+        "all (default: the usual ones)",
+    )
+    text = "wanted relative error of force and area (default: %(default)s)"
+    parser.add_argument("--error", type=float, default=1e-2, help=text)
+    text = "largest number of steps of each (default: %(default)s)"
+    parser.add_argument("--steps", type=int, default=2000, help=text)
+    _add_path(parser, "--table", metavar="CSV", help="also write a CSV file")
+    _add_picture(parser, "optimizers.png")
+    _add_output(parser, "per optimizer")
 
 
 def _add_fit(parser: argparse.ArgumentParser) -> None:

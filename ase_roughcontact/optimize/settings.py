@@ -53,8 +53,8 @@ _UNDER_PRESSURE = 3.0
 _PART_OF_SPACING, _PART_OF_RANGE = 0.1, 0.5
 # Vectors that LBFGS keeps.
 _MEMORY = 20
-# Largest number of coordinates of which a matrix is kept: 200 MB.
-_LARGEST_MATRIX = 5_000
+# Largest number of coordinates of which a matrix is solved in each step: in about 1 s.
+_LARGEST_MATRIX = 2_000
 
 _DYNAMICS = FIRE, FIRE2, MDMin
 _QUASI_NEWTON = BFGS, LBFGS, LBFGSLineSearch, BFGSLineSearch
@@ -121,6 +121,44 @@ def settings_for(
         check_suitable(kind, 3 * len(atoms))
         settings = _on_atoms(kind, atoms, given)
     return settings | given
+
+
+def on_modes(optimizer: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function that makes an optimizer of ASE on the `FourierModes` of atoms.
+
+    Parameters
+    ----------
+    optimizer : type, or partial of a type
+        Its settings are those of `settings_for`.
+
+    Returns
+    -------
+    callable
+        Called as ``f(atoms, logfile=None)``, for `load_path` and `compare_optimizers`.
+
+    Raises
+    ------
+    ValueError
+        When it is called: as `settings_for` does.
+
+    Examples
+    --------
+    >>> from ase.optimize import FIRE2
+    >>> from ase_roughcontact import RoughContact, RoughSphere, load_path
+    >>> from ase_roughcontact import on_modes, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (16, 16), sphere)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.5)
+    >>> (step,) = load_path(atoms, [0.5], optimizer=on_modes(FIRE2), accuracy=1e-2)
+    >>> step.converged, step.repulsive_atoms
+    (True, 61)
+    """
+
+    def made(atoms: Atoms, **options: Any) -> Any:
+        modes = FourierModes(atoms)
+        return optimizer(modes, **(settings_for(optimizer, modes) | options))
+
+    return made
 
 
 def class_of(optimizer: Any) -> tuple[type | None, dict[str, Any]]:

@@ -32,6 +32,7 @@ from ase_roughcontact.plot.friction import (
     plot_slip_areas,
     plot_tractions,
 )
+from ase_roughcontact.plot.optimizers import plot_optimizers
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import (
     plot_contact,
@@ -70,6 +71,7 @@ __all__ = [
     "plot_friction_loop",
     "plot_loop",
     "plot_moduli",
+    "plot_optimizers",
     "plot_over_depth",
     "plot_over_time",
     "plot_pressure",

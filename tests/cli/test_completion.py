@@ -10,7 +10,10 @@ from ase_roughcontact.cli import main
 
 pytest.importorskip("shtab")
 
-COMMANDS = "completion ensemble figure fit maps places plan report run scene tradeoff"
+COMMANDS = (
+    "completion ensemble figure fit maps optimizers places plan report run scene "
+    "tradeoff"
+)
 OF_RUN = "--help --json --out --preview --quiet --strict --verbose"
 
 

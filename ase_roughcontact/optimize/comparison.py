@@ -1,0 +1,537 @@
+"""Comparison of optimizers on the contact of given atoms.
+
+Each optimizer relaxes a copy of the atoms. After every step its state is compared with
+the one that the solver for the wall finds to a relative error of 1e-9. The error of a
+state is the largest of
+
+- the error of the normal force, relative to the magnitudes of all forces in contact,
+- the error of the contact area, relative to it, beyond one atom,
+- under a load, the error of the height times the contact stiffness, relative to the
+  same forces.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import ase.optimize
+import ase.optimize.precon
+import ase.optimize.sciopt
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact._util.printing import Printed, table
+from ase_roughcontact._util.validation import integer, positive, unknown
+from ase_roughcontact.atoms.calculator import RoughContact, contact_of, problem_of
+from ase_roughcontact.optimize.base import ContactOptimizer
+from ase_roughcontact.optimize.constraints import surface_held
+from ase_roughcontact.optimize.modes import FourierModes
+from ase_roughcontact.optimize.optimizers import (
+    ActiveSet,
+    NewtonKrylov,
+    default_optimizer,
+)
+from ase_roughcontact.optimize.settings import make_optimizer, on_modes
+from ase_roughcontact.optimize.tolerance import solution
+from ase_roughcontact.paths.convergence import StepRelaxer
+from ase_roughcontact.solvers.relaxation import Run
+from ase_roughcontact.solvers.response import height_response
+
+# Relative error of the state with which the others are compared.
+_REFERENCE = 1e-9
+# Ending of names of optimizers on the modes.
+_ON_MODES = " on modes"
+# Optimizers that are compared by default on soft walls, beside the solver for the wall.
+_USUAL = (
+    "LBFGS",
+    "FIRE",
+    "FIRE2",
+    "PreconLBFGS",
+    "LBFGS on modes",
+    "FIRE on modes",
+    "FIRE2 on modes",
+    "SciPyFminCG on modes",
+)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State of an optimizer after a step.
+
+    Attributes
+    ----------
+    steps : int
+    evaluations : int
+        Of energy and forces so far; of a solver of this package, its states.
+    pairs : float
+        FFT pairs so far.
+    seconds : float
+        Time so far (s).
+    error : float
+        Relative error of the state.
+    """
+
+    steps: int
+    evaluations: int
+    pairs: float
+    seconds: float
+    error: float
+
+
+@dataclass(frozen=True)
+class OptimizerResult:
+    """What one optimizer did.
+
+    Attributes
+    ----------
+    optimizer : str
+        Its name.
+    converged : bool
+    reason : str
+        Why it has not converged, or in which other state it ended; else empty.
+    steps, evaluations, pairs, seconds
+        At the end; see `Progress`.
+    evaluations_to_accuracy, pairs_to_accuracy, seconds_to_accuracy : float
+        Until the error stayed below the accuracy; NaN if it did not.
+    error, force_error, area_error : float
+        Relative errors at the end; NaN if it did not start.
+    height_error : float
+        Error of the height (Å).
+    changed_atoms : int
+        Atoms in contact in one state only, in the last or in the relaxed one; -1 if it
+        did not start.
+    energy_error : float
+        Energy above that of the relaxed state (eV).
+    history : tuple of Progress
+        Not a column.
+    """
+
+    optimizer: str
+    converged: bool = False
+    reason: str = ""
+    steps: int = 0
+    evaluations: int = 0
+    pairs: float = 0.0
+    seconds: float = 0.0
+    evaluations_to_accuracy: float = math.nan
+    pairs_to_accuracy: float = math.nan
+    seconds_to_accuracy: float = math.nan
+    error: float = math.nan
+    force_error: float = math.nan
+    area_error: float = math.nan
+    height_error: float = math.nan
+    changed_atoms: int = -1
+    energy_error: float = math.nan
+    history: tuple[Progress, ...] = field(default=(), repr=False)
+
+    def reached(self, error: float) -> Progress | None:
+        """Return the first moment from which on the error stays within a limit.
+
+        Parameters
+        ----------
+        error : float
+            Relative error of the state.
+
+        Returns
+        -------
+        Progress or None
+            None if it does not.
+        """
+        return _reached(self.history, error)
+
+
+@dataclass(frozen=True)
+class OptimizerComparison(Printed):
+    """Results of several optimizers on the same atoms; printed as a table.
+
+    Attributes
+    ----------
+    accuracy : float
+        Relative error of force and area.
+    fmax : float
+        Tolerance of forces for it (eV/Å).
+    energy, normal_force : float
+        Of the relaxed state (eV, eV/Å).
+    contact_atoms : int
+        Of the relaxed state.
+    results : tuple of OptimizerResult
+    """
+
+    accuracy: float
+    fmax: float
+    energy: float
+    normal_force: float
+    contact_atoms: int
+    results: tuple[OptimizerResult, ...]
+
+    @property
+    def parts(self) -> Sequence[Any]:
+        """Texts and tables, from top to bottom."""
+        percent = f"{100.0 * self.accuracy:.2g} %"
+        about = (
+            f"{self.contact_atoms} atoms in contact, {self.normal_force:.4g} eV/Å, "
+            f"{self.energy:.8g} eV; forces to {self.fmax:.2g} eV/Å, for an error of "
+            f"{percent}"
+        )
+        heads = (
+            "optimizer",
+            "steps",
+            "force (calls)",
+            "FFT (pairs)",
+            "time (s)",
+            f"to {percent} (pairs)",
+            "error",
+            "atoms",
+            "energy (eV)",
+        )
+        rows = [
+            (
+                each.optimizer,
+                each.steps,
+                each.evaluations,
+                f"{each.pairs:.0f}",
+                f"{each.seconds:.2f}",
+                _text(each.pairs_to_accuracy, ".0f"),
+                _text(each.error, ".1e"),
+                f"{each.changed_atoms}" if each.changed_atoms >= 0 else "-",
+                _text(each.energy_error, "+.1e"),
+            )
+            for each in self.results
+        ]
+        failures = [f"{r.optimizer}: {r.reason}" for r in self.results if r.reason]
+        return [about, table(heads, rows, 1), *failures]
+
+    def write_csv(self, file: str | Path) -> None:
+        """Write a line for each optimizer.
+
+        Parameters
+        ----------
+        file : str or Path
+        """
+        names = [each.name for each in fields(OptimizerResult)][:-1]
+        with open(file, "w", newline="", encoding="utf-8") as opened:
+            writer = csv.DictWriter(opened, names, extrasaction="ignore")
+            writer.writeheader()
+            writer.writerows(asdict(result) for result in self.results)
+
+    def check(self, *, atoms: int = 0, energy: float = 1e-3) -> None:
+        """Raise `AssertionError` unless all optimizers have found the relaxed state.
+
+        For tests: all have converged, to the same atoms in contact and energy.
+
+        Parameters
+        ----------
+        atoms : int
+            Largest number of other atoms in contact.
+        energy : float
+            Largest difference of the energy (eV).
+        """
+        wrong = []
+        for result in self.results:
+            if not result.converged:
+                wrong.append(f"{result.optimizer}: {result.reason}")
+            elif result.changed_atoms > atoms or not abs(result.energy_error) <= energy:
+                wrong.append(
+                    f"{result.optimizer}: {result.changed_atoms} other atoms in "
+                    f"contact, energy off by {result.energy_error:.2g} eV"
+                )
+        if wrong:
+            limits = f"{atoms} atoms and {energy:g} eV"
+            raise AssertionError(
+                f"not the same state within {limits}: " + "; ".join(wrong)
+            )
+
+
+def compare_optimizers(
+    atoms: Atoms,
+    optimizers: Iterable[str] | Mapping[str, Callable[..., Any]] | None = None,
+    accuracy: float = 0.01,
+    *,
+    max_steps: int = 2000,
+) -> OptimizerComparison:
+    """Relax the same atoms by several optimizers.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator, and the indenter where it will be, or free
+        under the load. They stay where they are.
+    optimizers : iterable of str, or mapping of str to callable, optional
+        Names as in `optimizer_names`, or functions that are called as ``f(atoms,
+        logfile=None)``. By default the solver for the wall, and under a soft wall the
+        usual ones of ASE, on atoms and on `FourierModes`.
+    accuracy : float
+        Wanted relative error of force and area: each stops at `fmax_for` it.
+    max_steps : int
+        Largest number of steps of each.
+
+    Returns
+    -------
+    OptimizerComparison
+        An optimizer that fails has the reason.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown, constraints hold atoms of the surface, or no atom is in
+        contact.
+    RuntimeError
+        If the relaxed state is not found.
+
+    Examples
+    --------
+    >>> from ase.optimize import LBFGS
+    >>> from ase_roughcontact import RoughContact, RoughSphere
+    >>> from ase_roughcontact import compare_optimizers, on_modes, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (12, 12), sphere, height=1.0)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.5)
+    >>> compared = compare_optimizers(atoms, ["NewtonKrylov", "FIRE2 on modes"])
+    >>> [result.changed_atoms for result in compared.results]
+    [0, 0]
+    >>> compared.check(atoms=1, energy=1e-3)
+    >>> own = {"mine": on_modes(LBFGS)}
+    >>> compare_optimizers(atoms, own, accuracy=1e-3).check()
+    """
+    positive(accuracy=accuracy)
+    integer("max_steps", max_steps, 1)
+    if surface_held(atoms):
+        raise ValueError(
+            "constraints hold atoms of the surface, whose relaxed state the solver "
+            "for the wall does not find: remove them to compare"
+        )
+    reference = _Reference.of(atoms)
+    fmax = reference.fmax(accuracy)
+    results = []
+    for name, optimizer in _named(atoms, optimizers).items():
+        run = _Followed(name, atoms, reference)
+        results.append(run.result(optimizer, fmax, accuracy, max_steps))
+    solved = reference.run
+    return OptimizerComparison(
+        accuracy,
+        fmax,
+        solved.energy,
+        solved.fields.normal_force,
+        solved.fields.repulsive_atoms,
+        tuple(results),
+    )
+
+
+def optimizer_names() -> list[str]:
+    """Return the names of all optimizers: those of ASE also with " on modes"."""
+    ours = [NewtonKrylov.__name__, ActiveSet.__name__]
+    return [*ours, *_of_ase(), *(name + _ON_MODES for name in _of_ase())]
+
+
+def _of_ase() -> dict[str, type]:
+    """Return the classes of optimizers of ASE by name."""
+    found: dict[str, type] = {}
+    for module in (ase.optimize, ase.optimize.precon, ase.optimize.sciopt):
+        for name, each in vars(module).items():
+            if not (isinstance(each, type) and each.__module__.startswith("ase.")):
+                continue
+            if issubclass(each, ase.optimize.optimize.Optimizer) and name[0].isupper():
+                found[name] = each
+    bases = "Optimizer", "SciPyOptimizer", "SciPyGradientlessOptimizer", "QuasiNewton"
+    return {name: found[name] for name in sorted(found) if name not in bases}
+
+
+def _named(
+    atoms: Atoms, given: Iterable[str] | Mapping[str, Callable[..., Any]] | None
+) -> Mapping[str, Callable[..., Any]]:
+    """Return functions that make optimizers, by name."""
+    if isinstance(given, Mapping):
+        return given
+    if given is None:
+        wall = problem_of(atoms)[0].wall
+        given = [default_optimizer(wall).__name__, *(() if wall.hard else _USUAL)]
+    return {name: _maker(name) for name in given}
+
+
+def _maker(name: str) -> Callable[..., Any]:
+    ours = {each.__name__: each for each in (NewtonKrylov, ActiveSet)}
+    kinds = ours | _of_ase()
+    if name not in optimizer_names():
+        raise ValueError(unknown(name, optimizer_names(), "optimizer"))
+    kind: Any = kinds[name.removesuffix(_ON_MODES)]
+    return on_modes(kind) if name.endswith(_ON_MODES) else kind
+
+
+@dataclass(frozen=True)
+class _Reference:
+    """Relaxed state, with what errors are relative to."""
+
+    run: Run
+    relax: StepRelaxer
+    stiffness: float  # of the contact, if the indenter is free
+
+    @classmethod
+    def of(cls, atoms: Atoms) -> _Reference:
+        """Return the relaxed state of atoms, which stay where they are."""
+        relax, run = solution(atoms, _REFERENCE)
+        if not run.converged:
+            raise RuntimeError(f"the relaxed state is not found: {run.message}")
+        stiffness = 0.0
+        if not run.support.fixed:
+            problem, window = problem_of(atoms)
+            contact = problem.contact(window, run.state.plastic_depth)
+            stiffness = abs(height_response(contact, run.fields).force)
+        return cls(run, relax, stiffness)
+
+    def fmax(self, accuracy: float) -> float:
+        """Return the tolerance of forces for an accuracy; see `fmax_for`."""
+        fmax = self.relax.required(self.run.fields)
+        if math.isinf(fmax):
+            raise ValueError(
+                "no atom is in contact in the relaxed state: lower the indenter, or "
+                "set it free under a load"
+            )
+        return fmax * accuracy / _REFERENCE
+
+    @cached_property
+    def contact(self) -> np.ndarray:
+        """Mask of the atoms in contact, shape (n, m)."""
+        return self.run.fields.contact
+
+    def errors(self, atoms: Atoms) -> dict[str, Any]:
+        """Return the columns of `OptimizerResult` with errors of a state of atoms."""
+        solved, state = self.run.fields, atoms.calc.state(atoms)
+        scale, count = solved.total_magnitude, max(solved.repulsive_atoms, 1)
+        force = abs(state.normal_force - solved.normal_force) / scale
+        beyond = abs(state.repulsive_atoms - solved.repulsive_atoms)
+        height = float(atoms.positions[-1, 2]) - self.run.state.height
+        lowered = self.stiffness * abs(height) / scale
+        return {
+            "error": max(force, max(beyond - 1, 0) / count, lowered),
+            "force_error": force,
+            "area_error": beyond / count,
+            "height_error": height,
+            "changed_atoms": int(np.count_nonzero(state.contact ^ self.contact)),
+            "energy_error": float(atoms.get_potential_energy()) - self.run.energy,
+        }
+
+
+class _Counting(RoughContact):
+    """Calculator that counts how often it has calculated."""
+
+    evaluations = 0
+
+    def calculate(self, *args: Any, **kwargs: Any) -> None:
+        self.evaluations += 1
+        super().calculate(*args, **kwargs)
+
+
+class _Followed:
+    """An optimizer that is followed step by step, on a copy of atoms.
+
+    Costs of following it are left out.
+    """
+
+    def __init__(self, name: str, atoms: Atoms, reference: _Reference) -> None:
+        self.name, self._reference = name, reference
+        self.atoms = atoms.copy()
+        self.atoms.calc = _Counting(**atoms.calc.parameters)
+        self._history: list[Progress] = []
+        self._spent = np.zeros(3)  # evaluations, pairs and seconds
+        self._errors: dict[str, Any] = {}
+
+    def result(
+        self,
+        maker: Callable[..., Any],
+        fmax: float,
+        accuracy: float,
+        max_steps: int,
+    ) -> OptimizerResult:
+        """Run the optimizer and return what it did."""
+        converged, reason = False, ""
+        self._optimizer: Any = None
+        self._before = np.array([0.0, 0.0, time.perf_counter()])
+        try:
+            self._optimizer = make_optimizer(maker, self.atoms)
+            self._optimizer.attach(self._follow)
+            converged = bool(self._optimizer.run(fmax=fmax, steps=max_steps))
+            self._follow()
+        except Exception as error:  # whatever an optimizer does wrong is its result
+            kind = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
+            reason = f"{kind}{error}"
+        if not (converged or reason):
+            reason = f"not converged after {self._optimizer.nsteps} steps"
+            reason = getattr(self._optimizer, "message", reason)
+        if converged and self._errors["changed_atoms"] > 1 + accuracy * self._count:
+            reason = self._other_state()
+        costs: dict[str, Any] = {}
+        if self._history:
+            last = asdict(self._history[-1])
+            costs = {k: v for k, v in last.items() if k != "error"}
+        if reached := _reached(self._history, accuracy):
+            costs |= {
+                "evaluations_to_accuracy": float(reached.evaluations),
+                "pairs_to_accuracy": reached.pairs,
+                "seconds_to_accuracy": reached.seconds,
+            }
+        return OptimizerResult(
+            self.name,
+            converged,
+            reason,
+            **costs,
+            **self._errors,
+            history=tuple(self._history),
+        )
+
+    @property
+    def _count(self) -> int:
+        return self._reference.run.fields.repulsive_atoms
+
+    def _counts(self) -> np.ndarray:
+        """Return evaluations, pairs and the time."""
+        run, evaluations = self._optimizer, self.atoms.calc.evaluations
+        pairs = float(contact_of(self.atoms).halfspace.pairs)
+        if isinstance(run, ContactOptimizer):
+            evaluations, pairs = run.nsteps + 1, run.pairs
+        elif isinstance(run.optimizable, FourierModes):
+            evaluations += run.optimizable.evaluations
+        return np.array([evaluations, pairs, time.perf_counter()])
+
+    def _follow(self) -> None:
+        """Compare the atoms with the relaxed state."""
+        self._spent += self._counts() - self._before
+        for _ in self._optimizer.optimizable.iterimages():
+            pass  # moves the atoms if the optimizer works on other coordinates
+        with suppress(ValueError):  # where atoms overlap with a hard wall
+            self._errors = self._reference.errors(self.atoms)
+            evaluations, pairs, seconds = self._spent.tolist()
+            steps, error = int(self._optimizer.nsteps), self._errors["error"]
+            progress = Progress(steps, round(evaluations), pairs, seconds, error)
+            self._history.append(progress)
+        self._before = self._counts()
+
+    def _other_state(self) -> str:
+        """Return that the solver, from here, ends in another state; else empty."""
+        _, run = solution(self.atoms, _REFERENCE)
+        lowest = self._reference.run.energy
+        if not run.converged or math.isclose(run.energy, lowest, rel_tol=1e-6):
+            return ""
+        return f"in another state, of {run.energy:.8g} eV, not {lowest:.8g} eV"
+
+
+def _reached(history: Sequence[Progress], error: float) -> Progress | None:
+    """Return the first moment from which on the error stays within a limit."""
+    found = None
+    for progress in reversed(history):
+        if not progress.error <= error:
+            break
+        found = progress
+    return found
+
+
+def _text(value: float, form: str) -> str:
+    """Return a number as text; "-" if it is not known."""
+    return "-" if math.isnan(value) else format(value, form)
