@@ -16,7 +16,6 @@ from ase_roughcontact.scene.results import write_inputs
 
 SCENE = """
 [substrate]
-model = "atoms"
 spacing = 2.5
 shape = [16, 16]
 contact_modulus = 30.0
