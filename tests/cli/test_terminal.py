@@ -32,6 +32,7 @@ hardness = inf
 [sphere]
 radius = inf
 [roughness]
+short_wavelength = "4 nm"
 long_wavelength = "16 nm"
 rms_slope = 0.1
 [interaction]
