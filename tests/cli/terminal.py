@@ -6,7 +6,7 @@ import struct
 import subprocess
 import sys
 import termios
-from contextlib import redirect_stderr, redirect_stdout, suppress
+from contextlib import redirect_stdout, suppress
 from threading import Thread
 
 import pyte
@@ -49,7 +49,7 @@ class Terminal:
 
 
 def screen_of(arguments, columns, monkeypatch):
-    """Return exit status and lines of a command on a terminal of some columns."""
+    """Return exit status and output of a command on a terminal of some columns."""
     terminal = Terminal(columns)
     monkeypatch.setenv("TERM", "xterm-256color")
     monkeypatch.delenv("COLUMNS", raising=False)
@@ -59,7 +59,6 @@ def screen_of(arguments, columns, monkeypatch):
     with (
         open(os.dup(terminal.slave), "w", encoding="utf-8") as stream,
         redirect_stdout(stream),
-        redirect_stderr(stream),
     ):
         status = main(list(map(str, arguments)))
     return status, terminal.lines()
