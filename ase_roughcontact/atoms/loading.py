@@ -177,8 +177,10 @@ def time_path(
         Stiffness of the cantilever (eV/Å^2), for `bases`.
     tolerance : float
         Largest error of a time step, relative to the largest force of the path so far,
-        and of its energy balance, relative to work and dissipation. The steps follow
-        from it; their errors add up while the solid remembers them.
+        and of its energy balance, relative to the largest work or dissipated energy.
+        The steps follow from it, and the solver leaves a tenth of it; errors of steps
+        that add up count as one. At the start of the path these scales are those of one
+        step to the largest target.
     validity, output
         See `load_path`. Results are of the class `TimeStep`, with the time, and the
         energies that are stored, dissipated and lost.

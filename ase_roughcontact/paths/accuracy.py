@@ -105,7 +105,12 @@ def accuracy_of(wanted: str | float, continuum: bool = False) -> Accuracy:
             )
         error = float(wanted)
     part = _SOLVER_PART if continuum else 1.0
-    return Accuracy(error, part * error / _ERROR_PER_TOLERANCE)
+    return Accuracy(error, tolerance_for(part * error))
+
+
+def tolerance_for(error: float) -> float:
+    """Return the relative tolerance of forces that leaves a relative error of them."""
+    return error / _ERROR_PER_TOLERANCE
 
 
 def grid_for(

@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
-from ase_roughcontact.paths.accuracy import accuracy_of
+from ase_roughcontact.paths.accuracy import accuracy_of, tolerance_for
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.step_options import StepOptions
 from ase_roughcontact.solvers.newton import default_relaxer
@@ -51,7 +51,8 @@ class StepRelaxer:
     def __init__(self, problem: Problem, options: StepOptions) -> None:
         self._relaxer = options.relaxer or default_relaxer(problem.wall)
         self._given, self._max_steps = options.fmax, options.max_steps
-        self._relative = accuracy_of(options.accuracy, options.continuum).tolerance
+        usual = accuracy_of(options.accuracy, options.continuum).tolerance
+        self._relative = min(usual, tolerance_for(options.solver_error))
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._mean_force, self._smallest = _TYPICAL_FORCE * unit, _ROUNDING * unit
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -20,14 +21,8 @@ from ase_roughcontact.paths.step_options import FREE
 
 # Length of a part of a step, in units of the range of the attraction.
 _PART = 0.5
-
-
-class _Relaxed:
-    """Results that are the relaxed steps themselves."""
-
-    @staticmethod
-    def of(relaxed: RelaxedStep) -> RelaxedStep:
-        return relaxed
+# Class of results with which nothing is evaluated.
+_RELAXED: Any = RelaxedStep
 
 
 def step_in_contact(
@@ -58,7 +53,7 @@ def step_in_contact(
     if len(parts) == 1:
         return stepper.step(number, target, record, completed=completed)
     before = stepper.state
-    whole = _relaxed(stepper, number, target)
+    whole = stepper.step(number, target, _RELAXED)
     if whole.touches and completed is None:
         return record.of(whole)
     spent = [whole]
@@ -91,14 +86,9 @@ def _until_torn(
 ) -> Iterator[RelaxedStep]:
     """Yield the parts of a step while the wall acts on the surface."""
     for target in targets:
-        yield _relaxed(stepper, number, float(target))
+        yield stepper.step(number, float(target), _RELAXED)
         if not stepper.state.displaced:
             return
-
-
-def _relaxed(stepper: Stepper, number: int, target: float) -> RelaxedStep:
-    results: type = _Relaxed
-    return stepper.step(number, target, results)
 
 
 def _with_costs(relaxed: RelaxedStep, others: list[RelaxedStep]) -> RelaxedStep:

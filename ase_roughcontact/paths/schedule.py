@@ -154,6 +154,21 @@ class Schedule:
             target = part.end
         return target
 
+    def largest(self, sign: float = 1.0) -> tuple[float, float]:
+        """Return the largest target, with its oscillation, and the time to get there.
+
+        Parameters
+        ----------
+        sign : float
+            -1 for the smallest one.
+        """
+        found, time = self.first, 0.0
+        for begin, _, part in self.timed_parts():
+            end = part.end + sign * abs(part.amplitude)
+            if sign * end > sign * found:
+                found, time = end, begin + part.duration
+        return found, time
+
     def timed_parts(self) -> Iterator[tuple[float, float, Part]]:
         """Yield begin, target at the begin, and each part."""
         begin, start = 0.0, self.first

@@ -122,6 +122,11 @@ class Stepper:
         """Contact on the window of the last state."""
         return self._surface.contact
 
+    def limit_error(self, error: float) -> None:
+        """Let the solver leave at most an error; see `StepOptions.solver_error`."""
+        self.options = replace(self.options, solver_error=error)
+        self._relax = StepRelaxer(self.problem, self.options)
+
     def remember(self, key: str, values: np.ndarray | None) -> None:
         """Set what the surface keeps under a key of `State.history`; None removes it.
 

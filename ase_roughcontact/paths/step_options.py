@@ -42,6 +42,9 @@ class StepOptions:
     cantilever : float
         Stiffness of the spring between the indenter and a base whose height is given
         (force/length).
+    solver_error : float
+        Largest error of the normal force that the solver may leave, relative to the
+        forces in contact, if it is smaller than that of `accuracy`.
     scan_errors : ScanErrors, optional
         Returns the errors of a `RelaxedStep` by the scan that is pressed.
 
@@ -60,6 +63,7 @@ class StepOptions:
     continuum: bool = False
     lost_slope: float = 0.0
     cantilever: float = 0.0
+    solver_error: float = math.inf
     scan_errors: Callable[[Any], Any] | None = None
 
     def __post_init__(self) -> None:

@@ -11,14 +11,10 @@ from __future__ import annotations
 from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.step import Stepper
 
-# Energy below which an error does not count, in units of E* a0^3: about that of one
-# atom in contact.
-_SMALLEST_ENERGY = 0.05
-
 
 def energy_balance(
     stepper: Stepper, before: tuple[float, TimeStep], after: tuple[float, TimeStep]
-) -> tuple[float, float, float]:
+) -> tuple[float, float]:
     """Return the energy balance between two states.
 
     Parameters
@@ -33,18 +29,19 @@ def energy_balance(
         Work that is neither stored nor dissipated (energy).
     uncertainty : float
         Of the work, if the contact jumps at an unknown moment of the step (energy).
-    error : float
-        Magnitude of the missing energy, relative to work and dissipation.
     """
     (last_target, last), (target, step) = before, after
     first, second = _conjugate(stepper, *before), _conjugate(stepper, *after)
-    change, problem = target - last_target, stepper.problem
+    change = target - last_target
     work = 0.5 * (first + second) * change
     missing = work - (step.energy - last.energy) - step.dissipated_energy
-    mean_force = 0.5 * (last.normal_force + step.normal_force)
-    scale = _SMALLEST_ENERGY * problem.solid.contact_modulus * problem.spacing**3
-    scale += abs(mean_force * (step.height - last.height)) + step.dissipated_energy
-    return missing, abs((second - first) * change), abs(missing) / scale
+    return missing, abs((second - first) * change)
+
+
+def work_between(before: TimeStep, after: TimeStep) -> float:
+    """Return the work on the indenter between two states, by the trapezoidal rule."""
+    mean_force = 0.5 * (before.normal_force + after.normal_force)
+    return mean_force * (before.height - after.height)
 
 
 def _conjugate(stepper: Stepper, target: float, step: TimeStep) -> float:

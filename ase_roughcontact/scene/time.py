@@ -38,10 +38,10 @@ from ase_roughcontact.scene.path_kinds import (
 from ase_roughcontact.theory import JKR, Hertz
 
 # Numbers of time steps for a change of the target, a hold and a cycle, as measured for
-# smooth and rough spheres under repulsive walls (60 to 150, 16 to 32 and 44 to 63);
-# they grow below this tolerance. Attraction adds 30 to 2600, most at slow rates.
-_STEPS, _STEPS_OF_HOLD, _STEPS_OF_CYCLE = 90, 20, 50
-_USUAL_TOLERANCE = 1e-4
+# smooth spheres (13 to 69, 8 to 44 and 43 to 57); they grow below this tolerance.
+# Attraction adds hundreds to thousands, most at slow rates.
+_STEPS, _STEPS_OF_HOLD, _STEPS_OF_CYCLE = 30, 20, 45
+_USUAL_TOLERANCE = 1e-3
 # Advice for a loop with a rate and a cantilever.
 _OF_CANTILEVER = (
     ': in place of a loop at a rate give kind = "time", control = "base" and values, '
