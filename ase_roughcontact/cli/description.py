@@ -9,6 +9,7 @@ from ase_roughcontact.paths.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.solid import label_of
+from ase_roughcontact.scene.spacing import lengths_in_spacings
 from ase_roughcontact.topography import SelfAffine
 from ase_roughcontact.windows.regrid import lost_text
 
@@ -34,6 +35,8 @@ def bodies(scene: Scene) -> dict[str, str]:
                 f"; a smooth surface (rms height {removed / nm:.3g} nm) is subtracted, "
                 "which makes it periodic (Moisan 2011); the errors of areas include it"
             )
+    if taken := lengths_in_spacings(scene, scene.spacing):
+        found["units"] = taken
     rough = scene.rough
     if isinstance(rough, SelfAffine):
         found["roughness"] = (

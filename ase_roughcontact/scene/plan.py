@@ -18,7 +18,7 @@ from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT
 from ase_roughcontact.scene.solid import has_own_spacing
-from ase_roughcontact.scene.spacing import has_lengths_with_unit, lengths_in_spacings
+from ase_roughcontact.scene.spacing import lengths_in_spacings
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.memory import frame_memory, friction_memory
@@ -41,23 +41,11 @@ _COUPLING_LEFT_OUT = (
 def warnings_of(scene: Any) -> list[str]:
     """Return warnings about scan, radius and grid of a `Scene`."""
     found = _range_warnings(scene.problem)
-    if has_lengths_with_unit(scene):
-        found += _unit_warnings(scene)
     if scene.topography is not None:
+        taken = lengths_in_spacings(scene, scene.spacing)
+        found += [taken] if taken else []
         found += scene.topography.warnings(scene.radius, scene.whole_tip is not None)
     return found + _spacing_warnings(scene)
-
-
-def _unit_warnings(scene: Any) -> list[str]:
-    """Return what numbers in units of a0 mean, in a scene that has other units, too."""
-    a0 = scene.spacing / UNITS["nm"]
-    lengths = {k: v for k, v in lengths_in_spacings(scene).items() if v != str(v)}
-    if not lengths:
-        return []
-    values = ", ".join(
-        f"{name} = {value:g}, {value * a0:.4g} nm" for name, value in lengths.items()
-    )
-    return [f"lengths without a unit are in spacings a0 of {a0:.4g} nm: {values}"]
 
 
 def _range_warnings(problem: Problem) -> list[str]:

@@ -23,18 +23,34 @@ from ase_roughcontact.windows.expected import contact_radius_on
 _RESOLUTION = 60
 
 
-def lengths_in_spacings(scene: SceneFile) -> dict[str, Any]:
-    """Return the given lengths that are in units of a0, by section and key.
+def lengths_in_spacings(scene: SceneFile, spacing: float) -> str:
+    """Return what lengths without a unit mean, where others have one.
 
     Parameters
     ----------
     scene : SceneFile
+    spacing : float
+        The spacing a0 (Å).
 
     Returns
     -------
-    dict
-        Numbers and texts, such as ``{"[sphere] radius": 30.0}``.
+    str
+        Their keys and their values in nm; empty if there are none, or all lengths are
+        in units of a0.
     """
+    a0, lengths = spacing / LENGTHS["nm"], _multiples(scene)
+    values = ", ".join(
+        f"{name} = {value:g}, {value * a0:.4g} nm"
+        for name, value in lengths.items()
+        if not isinstance(value, str)
+    )
+    if not values or not _has_lengths_with_unit(scene):
+        return ""
+    return f"lengths without a unit are in spacings a0 of {a0:.4g} nm: {values}"
+
+
+def _multiples(scene: SceneFile) -> dict[str, Any]:
+    """Return the lengths in units of a0, by section and key: numbers and texts."""
     found = {}
     for name, value, unit in _lengths(scene):
         if isinstance(value, str):
@@ -44,7 +60,7 @@ def lengths_in_spacings(scene: SceneFile) -> dict[str, Any]:
     return found
 
 
-def has_lengths_with_unit(scene: SceneFile) -> bool:
+def _has_lengths_with_unit(scene: SceneFile) -> bool:
     """Return whether a length of a scene is given with another unit than a0."""
     if scene.topography is not None:
         return True
@@ -74,7 +90,7 @@ def fitting_spacing(scene: SceneFile, bodies: Bodies) -> float | None:
         or the nominal spacing is larger.
     """
     fixed = has_own_spacing(scene.substrate) or scene.substrate.window_shape
-    multiples = lengths_in_spacings(scene) or scene.sphere.radius is None
+    multiples = _multiples(scene) or scene.sphere.radius is None
     smooth = bodies.rough is None and bodies.radius < math.inf
     if fixed or multiples or not smooth or bodies.problem.heterogeneity is not None:
         return None

@@ -163,7 +163,7 @@ def test_a_plan_of_a_loop_has_its_deepest_state_and_what_its_cantilever_holds(
     note = "Cantilever of 0.2 N/m: if the contact still pulls with more than about 0.04"
     assert note in " ".join(text.split())
     assert main(["tradeoff", str(tmp_path / "loop.toml")]) == 2
-    assert "depend on those before: measure its deepest" in capsys.readouterr().err
+    assert "pull-off force" in capsys.readouterr().err
     with pytest.raises(ValueError, match="the path is not a loop"):
         Scene.default().loop()
 
