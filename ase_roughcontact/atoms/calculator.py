@@ -111,8 +111,7 @@ class RoughContact(PropertiesCalculator):
     carry them.
 
     Indenter, solid and walls can also be given by what their method `todict` returns,
-    so that ``RoughContact(**calc.todict())`` is an equal calculator, unless an object
-    does not describe itself completely, such as a `HeightMap`.
+    so that ``RoughContact(**calc.todict())`` is an equal calculator; see `fromdict`.
 
     Numerical forces, as of `ase.calculators.fd.calculate_numerical_forces`, are those
     of z: give ``icarts=[2]``.
@@ -178,6 +177,27 @@ class RoughContact(PropertiesCalculator):
             interaction=interaction,
             **kwargs,
         )
+
+    @classmethod
+    def fromdict(cls, parameters: Mapping[str, Any]) -> RoughContact:
+        """Return the calculator that a dictionary describes.
+
+        Parameters
+        ----------
+        parameters : mapping
+            What `todict` returns, also from a file.
+
+        Returns
+        -------
+        RoughContact
+
+        Raises
+        ------
+        ValueError
+            If an object does not describe itself completely, such as a `HeightMap`:
+            replace its entry by the object.
+        """
+        return cls(**parameters)
 
     def __repr__(self) -> str:
         """Return the parameters that differ from their defaults."""
@@ -343,13 +363,14 @@ class RoughContact(PropertiesCalculator):
         old, new = (
             (a.positions, a.numbers, a.cell[:], a.pbc) for a in (self.atoms, atoms)
         )
-        if len(atoms) == len(self.atoms):
+        names = "positions", "numbers", "cell", "pbc"
+        same = map(array_equal, old, new)
+        changes = [name for name, equal in zip(names, same, strict=True) if not equal]
+        if "positions" in changes and len(atoms) == len(self.atoms):
             moved = atoms.positions[:, 2] - self.atoms.positions[:, 2]
             if np.ptp(moved) < _ROUNDING * abs(moved[0]):
                 self._warn_of_translation(float(moved[0]))
-        names = "positions", "numbers", "cell", "pbc"
-        same = map(array_equal, old, new)
-        return [name for name, equal in zip(names, same, strict=True) if not equal]
+        return changes
 
     def _check_positions(self, atoms: Atoms) -> None:
         """Raise `ValueError` if an optimizer has failed at a hard wall."""

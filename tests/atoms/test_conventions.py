@@ -51,7 +51,7 @@ PARTS = {
 def test_a_calculator_made_from_its_dictionary_gives_the_same(parts):
     atoms = pressed(**parts, load=0.2)
     text = json.dumps(atoms.calc.todict())
-    again = rc.RoughContact(**json.loads(text))
+    again = rc.RoughContact.fromdict(json.loads(text))
     assert again.todict() == atoms.calc.todict()
     copy = atoms.copy()
     copy.calc = again
