@@ -82,7 +82,7 @@ FREE = [[], [FixCartesian([0], (True, True, False))], [Hookean(-1, (6, 6, 9), 0.
 FIXED = [[FixAtoms([-1])], [FixCartesian([-1], (False, False, True))]]
 
 
-@pytest.mark.filterwarnings("ignore:the load of")
+@pytest.mark.filterwarnings("ignore:the load of", "ignore:nothing holds")
 @pytest.mark.parametrize("constraints", FREE + FIXED, ids=str)
 def test_load_acts_on_a_free_indenter_only(constraints):
     loaded, unloaded = make_atoms(load=2.0, height=-0.5), make_atoms(height=-0.5)
