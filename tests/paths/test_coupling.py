@@ -137,12 +137,13 @@ def fields(stepper):
     )
 
 
+@pytest.mark.parametrize("depths", [(0.2, 0.25), (0.25, 0.1)])
 @pytest.mark.parametrize("control", ["displacements", "forces"])
 @pytest.mark.parametrize("poisson, mu", [(-0.5, 1.0), (0.0, MU), (0.3, MU), (0.0, 0.1)])
 def test_conditions_of_friction_and_contact_hold_with_dense_matrices(
-    poisson, mu, control
+    poisson, mu, control, depths
 ):
-    n, solid, depths = 12, Isotropic(1.0, poisson), (0.2, 0.25)
+    n, solid = 12, Isotropic(1.0, poisson)
     stepper, matrix = stepper_of(n, solid, accuracy=1e-8), dense_matrix(n, solid)
     path, state = np.array([[0.0, 0.0], [0.03, 0.02]]), np.zeros((3, n * n))
     law, at = Coulomb(mu), np.zeros(2)

@@ -1,15 +1,19 @@
 """Measured and random surfaces that are pressed against a flat."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.description import bodies
+from ase_roughcontact.cli.figures import draw
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.topography import SelfAffine
 
 PIXEL, POINTS, AMPLITUDE = 2.0, 64, 0.5  # nm
@@ -86,6 +90,39 @@ def test_the_command_prints_and_draws_a_flat_without_a_sphere(wave, folder, caps
         (step,) = table_rows(table)
     assert float(step["nominal_pressure"]) == pytest.approx(100.0 * UNITS["MPa"])
     assert (folder / "out" / "curve.png").exists()
+
+
+def test_the_figure_of_a_flat_has_the_columns_of_the_table(wave, monkeypatch):
+    figures = []
+
+    def saved(figure, file, **_):
+        figures.append(figure)
+        Path(file).touch()
+
+    monkeypatch.setattr(Figure, "savefig", saved)
+    scene = Scene.parse(SCENE.replace('["100 MPa"]', '["30 MPa", "100 MPa"]'))
+    scene = scene.with_values({"output.columns": ["conductance"]})
+    steps = list(scene.relax())
+    assert draw(reference_for(scene), steps, Path(), shown=[]) == ["curve.png"]
+    upper, middle, lower = figures[0].axes
+    nominal, nm, unit = scene.nominal_area, UNITS["nm"], UNITS["N/m"]
+    area, error = (
+        np.array([getattr(s, name) for s in steps]) / nominal
+        for name in (scene.area_column, "area_error")
+    )
+    drawn = {line.get_label(): line for line in upper.get_lines()}
+    x, y = drawn["simulation"].get_data()
+    assert x == pytest.approx([30.0, 100.0])
+    assert y == pytest.approx(area)
+    segments = np.array([each.get_segments() for each in upper.collections])[0]
+    assert (
+        pytest.approx(np.array([area - 2.0 * error, area + 2.0 * error]))
+        == segments[:, :, 1].T
+    )
+    gaps = [s.mean_gap / nm for s in steps]
+    assert middle.get_lines()[0].get_ydata() == pytest.approx(gaps)
+    stiffness = [s.contact_stiffness / unit for s in steps]
+    assert lower.get_lines()[0].get_ydata() == pytest.approx(stiffness)
 
 
 def fraction_and_error(heights, pressure):
