@@ -145,10 +145,12 @@ class TableRows:
         if new and (missing := self._columns.left_out(kept, width)):
             yield missing
         longest = [max(self._columns.widths[i], len(cells[i])) for i in kept]
-        if not new and sum(longest) + _GAP * (len(kept) - 1) > width:
-            yield (" " * _GAP).join(cells[i] for i in kept)  # numbers of extreme size
-        else:
+        if sum(longest) + _GAP * (len(kept) - 1) <= width:
             yield self._columns.drawn(kept, [cells], header=new)
+            return
+        if new:
+            yield self._columns.drawn(kept, [], header=True)
+        yield (" " * _GAP).join(cells[i] for i in kept)  # numbers of extreme size
 
 
 @dataclass(frozen=True)
