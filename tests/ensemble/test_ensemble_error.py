@@ -24,7 +24,7 @@ from ase_roughcontact.ensemble import (
     sample_ensemble,
 )
 from ase_roughcontact.ensemble.database import EnsembleDatabase
-from ase_roughcontact.scene import PathConfig
+from ase_roughcontact.scene import PathConfig, Scene
 
 LOADS = replace(SCENE, path=PathConfig(values=(0.3, 10.0)))
 
@@ -65,6 +65,47 @@ def test_errors_of_all_means_are_below_the_wanted_one(sampled):
     assert not pilot.done
     assert pilot.means[0].expected == pytest.approx(light, rel=0.6)
     assert pilot.missing == pilot.means[0].expected - 8
+
+
+IN_TIME = """
+[substrate]
+model = "continuum"
+contact_modulus = "2 MPa"
+spacing = "4 nm"
+shape = [16, 16]
+hardness = inf
+relaxation_moduli = [0.6]
+relaxation_times = [0.5]
+[sphere]
+radius = "100 nm"
+[roughness]
+long_wavelength = 8.0
+[interaction]
+kind = "hard"
+[path]
+kind = "time"
+control = "load"
+values = [0, 0.2]
+rate = 2.0
+dwell = 2.0
+"""
+
+
+@pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
+def test_means_in_time_are_those_at_the_ends_of_load_and_dwell(tmp_path):
+    scene = Scene.parse(IN_TIME)
+    *_, last = sample(scene, tmp_path / "e.db", 10.0, pilot=2)
+    assert [mean.target for mean in last.means] == pytest.approx([0.1, 2.1])
+    paths = [list(each.relax()) for each in product(scene, {"roughness.seed": [0, 1]})]
+    for mean in last.means:
+        areas = [
+            min(steps, key=lambda step: abs(step.time - mean.target)).continuum_area
+            for steps in paths
+        ]
+        assert mean.mean == pytest.approx(np.mean(areas), rel=1e-6)
+    assert last.means[1].mean > 1.3 * last.means[0].mean
+    columns = read_ensemble(tmp_path / "e.db")
+    assert set(columns["rate"]) == {2.0}
 
 
 def test_finished_ensemble_calculates_nothing_and_a_smaller_error_only_what_is_new(

@@ -301,7 +301,7 @@ def test_steps_on_a_fluid_are_as_short_as_the_tolerance_requires():
         expected += (1.0 - np.exp(-flow * rising)) * np.exp(-flow * after) / flow
     (elastic,) = follow(problem, n, Schedule(rise), window="unchecked")
     error = abs(force / elastic.normal_force - expected).max() / expected.max()
-    assert error < 20.0 * tolerance
+    assert error < 3.0 * tolerance
 
 
 def test_error_decreases_with_the_tolerance():

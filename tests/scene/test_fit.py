@@ -284,6 +284,16 @@ def test_the_range_of_the_wall_is_in_the_errors_of_a_fit():
     assert found.contributions["range"][0] == pytest.approx(expected)
 
 
+def test_a_factor_of_two_of_the_range_changes_the_residuals_by_their_derivative(
+    measured,
+):
+    model = Residuals(scene(), measured, ["work_of_adhesion"])
+    trial = model.trial(model.start)
+    change = model.changes(trial)["range"].sum(axis=1)
+    assert abs(trial.by_range).max() > 0.0
+    np.testing.assert_allclose(change, np.log(2.0) * trial.by_range)
+
+
 def test_standard_errors_do_not_depend_on_the_noise_that_weights_the_points():
     """Few points of a repulsive contact, pressed in by a stiff instrument."""
     repelled = scene().with_values({"interaction": InteractionConfig("repulsive")})

@@ -103,6 +103,16 @@ def test_static_friction_is_the_largest_force_of_the_first_slide():
     assert static_friction(loaded) == steps[8].lateral_force_x
 
 
+@pytest.mark.parametrize("missed, loops", [(5e-4, 1), (2e-3, 0)])
+def test_a_loop_is_closed_where_it_misses_its_beginning_by_a_thousandth(missed, loops):
+    turns = [0.0, 1.0, missed]  # of which the last one is the end
+    steps = [
+        SimpleNamespace(lateral_x=x, lateral_y=0.0, dissipated_energy=2.0 * number)
+        for number, x in enumerate(turns)
+    ]
+    assert loop_energies(steps) == pytest.approx([4.0] * loops)
+
+
 @pytest.mark.parametrize(
     "change, slides", [(0.009, True), (-0.009, True), (0.02, False)]
 )
