@@ -16,9 +16,11 @@ from built import atoms_under
 
 import ase_roughcontact as rc
 from ase_roughcontact.cli import main
-from ase_roughcontact.elasticity.material import CRYSTALS, HARDNESS
+from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.elasticity.material import CRYSTALS, HARDNESS, fcc_spacing
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.paths.limits import CHECKS, failed_checks
+from ase_roughcontact.paths.validity import hardness_for
 from ase_roughcontact.scene import Scene
 
 GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "validity.md"
@@ -81,6 +83,18 @@ def test_pressures_are_compared_with_the_hardness(hardness, names):
     # Hertz: a/R = sqrt(1/200), mean pressure 0.03 E*, largest 0.045 E*
     validity = rc.Validity("ignore", hardness)
     assert names_after(atoms_on(wall=rc.HardWall()), validity=validity) == names
+
+
+@pytest.mark.parametrize(
+    "stretched, known", [(1.0, True), (1.019, True), (1.03, False)]
+)
+def test_hardness_of_an_element_is_known_within_two_percent_of_its_spacing(
+    stretched, known
+):
+    spacing = stretched * fcc_spacing("Cu")
+    problem = rc.Problem(rc.RoughSphere(300.0), Isotropic(0.8), rc.HardWall(), spacing)
+    found = hardness_for(problem, "Cu")
+    assert found == HARDNESS["Cu"] * GPa if known else np.isnan(found)
 
 
 def test_hardness_of_a_crystal_is_that_of_the_table():
