@@ -35,6 +35,7 @@ KNOWN = (
     "ase.constraints",
     "ase.optimize",
     "ase.optimize.precon",
+    "ase.optimize.sciopt",
 )
 
 

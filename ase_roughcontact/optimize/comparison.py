@@ -356,12 +356,23 @@ def _named(
     return {name: _maker(name) for name in given}
 
 
-def _maker(name: str) -> Callable[..., Any]:
-    ours = {each.__name__: each for each in (NewtonKrylov, ActiveSet)}
-    kinds = ours | _of_ase()
+def optimizer_class(name: str) -> type:
+    """Return the class of an optimizer by its name, also of one on modes.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown.
+    """
     if name not in optimizer_names():
         raise ValueError(unknown(name, optimizer_names(), "optimizer"))
-    kind: Any = kinds[name.removesuffix(_ON_MODES)]
+    ours = {each.__name__: each for each in (NewtonKrylov, ActiveSet)}
+    kinds: dict[str, type] = ours | _of_ase()
+    return kinds[name.removesuffix(_ON_MODES)]
+
+
+def _maker(name: str) -> Callable[..., Any]:
+    kind = optimizer_class(name)
     return on_modes(kind) if name.endswith(_ON_MODES) else kind
 
 

@@ -35,6 +35,9 @@ from ase_roughcontact.optimize.constraints import (
 )
 from ase_roughcontact.solvers.relaxation import indenter_stiffness, is_relaxed
 
+# Advice to optimizers for which coordinates, energy and gradient do not suffice.
+_NEEDS_ATOMS = "this optimizer needs atoms: use LBFGS, FIRE2 or SciPyFminCG on modes"
+
 
 class FourierModes(Optimizable):
     """Atoms of a `RoughContact` in the scaled Fourier modes of their half space.
@@ -91,6 +94,18 @@ class FourierModes(Optimizable):
         stiffness = self._reference + np.median(halfspace.stiffness)
         curvature = halfspace.cell_area * stiffness
         return float(0.1 * halfspace.spacing * np.sqrt(n * m * curvature))
+
+    def __getattr__(self, name: str) -> Any:
+        """Raise `AttributeError` for optimizers that need atoms."""
+        raise AttributeError(f"FourierModes has no {name!r}: {_NEEDS_ATOMS}")
+
+    def __len__(self) -> int:
+        """Raise `TypeError` for optimizers that need atoms."""
+        raise TypeError(f"FourierModes has no length: {_NEEDS_ATOMS}")
+
+    def __bool__(self) -> bool:
+        """Return true, as there are always modes."""
+        return True
 
     def ndofs(self) -> int:
         """Return the number of real and imaginary parts, and one for the indenter."""

@@ -7,9 +7,9 @@ largest curvature of the energy of a single atom is about
 
 with the stiffness of the half space and that of the wall where it begins to repel. A
 free indenter touches :math:`n` atoms at once, and its curvature is :math:`3 n a_0^2
-V''(g_0)`: 100 times that of an atom. A time step of MD-like optimizers above
-:math:`2 k^{-1/2}` is unstable, and so they stagnate; quasi-Newton methods start from
-k as the curvature of all coordinates. No coordinate should change by more than the
+V''(g_0)`. Time steps of FIRE, FIRE2 and MDMin above :math:`2 k^{-1/2}` are unstable, so
+that their defaults do not converge under a load; quasi-Newton methods start from k as
+the curvature of all coordinates. No coordinate should change in a step by more than the
 range in which the wall does.
 """
 
@@ -54,7 +54,7 @@ _PART_OF_SPACING, _PART_OF_RANGE = 0.1, 0.5
 # Vectors that LBFGS keeps.
 _MEMORY = 20
 # Largest number of coordinates of which a matrix is solved in each step: in about 1 s.
-_LARGEST_MATRIX = 2_000
+_LARGEST_MATRIX = 1_000
 
 _DYNAMICS = FIRE, FIRE2, MDMin
 _QUASI_NEWTON = BFGS, LBFGS, LBFGSLineSearch, BFGSLineSearch
@@ -123,13 +123,14 @@ def settings_for(
     return settings | given
 
 
-def on_modes(optimizer: Callable[..., Any]) -> Callable[..., Any]:
+def on_modes(optimizer: Callable[..., Any], **options: Any) -> Callable[..., Any]:
     """Return a function that makes an optimizer of ASE on the `FourierModes` of atoms.
 
     Parameters
     ----------
     optimizer : type, or partial of a type
-        Its settings are those of `settings_for`.
+    **options
+        Its options, beside those of `settings_for`.
 
     Returns
     -------
@@ -154,9 +155,10 @@ def on_modes(optimizer: Callable[..., Any]) -> Callable[..., Any]:
     (True, 61)
     """
 
-    def made(atoms: Atoms, **options: Any) -> Any:
+    def made(atoms: Atoms, **others: Any) -> Any:
         modes = FourierModes(atoms)
-        return optimizer(modes, **(settings_for(optimizer, modes) | options))
+        settings = settings_for(optimizer, modes)
+        return optimizer(modes, **(settings | options | others))
 
     return made
 

@@ -7,14 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ase import Atoms
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import grid_shape, lookup, one_of, positive
 from ase_roughcontact.interactions import WALLS, wall_parameters
 from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
-from ase_roughcontact.optimize import ActiveSet, FourierModes, NewtonKrylov
+from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
+from ase_roughcontact.optimize.settings import on_modes
 from ase_roughcontact.paths.coupling import COUPLINGS
 from ase_roughcontact.scene.section import Section, kind_of, plain_values
 from ase_roughcontact.windows.regrid import GridChange
@@ -203,42 +203,14 @@ class FrictionConfig(Section):
         return ", at most a ".join(found) + coupled
 
 
-def on_modes(
-    optimizer: type, limit_steps: bool = False, **options: Any
-) -> Callable[..., Any]:
-    """Return a function that applies an optimizer of ASE to `FourierModes` of atoms.
-
-    Parameters
-    ----------
-    optimizer : type
-        Optimizer class of ASE.
-    limit_steps : bool
-        Whether to set the option ``maxstep`` to that of the modes.
-    **options
-        Further options of the optimizer.
-
-    Returns
-    -------
-    callable
-        Called with atoms and further options, as the optimizer would be.
-    """
-
-    def on_modes_of(atoms: Atoms, **others: Any) -> Any:
-        modes = FourierModes(atoms)
-        limit = {"maxstep": modes.maxstep} if limit_steps else {}
-        return optimizer(modes, **options, **limit, **others)
-
-    return on_modes_of
-
-
 #: Optimizers by the names used in scene files. One more is an entry:
 #: ``OPTIMIZERS["BFGS"] = on_modes(BFGS)``.
 OPTIMIZERS: dict[str, Callable[..., Any]] = {
     "NewtonKrylov": NewtonKrylov,
     "ActiveSet": ActiveSet,
-    "LBFGS": on_modes(LBFGS, alpha=1.0, memory=20),
-    "FIRE": on_modes(FIRE, limit_steps=True),
-    "FIRE2": on_modes(FIRE2, limit_steps=True),
+    "LBFGS": on_modes(LBFGS),
+    "FIRE": on_modes(FIRE),
+    "FIRE2": on_modes(FIRE2),
     "BFGSLineSearch": on_modes(BFGSLineSearch),
 }
 

@@ -13,11 +13,11 @@ import numpy as np
 from ase.optimize import FIRE, FIRE2, LBFGS
 
 from ase_roughcontact import (
-    FourierModes,
     LennardJones93,
     NewtonKrylov,
     RoughContact,
     RoughSphere,
+    on_modes,
     substrate,
 )
 from ase_roughcontact.plot import plot_convergence, style
@@ -26,28 +26,16 @@ from ase_roughcontact.theory import Hertz
 SIZE = 32  # atoms along a side of the window
 
 # %%
-# All optimizers have the interface of ASE. ``FourierModes`` takes the place of the
-# atoms: in these coordinates the elastic energy has the same curvature in all
+# All optimizers have the interface of ASE. ``on_modes`` takes ``FourierModes`` in place
+# of the atoms: in these coordinates the elastic energy has the same curvature in all
 # directions. FIRE and FIRE2 limit the norm of a step over all atoms, so their
 # ``maxstep`` must grow with the system.
-
-
-def fire2_on_modes(atoms, **options):
-    """Return FIRE2 on the scaled modes of the half space."""
-    modes = FourierModes(atoms)
-    return FIRE2(modes, maxstep=modes.maxstep, **options)
-
-
-def lbfgs_on_modes(atoms, **options):
-    """Return LBFGS on the scaled modes of the half space."""
-    return LBFGS(FourierModes(atoms), alpha=1.0, **options)
-
 
 optimizers = {
     "FIRE on atoms": partial(FIRE, maxstep=0.2 * SIZE),
     "LBFGS on atoms": LBFGS,
-    "FIRE2 on modes": fire2_on_modes,
-    "LBFGS on modes": lbfgs_on_modes,
+    "FIRE2 on modes": on_modes(FIRE2),
+    "LBFGS on modes": on_modes(LBFGS),
     "NewtonKrylov": NewtonKrylov,
 }
 

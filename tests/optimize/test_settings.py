@@ -123,6 +123,12 @@ def test_preconditioned_optimizers_need_atoms(optimizer):
         rc.settings_for(optimizer, rc.FourierModes(atoms_of()))
 
 
+@pytest.mark.parametrize("optimizer", [CellAwareBFGS, GPMin, PreconLBFGS])
+def test_modes_say_what_to_use_if_an_optimizer_needs_atoms(optimizer):
+    with pytest.raises((AttributeError, TypeError), match="use LBFGS"):
+        optimizer(rc.FourierModes(atoms_of()), logfile=None)
+
+
 def test_a_function_has_no_settings():
     with pytest.raises(ValueError, match="class of ASE"):
         rc.settings_for(lambda atoms: FIRE(atoms), atoms_of())
