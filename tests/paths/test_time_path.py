@@ -304,6 +304,22 @@ def test_steps_on_a_fluid_are_as_short_as_the_tolerance_requires():
     assert error < 3.0 * tolerance
 
 
+def test_a_plastic_shape_is_kept_while_the_solid_has_no_time_to_creep():
+    # as on the elastic solid; without the shape the unloaded contact is much larger
+    n, depths, wall = 32, (0.5, 0.15, 0.5), PlasticWall(0.015, permanent=True)
+    schedule = Schedule(0.0)
+    for depth in depths:
+        schedule = schedule.ramp(depth, time=1.0)
+    slow = Creep.standard_solid(relaxed=0.5, time=1e6)
+    steps = follow(problem_of(n, wall, slow), n, schedule, window="unchecked")
+    elastic = stepper_of(problem_of(n, wall, None), n, window="unchecked")
+    for number, depth in enumerate(depths):
+        expected = elastic.step(number, depth)
+        assert expected.plastic_atoms > 0 or number == 1
+        step = min(steps, key=lambda step: abs(step.time - (number + 1.0)))
+        assert step.normal_force == pytest.approx(expected.normal_force, rel=1e-3)
+
+
 def test_error_decreases_with_the_tolerance():
     n = 32
     depth = (0.4 * n) ** 2 / (10.0 * n)
