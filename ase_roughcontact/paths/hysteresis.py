@@ -138,6 +138,7 @@ class LoopSteps(PathSteps):
     def _moved_towards(self, height: float) -> LoadStep:
         """Move to a height, or to one on the way up to which the force is known."""
         at, new, halved = self.position, self._relax(height), False
+        # each height is nearer to the last one, until the step is the smallest
         while (between := self._height_between(new)) is not None:
             size = abs(new.height - self._last.height)
             at_kink = self._balanced(new)

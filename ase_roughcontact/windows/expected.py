@@ -233,6 +233,7 @@ def predicted_depth(
 
     level = wall.cutoff - wall.contact_distance + footprint.lowest
     largest = math.inf if wall.plastic else load / carried(1.0, 0.5)
+    # ends at the latest where the domain does, or where the depth is infinite
     while (depth := _FIRST_DEPTH * spacing * _DEPTH_RATIO**power) < largest:
         box = footprint.box_below(level + depth)
         half_side = 0.25 * sum(box.shape)
