@@ -26,7 +26,7 @@ _LEAST_STEPS = 3
 # less than ten times as long as one step on any grid.
 _FEW_STEPS, _FEW_POINTS = 10, 100_000
 # The same for paths in time, whose steps begin close to their results: some seconds.
-_FEW_POINTS_IN_TIME = 5_000_000
+_FEW_POINTS_IN_TIME = 2_000_000
 # Part of the rms slope above which a grid loses too much.
 _LARGEST_LOSS = 0.5
 # Wave number times the spacing of waves of a continuum.

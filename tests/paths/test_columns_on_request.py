@@ -130,6 +130,7 @@ def test_a_path_that_is_resumed_with_a_column_has_it_from_there_on(tmp_path, kee
         assert not hasattr(step, "conductance")
 
 
+@pytest.mark.filterwarnings("ignore:the pull-off force")
 def test_a_loop_has_the_column_in_all_of_its_states():
     sphere = rc.RoughSphere(20.0)
     wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.05)

@@ -76,6 +76,7 @@ def test_states_next_to_instabilities_converge():
     assert all(state.converged for state in (*loop.approach, *loop.retraction))
 
 
+@pytest.mark.filterwarnings("ignore:the pull-off force")
 def test_loop_continues_after_states_in_which_atoms_overlap_with_a_hard_wall():
     sphere = rc.RoughSphere(20.0)
     atoms = atoms_under(sphere, rc.DugdaleWall(0.05, 0.6), (16, 16))

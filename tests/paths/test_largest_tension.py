@@ -25,6 +25,7 @@ def loop_of(sphere, wall, deepest, finer=1.0, tolerance=1e-3):
     return adhesion_loop(atoms, deepest, step, tolerance=tolerance, window="auto")
 
 
+@pytest.mark.filterwarnings("ignore:the pull-off force")
 def test_a_kink_of_the_force_between_two_states_is_found():
     # the last atom of a rigid tip leaves a hard wall
     sphere = RoughSphere(7.6)
@@ -44,6 +45,7 @@ def test_a_maximum_far_below_the_largest_step_is_found():
     assert coarse == pytest.approx(fine, rel=1.5e-3)
 
 
+@pytest.mark.filterwarnings("ignore:the pull-off force")
 @pytest.mark.parametrize(
     "radius, wall",
     [

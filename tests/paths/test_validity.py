@@ -257,6 +257,7 @@ def test_unknown_actions_and_hardnesses_are_errors(arguments, message):
         path(rc.Validity(*arguments))
 
 
+@pytest.mark.filterwarnings("ignore:the pull-off force")
 def test_adhesion_loops_report_the_states_that_they_keep():
     wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.003)
     atoms = atoms_on(rc.RoughSphere(15.0), wall)
