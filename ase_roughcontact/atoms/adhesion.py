@@ -61,7 +61,7 @@ def adhesion_loop(
         flat substrate (Å). If negative, the indenter stays in the attractive range. By
         default the loop goes on until the force is compressive by at least the largest
         tension on approach. If the indenter is still pulled at the turn, the pull-off
-        force is a lower bound, of which a warning tells.
+        force is a lower bound; a warning names it.
     step : float, optional
         Largest step (Å), by default about a tenth of the way down. A loop begins and
         ends at the cutoff of the wall, so that a long tail takes a number of states

@@ -10,7 +10,8 @@ were built, and whether it was fixed. It is the sum of
 - 2^24 times the number of fields of `State.history`, at most 31, and
 - 24 bits of a CRC-32 of the `surface_id` of the indenter, zero if it has none.
 
-Frames of `snapshot` have small tags, for viewers.
+Frames of `snapshot` have small tags, as viewers colour atoms by their range. A frame
+with fields of earlier steps has initial charges, and the tag 6 on the indenter alone.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ def check_indenter(atoms: Atoms, identity: str | None) -> None:
 
 def marked_fields(atoms: Atoms) -> int:
     """Return how many fields a surface keeps, at least, also in a frame."""
-    if _tag_of(atoms) == TAG_KEPT:
+    if _is_frame(atoms):
         return 1
     return _mark_of(atoms) % _FIXED // _FIELD
 
@@ -101,6 +102,14 @@ def _mark_of(atoms: Atoms) -> int:
     """Return the mark of atoms, zero without."""
     tag = _tag_of(atoms)
     return tag if tag >= _MARK else 0
+
+
+def _is_frame(atoms: Atoms) -> bool:
+    """Return whether atoms are a frame with fields of earlier steps."""
+    if not (atoms.has("tags") and atoms.has("initial_charges")):
+        return False
+    last = len(atoms) - 1
+    return np.flatnonzero(atoms.arrays["tags"] == TAG_KEPT).tolist() == [last]
 
 
 def _tag_of(atoms: Atoms) -> int:

@@ -336,10 +336,12 @@ def _counted(scene: Scene, steps: Sequence[LoadStep]) -> dict[str, str]:
         getattr(last, name) / UNITS[unit]
         for name in ("contact_area", "continuum_area", "continuum_area_error")
     )
+    continuum = f"{number(area)} {unit}, error not known"
+    if math.isfinite(error):
+        continuum = f"{number(area)} ± {number(error, 2)} {unit}"
     return {
         "counted areas": f"number of atoms times the area of each, {number(counted)} "
-        f"{unit} in step {last.step}; continuum: {number(area)} ± {number(error, 2)} "
-        f"{unit}"
+        f"{unit} in step {last.step}; continuum: {continuum}"
     }
 
 

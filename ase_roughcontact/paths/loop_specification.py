@@ -16,7 +16,8 @@ from ase_roughcontact.contact import Problem
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import JKR
 from ase_roughcontact.theory.self_affine import rms_height
-from ase_roughcontact.topography import SelfAffine
+from ase_roughcontact.topography import HeightMap, SelfAffine
+from ase_roughcontact.topography.facts import IndenterFacts
 from ase_roughcontact.windows.expected import contact_radius_on, modulus_under
 
 # Default of the smallest step, relative to the largest.
@@ -169,7 +170,7 @@ def expected_turn(problem: Problem, radius: float | None = None) -> float:
             "which to turn"
         )
     radius = facts.radius if radius is None else radius
-    depth = _peak_height(facts.roughness, problem.indenter)
+    depth = _peak_height(facts)
     if radius < math.inf:
         depth += _depth_at_pull_off_load(problem, radius)
     return max(depth, wall.attraction_range)
@@ -188,11 +189,13 @@ def _depth_at_pull_off_load(problem: Problem, radius: float) -> float:
     return float(JKR(radius, modulus, work).penetration(contact))
 
 
-def _peak_height(rough: Any, indenter: Any) -> float:
+def _peak_height(facts: IndenterFacts) -> float:
     """Return the height of the highest peaks; zero if the roughness is not known."""
-    if rough is indenter and not getattr(rough, "repeats", False):  # a whole tip
+    rough = facts.roughness
+    if rough is facts.indenter and not facts.repeats:  # a whole tip
         return 0.0
     if isinstance(rough, SelfAffine):
         return _PEAK * rms_height(rough)
-    statistics = getattr(rough, "statistics", None)
-    return _PEAK * statistics().rms_height if statistics else 0.0
+    if isinstance(rough, HeightMap):
+        return _PEAK * rough.statistics().rms_height
+    return 0.0

@@ -17,7 +17,7 @@ from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.windows.memory import friction_memory
 
 _WITH_SPRING = Range(
-    "bases of a spring", lambda s: not np.isnan(s.lateral.base).any(), constant=True
+    "paths with a spring", lambda s: not np.isnan(s.lateral.base).any(), constant=True
 )
 _WITH_FRICTION = Range("contacts with friction", lambda s: s.lateral.bound > 0.0)
 _IN_TIME = Range("paths in time", lambda s: not math.isnan(s.time), constant=True)

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import copyreg
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import Field, dataclass, field, fields, make_dataclass
 from functools import lru_cache
 from typing import Any, ClassVar, TypeVar, get_type_hints
@@ -136,6 +136,8 @@ class LoadStep:
 
     #: Names of the columns on request that paths have by default.
     default_columns: ClassVar[tuple[str, ...]] = ()
+    #: Names of the columns that a file did not have; see `from_columns`.
+    _missing: ClassVar[Set[str]] = frozenset()
 
     step: int = column(lambda s: s.number, "number of the step, from zero")
     height: float = column(lambda s: s.height, "height of the indenter", "Å", "height")
@@ -381,15 +383,18 @@ class LoadStep:
     @property
     def not_known(self) -> dict[str, str]:
         """Reasons why columns are NaN, by their names."""
-        columns = columns_of(type(self))
-        unknown = {k: v for k, v in vars(self).items() if v != v}
-        return {name: self._why_not_known(columns[name]) for name in unknown}
+        values = {name: getattr(self, name) for name in columns_of(type(self))}
+        unknown = [name for name, value in values.items() if value != value]
+        return {name: self._why_not_known(name) for name in unknown}
 
-    def _why_not_known(self, column: Column) -> str:
+    def _why_not_known(self, name: str) -> str:
+        column = columns_of(type(self))[name]
+        if name in self._missing:
+            return "the run that calculated the step did not have it"
         if column.where is _OF_ERRORS and self.unknown_errors:
             return self.unknown_errors
         if column.where in (EVERYWHERE, _OF_ERRORS):
-            return "the run that calculated the step did not have it"
+            return "its function returned nan"
         return f"it is defined for {column.where.text}"
 
     @classmethod
@@ -415,7 +420,10 @@ class LoadStep:
         # one object for NaN, so that equal results compare as equal
         known = {k: math.nan if v != v else v for k, v in columns.items()}
         known = {name: known[name] for name in columns_of(cls) if name in known}
-        return cls(**missing_values(cls) | known | {"step": columns["step"]})
+        missing = missing_values(cls)
+        found = cls(**missing | known | {"step": columns["step"]})
+        object.__setattr__(found, "_missing", missing.keys() - known.keys())
+        return found
 
 
 def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
@@ -470,13 +478,13 @@ def _with_columns(record: Any, added: tuple[str, ...]) -> Any:
 
 
 def _reduced(step: Any) -> tuple:
-    """Return a function and arguments that make a result of `_with_columns` again."""
-    values = tuple(getattr(step, name) for name in columns_of(type(step)))
-    return _restored, (*step._made_from, values)
+    """Return function, arguments and state that make a result again."""
+    return _empty, step._made_from, vars(step)
 
 
-def _restored(record: type, added: tuple[str, ...], values: tuple) -> Any:
-    return _with_columns(record, added)(*values)
+def _empty(record: type, added: tuple[str, ...]) -> Any:
+    """Return a result without values."""
+    return object.__new__(_with_columns(record, added))
 
 
 @lru_cache

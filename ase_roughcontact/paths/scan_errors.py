@@ -68,6 +68,12 @@ _LARGEST_AREA = 4.0
 _AREA, _FORCE, _COUNT = 0, 1, 4
 # Quantities, in the order of `Errors`, that a path prescribes and that have no error.
 _PRESCRIBED = {"loads": [1], "heights": [2], "penetrations": [2, 3]}
+# Columns of what a path prescribes.
+_CONTROLLED = {
+    "loads": "normal_force",
+    "heights": "height",
+    "penetrations": "penetration",
+}
 # The scan and kinds of copies, in reasons for errors that are not known.
 _PRESSED = {
     "given": "the scan, on the grid for its errors",
@@ -108,17 +114,15 @@ class ScanErrors:
         """
         if not step.touches:
             return Errors(0.0, 0.0, 0.0, 0.0)
+        if not self._at_targets:
+            return Errors.not_known(_NO_CONTACT)
         force, area = step.fields.normal_force, step.fields.contact_area
-        placed = [each for each in self._at_targets if not math.isnan(each.force)]
-        if not placed:
-            reasons = (each.unknown for each in self._at_targets)
-            return Errors.not_known(next(reasons, _NO_CONTACT))
-        nearest = min(placed, key=lambda each: abs(each.force - force))
+        target = columns_of()[_CONTROLLED[self.control]].value(step)
+        nearest = min(self._at_targets, key=lambda each: abs(each.target - target))
         if nearest.unknown:
             return Errors.not_known(nearest.unknown)
-        known = sorted(
-            (each for each in placed if not each.unknown), key=lambda each: each.force
-        )
+        known = [each for each in self._at_targets if not each.unknown]
+        known.sort(key=lambda each: each.force)
         forces = [each.force for each in known]
         errors = np.transpose([each.errors for each in known])
         found = [float(np.interp(force, forces, each)) for each in errors]
@@ -154,7 +158,9 @@ class ScanErrors:
         given = np.array(scan.values)
         force = target if self.control == "loads" else float(given[_FORCE])
         if scan.failure:
-            return _AtTarget(force, given, f"{_PRESSED['given']}: {scan.failure}")
+            return _AtTarget(
+                target, force, given, f"{_PRESSED['given']}: {scan.failure}"
+            )
         errors, unknown = np.zeros(_COUNT), ""
         for kind, change in _CHANGES.items():
             if not results[kind]:
@@ -169,7 +175,7 @@ class ScanErrors:
         errors[[_AREA, _FORCE]] /= np.where(scales > 0.0, scales, 1.0)
         lost = self.problem.facts.roughness.measurement.lost_slope
         errors[_AREA] = np.hypot(errors[_AREA], lost)
-        return _AtTarget(force, errors, unknown)
+        return _AtTarget(target, force, errors, unknown)
 
     def _results(self, rough: Any, targets: Sequence[float]) -> list[_Result]:
         """Return the results of a map at the targets."""
@@ -218,6 +224,8 @@ class _AtTarget:
 
     Attributes
     ----------
+    target : float
+        Penetration, height or load.
     force : float
         Normal force of the scan; NaN if it is not known (eV/Å).
     errors : ndarray, shape (4,)
@@ -226,6 +234,7 @@ class _AtTarget:
         Why some are not known; else empty.
     """
 
+    target: float
     force: float
     errors: FloatArray
     unknown: str

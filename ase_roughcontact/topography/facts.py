@@ -42,6 +42,8 @@ class IndenterFacts:
         Distance between the points of a scan; NaN if there is none (length).
     side : float
         Side of the domain of a roughness that is synthesised, else zero (length).
+    repeats : bool
+        Whether the indenter is periodic beyond its extent.
     edge_change : float
         Rms height subtracted to make a scan periodic (length).
     """
@@ -51,6 +53,7 @@ class IndenterFacts:
     radius = _known("radius", math.inf)
     profile = _known("profile", "")
     periods = _known("periods", (math.inf, math.inf))
+    repeats = _known("repeats", False)
     short_wavelength = _known("short_wavelength", math.nan, "roughness")
     pixel = _known("pixel", math.nan, "roughness")
     side = _known("side", 0.0, "roughness")

@@ -134,10 +134,21 @@ def test_another_indenter_is_refused_after_any_format(tmp_path, format):
 def test_tags_of_users_are_not_taken_for_marks():
     atoms = atoms_under(SPHERE, None, (8, 8), height=-0.5)
     energy = atoms.get_potential_energy()
-    for tag in (-1, 1, 7, 1000):
+    for tag in (-1, 1, 6, 7, 1000):
         again = atoms_under(SPHERE, None, (8, 8), height=-0.5)
         again.set_tags(tag)
         assert again.get_potential_energy() == energy
+
+
+def test_a_tag_of_the_indenter_alone_is_not_taken_for_a_frame():
+    atoms = atoms_under(SPHERE, None, (8, 8), height=-0.5)
+    energy = atoms.get_potential_energy()
+    tagged = atoms_under(SPHERE, None, (8, 8), height=-0.5)
+    tagged.set_tags([0] * (len(tagged) - 1) + [6])
+    assert tagged.get_potential_energy() == energy
+    tagged.set_tags(6)
+    tagged.set_initial_charges([0.5] * len(tagged))
+    assert tagged.get_potential_energy() == energy
 
 
 # Atoms that stick

@@ -123,6 +123,14 @@ def test_counted_areas_are_printed_beside_the_area_of_the_continuum(run):
     assert "counted areas" not in results(asked, [last])
 
 
+def test_an_area_of_the_continuum_with_an_unknown_error_says_so(run):
+    reference, steps, _ = run
+    last = replace(steps[2], continuum_area=384.0, continuum_area_error=math.nan)
+    text = results(reference, [*steps[:2], last])["counted areas"]
+    assert "±" not in text
+    assert "3.840 nm², error not known" in text
+
+
 @pytest.mark.parametrize(
     "model, errors, text",
     [

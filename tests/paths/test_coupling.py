@@ -165,6 +165,8 @@ def test_conditions_of_friction_and_contact_hold_with_dense_matrices(
         slips &= pressure > 0.0
         assert step.slip_area == np.count_nonzero(slips) > 0
         assert step.stick_area == step.contact_area - step.slip_area
+        if mu > 0.1 and depths[1] > depths[0]:
+            assert step.stick_area > 0.0
         assert traction[slips] == pytest.approx(bound[slips], rel=1e-5)
         work = (moved * state[:2]).sum(axis=0)[slips]  # against the tractions
         lost = -np.hypot(*moved)[slips] * traction[slips]

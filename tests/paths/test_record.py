@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 import re
 from dataclasses import asdict, dataclass, fields
 
@@ -47,6 +48,34 @@ def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
     line = json.loads(json_line(asdict(step), units_of(type(step))))
     assert line["largest_gap"] == step.largest_gap
     assert line["units"] == {**units_of(), "largest_gap": "Å"}
+
+
+@dataclass(frozen=True)
+class StepWithUnknown(rc.LoadStep):
+    unknown: float = rc.column(lambda s: math.nan, "a number that is not defined")
+
+
+def test_an_own_column_that_is_nan_is_not_one_that_the_run_did_not_have():
+    (step,) = rc.load_path(
+        make_atoms(), [0.4], output=rc.Output(record=StepWithUnknown)
+    )
+    assert "function" in step.not_known["unknown"]
+    columns = asdict(step)
+    again = StepWithUnknown.from_columns(columns)
+    assert again.not_known == step.not_known
+    del columns["unknown"], columns["largest_pressure"]
+    older = StepWithUnknown.from_columns(columns)
+    assert older.not_known["unknown"] == older.not_known["largest_pressure"]
+    assert "did not have" in older.not_known["unknown"]
+
+
+def test_copies_of_a_result_know_which_columns_a_file_did_not_have():
+    asked = rc.LoadStep.with_columns(["conductance"])
+    (step,) = rc.load_path(make_atoms(), [0.4])
+    older = asked.from_columns(asdict(step))
+    again = pickle.loads(pickle.dumps(older))
+    assert again.not_known == older.not_known
+    assert "did not have" in again.not_known["conductance"]
 
 
 def test_own_columns_that_would_be_lost_are_refused():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import HeightMap, SelfAffine
+from ase_roughcontact.paths import scan_errors
 from ase_roughcontact.paths.scan_errors import ScanErrors
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.config import FrictionConfig
@@ -100,6 +101,28 @@ def test_errors_of_a_given_depth_are_those_of_force_and_area(pressed):
         force = abs(true.normal_force - step.normal_force)
         assert 0.0 < force < 3.0 * step.force_error
         assert step.height_error == step.penetration_error == 0.0
+
+
+@pytest.mark.parametrize("control", ["penetration", "height"])
+def test_errors_next_to_a_target_at_which_the_scan_fails_are_not_known(
+    pressed, monkeypatch, control
+):
+    press = scan_errors.step_in_contact
+
+    def fail_at_the_second(stepper, number, *args):
+        if number == 1:
+            raise RuntimeError("not possible")
+        return press(stepper, number, *args)
+
+    monkeypatch.setattr(scan_errors, "step_in_contact", fail_at_the_second)
+    values = {"penetration": ("0.5 nm", "0.8 nm", "1 nm")}
+    values["height"] = ("-0.2 nm", "-0.5 nm", "-0.7 nm")
+    path = {"path.control": control, "path.values": values[control]}
+    first, second, third = pressed(surface(1, 8), **path)
+    assert math.isnan(second.area_error)
+    assert "not possible" in second.unknown_errors
+    for step in (first, third):
+        assert 0.0 < step.area_error < step.continuum_area
 
 
 def only(monkeypatch, kind):
