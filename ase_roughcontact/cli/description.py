@@ -130,7 +130,10 @@ def _hardness(scene: Scene) -> str:
     hardness = scene.hardness / UNITS["GPa"]
     if math.isnan(hardness):
         return "hardness unknown"
-    return "elastic" if math.isinf(hardness) else f"hardness {hardness:.3g} GPa"
+    if math.isinf(hardness):
+        return "elastic"
+    of_both = " of the softer body as far as known" if scene.sphere.material else ""
+    return f"hardness {hardness:.3g} GPa{of_both}"
 
 
 def _under_soft_wall(scene: Scene) -> str:

@@ -229,18 +229,24 @@ def _flat_cell(
 
 
 def _hardness(scene: SceneFile) -> float:
-    """Return the hardness of the softer surface (eV/Å^3); NaN if it is not known."""
-    substrate, given = scene.substrate, scene.substrate.hardness
+    """Return the smallest known hardness of both surfaces (eV/Å^3); NaN if none is."""
+    given = scene.substrate.hardness
     if given is None:
-        names = [scene.sphere.material]
-        if substrate.layer_thickness is None:
-            names.append(substrate.name)
-        hardnesses = [named_materials.hardness_of(name) for name in names]
-        known = [each for each in hardnesses if not math.isnan(each)]
+        known = [each for each in _hardnesses(scene) if not math.isnan(each)]
         return UNITS["GPa"] * min(known, default=math.nan)
     if given != math.inf:
         in_gpa("hardness", given, _LARGEST_HARDNESS)
     return UNITS["GPa"] * given
+
+
+def _hardnesses(scene: SceneFile) -> list[float]:
+    """Return the hardness of the substrate, and of a tip that is named (GPa)."""
+    hardnesses = [math.nan]  # of a layer
+    if scene.substrate.layer_thickness is None:
+        hardnesses = [named_materials.hardness_of(scene.substrate.name)]
+    if scene.sphere.material:
+        hardnesses.append(named_materials.hardness_of(scene.sphere.material))
+    return hardnesses
 
 
 def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:
@@ -280,7 +286,10 @@ def _wall(
         parameters["work_of_adhesion"] = named_materials.work_of_adhesion(*materials)
     if "attraction_range" in missing and all(materials):
         parameters["attraction_range"] = f"{named_materials.ATTRACTION_RANGE} nm"
-    if "hardness" in missing and not math.isnan(hardness):
+    softer_known = scene.substrate.hardness is not None or not any(
+        map(math.isnan, _hardnesses(scene))
+    )
+    if "hardness" in missing and softer_known:
         parameters["hardness"] = hardness / UNITS["GPa"]
     return make_wall(kind, solid.contact_modulus, spacing, parameters)
 

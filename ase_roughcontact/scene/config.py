@@ -44,7 +44,7 @@ class SubstrateConfig(Section):
         ),
     }
     file_keys = ("potential", "crystal")
-    word_keys = ("shape",)
+    word_keys = ("shape", "spacing")
     infinite_keys = ("hardness",)
 
     symbol: str = ""

@@ -177,6 +177,14 @@ def test_pressures_are_compared_with_the_hardness_of_the_softer_body(
     assert both.hardness == HARDNESS[hardness] * UNITS["GPa"]
 
 
+def test_a_plastic_wall_does_not_take_the_hardness_of_a_tip_for_the_substrate():
+    plastic = '[interaction]\nkind = "plastic"\n'
+    with pytest.raises(ValueError, match="needs hardness"):
+        scene('material = "PDMS"', 'material = "SiO2"', plastic).check()
+    both = scene('material = "Cu"', 'material = "Si"', plastic)
+    assert both.wall.hardness == HARDNESS["Cu"] * UNITS["GPa"]
+
+
 def test_an_elastic_tip_reduces_the_modulus():
     both = scene('material = "mica"', 'material = "Si3N4"')
     moduli = (MATERIALS[name].contact_modulus for name in ("mica", "Si3N4"))

@@ -51,7 +51,8 @@ def accepting(value):
 WORDS = {
     *("substrate.symbol", "substrate.material", "substrate.calculator"),
     *("substrate.potential", "substrate.crystal", "substrate.surface"),
-    *("substrate.model", "substrate.shape", "sphere.unit", "sphere.material"),
+    *("substrate.model", "substrate.shape", "substrate.spacing", "sphere.unit"),
+    "sphere.material",
     *("sphere.profile", "roughness.unit", "roughness.normalise", "topography.file"),
     *("topography.role", "topography.unit", "topography.detrend", "topography.center"),
     *("topography.channel", "heterogeneity.unit", "heterogeneity.file"),
