@@ -32,10 +32,8 @@ from ase_roughcontact.optimize import (
     HalfSpacePrecon,
     NewtonKrylov,
 )
-from ase_roughcontact.optimize.comparison import (
-    OptimizerComparison,
-    compare_optimizers,
-)
+from ase_roughcontact.optimize.comparison import compare_optimizers
+from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.optimize.settings import on_modes, settings_for
 from ase_roughcontact.optimize.tolerance import fmax_for
 from ase_roughcontact.paths.column import column

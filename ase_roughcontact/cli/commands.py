@@ -12,7 +12,7 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
 from ase_roughcontact.cli.description import bodies
-from ase_roughcontact.optimize.comparison import optimizer_names
+from ase_roughcontact.optimize.names import optimizer_names
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene.curve_files import read_curve, read_in_time
 from ase_roughcontact.scene.fit import fit_curve

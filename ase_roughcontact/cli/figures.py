@@ -18,7 +18,7 @@ from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.trajectory import read_frames
 from ase_roughcontact.atoms.view import with_indenter
 from ase_roughcontact.cli.report import printed_times
-from ase_roughcontact.optimize.comparison import OptimizerComparison
+from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.plot.files import written

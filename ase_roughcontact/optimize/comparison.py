@@ -12,34 +12,31 @@ state is the largest of
 
 from __future__ import annotations
 
-import csv
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
-import ase.optimize
-import ase.optimize.precon
-import ase.optimize.sciopt
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact._util.printing import Printed, table
-from ase_roughcontact._util.validation import integer, positive, unknown
+from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.atoms.calculator import RoughContact, contact_of, problem_of
 from ase_roughcontact.optimize.base import ContactOptimizer
+from ase_roughcontact.optimize.comparison_result import (
+    OptimizerComparison,
+    OptimizerResult,
+    Progress,
+    reached,
+)
 from ase_roughcontact.optimize.constraints import surface_held
 from ase_roughcontact.optimize.modes import FourierModes
-from ase_roughcontact.optimize.optimizers import (
-    ActiveSet,
-    NewtonKrylov,
-    default_optimizer,
-)
-from ase_roughcontact.optimize.settings import make_optimizer, on_modes
+from ase_roughcontact.optimize.names import optimizer_of
+from ase_roughcontact.optimize.optimizers import default_optimizer
+from ase_roughcontact.optimize.settings import make_optimizer
 from ase_roughcontact.optimize.tolerance import solution
 from ase_roughcontact.paths.convergence import StepRelaxer
 from ase_roughcontact.solvers.relaxation import Run
@@ -47,8 +44,6 @@ from ase_roughcontact.solvers.response import height_response
 
 # Relative error of the state with which the others are compared.
 _REFERENCE = 1e-9
-# Ending of names of optimizers on the modes.
-_ON_MODES = " on modes"
 # Optimizers that are compared by default on soft walls, beside the solver for the wall.
 _USUAL = (
     "LBFGS",
@@ -60,194 +55,6 @@ _USUAL = (
     "FIRE2 on modes",
     "SciPyFminCG on modes",
 )
-
-
-@dataclass(frozen=True)
-class Progress:
-    """State of an optimizer after a step.
-
-    Attributes
-    ----------
-    steps : int
-    evaluations : int
-        Of energy and forces so far; of a solver of this package, its states.
-    pairs : float
-        FFT pairs so far.
-    seconds : float
-        Time so far (s).
-    error : float
-        Relative error of the state.
-    """
-
-    steps: int
-    evaluations: int
-    pairs: float
-    seconds: float
-    error: float
-
-
-@dataclass(frozen=True)
-class OptimizerResult:
-    """What one optimizer did.
-
-    Attributes
-    ----------
-    optimizer : str
-        Its name.
-    converged : bool
-    reason : str
-        Why it has not converged, or in which other state it ended; else empty.
-    steps, evaluations, pairs, seconds
-        At the end; see `Progress`.
-    evaluations_to_accuracy, pairs_to_accuracy, seconds_to_accuracy : float
-        Until the error stayed below the accuracy; NaN if it did not.
-    error, force_error, area_error : float
-        Relative errors at the end; NaN if it did not start.
-    height_error : float
-        Error of the height (Å).
-    changed_atoms : int
-        Atoms in contact in one state only, in the last or in the relaxed one; -1 if it
-        did not start.
-    energy_error : float
-        Energy above that of the relaxed state (eV).
-    history : tuple of Progress
-        Not a column.
-    """
-
-    optimizer: str
-    converged: bool = False
-    reason: str = ""
-    steps: int = 0
-    evaluations: int = 0
-    pairs: float = 0.0
-    seconds: float = 0.0
-    evaluations_to_accuracy: float = math.nan
-    pairs_to_accuracy: float = math.nan
-    seconds_to_accuracy: float = math.nan
-    error: float = math.nan
-    force_error: float = math.nan
-    area_error: float = math.nan
-    height_error: float = math.nan
-    changed_atoms: int = -1
-    energy_error: float = math.nan
-    history: tuple[Progress, ...] = field(default=(), repr=False)
-
-    def reached(self, error: float) -> Progress | None:
-        """Return the first moment from which on the error stays within a limit.
-
-        Parameters
-        ----------
-        error : float
-            Relative error of the state.
-
-        Returns
-        -------
-        Progress or None
-            None if it does not.
-        """
-        return _reached(self.history, error)
-
-
-@dataclass(frozen=True)
-class OptimizerComparison(Printed):
-    """Results of several optimizers on the same atoms; printed as a table.
-
-    Attributes
-    ----------
-    accuracy : float
-        Relative error of force and area.
-    fmax : float
-        Tolerance of forces for it (eV/Å).
-    energy, normal_force : float
-        Of the relaxed state (eV, eV/Å).
-    contact_atoms : int
-        Of the relaxed state.
-    results : tuple of OptimizerResult
-    """
-
-    accuracy: float
-    fmax: float
-    energy: float
-    normal_force: float
-    contact_atoms: int
-    results: tuple[OptimizerResult, ...]
-
-    @property
-    def parts(self) -> Sequence[Any]:
-        """Texts and tables, from top to bottom."""
-        percent = f"{100.0 * self.accuracy:.2g} %"
-        about = (
-            f"{self.contact_atoms} atoms in contact, {self.normal_force:.4g} eV/Å, "
-            f"{self.energy:.8g} eV; forces to {self.fmax:.2g} eV/Å, for an error of "
-            f"{percent}"
-        )
-        heads = (
-            "optimizer",
-            "steps",
-            "force (calls)",
-            "FFT (pairs)",
-            "time (s)",
-            f"to {percent} (pairs)",
-            "error",
-            "atoms",
-            "energy (eV)",
-        )
-        rows = [
-            (
-                each.optimizer,
-                each.steps,
-                each.evaluations,
-                f"{each.pairs:.0f}",
-                f"{each.seconds:.2f}",
-                _text(each.pairs_to_accuracy, ".0f"),
-                _text(each.error, ".1e"),
-                f"{each.changed_atoms}" if each.changed_atoms >= 0 else "-",
-                _text(each.energy_error, "+.1e"),
-            )
-            for each in self.results
-        ]
-        failures = [f"{r.optimizer}: {r.reason}" for r in self.results if r.reason]
-        return [about, table(heads, rows, 1), *failures]
-
-    def write_csv(self, file: str | Path) -> None:
-        """Write a line for each optimizer.
-
-        Parameters
-        ----------
-        file : str or Path
-        """
-        names = [each.name for each in fields(OptimizerResult)][:-1]
-        with open(file, "w", newline="", encoding="utf-8") as opened:
-            writer = csv.DictWriter(opened, names, extrasaction="ignore")
-            writer.writeheader()
-            writer.writerows(asdict(result) for result in self.results)
-
-    def check(self, *, atoms: int = 0, energy: float = 1e-3) -> None:
-        """Raise `AssertionError` unless all optimizers have found the relaxed state.
-
-        For tests: all have converged, to the same atoms in contact and energy.
-
-        Parameters
-        ----------
-        atoms : int
-            Largest number of other atoms in contact.
-        energy : float
-            Largest difference of the energy (eV).
-        """
-        wrong = []
-        for result in self.results:
-            if not result.converged:
-                wrong.append(f"{result.optimizer}: {result.reason}")
-            elif result.changed_atoms > atoms or not abs(result.energy_error) <= energy:
-                wrong.append(
-                    f"{result.optimizer}: {result.changed_atoms} other atoms in "
-                    f"contact, energy off by {result.energy_error:.2g} eV"
-                )
-        if wrong:
-            limits = f"{atoms} atoms and {energy:g} eV"
-            raise AssertionError(
-                f"not the same state within {limits}: " + "; ".join(wrong)
-            )
 
 
 def compare_optimizers(
@@ -325,25 +132,6 @@ def compare_optimizers(
     )
 
 
-def optimizer_names() -> list[str]:
-    """Return the names of all optimizers: those of ASE also with " on modes"."""
-    ours = [NewtonKrylov.__name__, ActiveSet.__name__]
-    return [*ours, *_of_ase(), *(name + _ON_MODES for name in _of_ase())]
-
-
-def _of_ase() -> dict[str, type]:
-    """Return the classes of optimizers of ASE by name."""
-    found: dict[str, type] = {}
-    for module in (ase.optimize, ase.optimize.precon, ase.optimize.sciopt):
-        for name, each in vars(module).items():
-            if not (isinstance(each, type) and each.__module__.startswith("ase.")):
-                continue
-            if issubclass(each, ase.optimize.optimize.Optimizer) and name[0].isupper():
-                found[name] = each
-    bases = "Optimizer", "SciPyOptimizer", "SciPyGradientlessOptimizer", "QuasiNewton"
-    return {name: found[name] for name in sorted(found) if name not in bases}
-
-
 def _named(
     atoms: Atoms, given: Iterable[str] | Mapping[str, Callable[..., Any]] | None
 ) -> Mapping[str, Callable[..., Any]]:
@@ -353,27 +141,7 @@ def _named(
     if given is None:
         wall = problem_of(atoms)[0].wall
         given = [default_optimizer(wall).__name__, *(() if wall.hard else _USUAL)]
-    return {name: _maker(name) for name in given}
-
-
-def optimizer_class(name: str) -> type:
-    """Return the class of an optimizer by its name, also of one on modes.
-
-    Raises
-    ------
-    ValueError
-        If the name is unknown.
-    """
-    if name not in optimizer_names():
-        raise ValueError(unknown(name, optimizer_names(), "optimizer"))
-    ours = {each.__name__: each for each in (NewtonKrylov, ActiveSet)}
-    kinds: dict[str, type] = ours | _of_ase()
-    return kinds[name.removesuffix(_ON_MODES)]
-
-
-def _maker(name: str) -> Callable[..., Any]:
-    kind = optimizer_class(name)
-    return on_modes(kind) if name.endswith(_ON_MODES) else kind
+    return {name: optimizer_of(name) for name in given}
 
 
 @dataclass(frozen=True)
@@ -482,11 +250,11 @@ class _Followed:
         if self._history:
             last = asdict(self._history[-1])
             costs = {k: v for k, v in last.items() if k != "error"}
-        if reached := _reached(self._history, accuracy):
+        if found := reached(self._history, accuracy):
             costs |= {
-                "evaluations_to_accuracy": float(reached.evaluations),
-                "pairs_to_accuracy": reached.pairs,
-                "seconds_to_accuracy": reached.seconds,
+                "evaluations_to_accuracy": float(found.evaluations),
+                "pairs_to_accuracy": found.pairs,
+                "seconds_to_accuracy": found.seconds,
             }
         return OptimizerResult(
             self.name,
@@ -531,18 +299,3 @@ class _Followed:
         if not run.converged or math.isclose(run.energy, lowest, rel_tol=1e-6):
             return ""
         return f"in another state, of {run.energy:.8g} eV, not {lowest:.8g} eV"
-
-
-def _reached(history: Sequence[Progress], error: float) -> Progress | None:
-    """Return the first moment from which on the error stays within a limit."""
-    found = None
-    for progress in reversed(history):
-        if not progress.error <= error:
-            break
-        found = progress
-    return found
-
-
-def _text(value: float, form: str) -> str:
-    """Return a number as text; "-" if it is not known."""
-    return "-" if math.isnan(value) else format(value, form)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.optimize.comparison import OptimizerComparison
+from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.plot.style import COLOURS, GREY, LINES
 
 # Smallest error that is drawn.

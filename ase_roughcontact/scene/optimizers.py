@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 from ase import Atoms
 
 from ase_roughcontact.atoms.path_atoms import ProblemAtoms
-from ase_roughcontact.optimize.comparison import (
-    OptimizerComparison,
-    compare_optimizers,
-)
+from ase_roughcontact.optimize.comparison import compare_optimizers
+from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step_options import FREE
 

@@ -25,7 +25,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.optimize.comparison import optimizer_class, optimizer_names
+from ase_roughcontact.optimize.names import optimizer_class, optimizer_names
 
 OUT = Path(__file__).with_name("ase_optimizers.csv")
 SPACING, MODULUS = 2.5, 0.9  # Å, eV/Å^3

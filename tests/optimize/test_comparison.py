@@ -12,7 +12,8 @@ from matplotlib import pyplot
 
 import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.optimize.comparison import OptimizerResult, optimizer_names
+from ase_roughcontact.optimize.comparison_result import OptimizerResult
+from ase_roughcontact.optimize.names import optimizer_names
 from ase_roughcontact.plot import plot_optimizers
 
 SPACING, MODULUS = 2.5, 0.9
