@@ -21,9 +21,10 @@ from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.paths.accuracy import accuracy_of, grid_for
-from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.output import Done, Output, follow_states
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import FREE, StepOptions
@@ -58,8 +59,8 @@ def load_path(
         The path, exactly one of: distances that the indenter has moved down since it
         first repels the flat substrate (Å), heights of the indenter (Å), or loads on
         it (eV/Å). The first two need a fixed indenter, loads need a free one. A step up
-        that loses an adhesive contact by its length is repeated in parts of half the
-        range of the attraction.
+        from an adhesive contact is made in parts of at most half the range of the
+        attraction.
     optimizer : callable, optional
         Called as ``optimizer(atoms, logfile=None)``; returns an ASE optimizer. A class,
         or a `functools.partial` of one with its options; a class of ASE also gets those
@@ -343,22 +344,30 @@ class AtomsPath:
             After an error the atoms are in the last state that was relaxed.
         """
         description["springs"] = self._springs
-        found = follow(steps, self._output, self._action, **description)
+        found = follow_states(
+            steps, self._output, self._action, self._frames.first_state, **description
+        )
         return self._with_atoms(found)
 
     def _with_atoms(
-        self, steps: Generator[Any, None, None]
+        self, steps: Generator[Done, None, None]
     ) -> Generator[Any, None, None]:
-        self.stepper.state = self._frames.first_state()  # the atoms as they are now
+        reached: RelaxedStep | None = None
         try:
             with closing(steps):
                 for step in steps:
-                    self._frames.show(self.stepper)
-                    yield step
-            self._frames.show(self.stepper)  # if nothing was left to do
+                    reached = step.left
+                    if reached and step.relaxed:
+                        self._frames.show(reached)
+                    yield step.record
         except Exception:
-            self._frames.show(self.stepper)
+            if reached:
+                self._frames.show(reached)
+            else:
+                self._frames.show_first()
             raise
+        if reached:  # also if nothing was left to do
+            self._frames.show(reached)
 
 
 def _grid_change(

@@ -35,7 +35,7 @@ from ase_roughcontact.optimize.base import ContactOptimizer
 from ase_roughcontact.optimize.constraints import surface_held
 from ase_roughcontact.optimize.optimizers import default_optimizer
 from ase_roughcontact.optimize.settings import make_optimizer
-from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.step_options import Relaxer
 from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start, Support
 
@@ -54,17 +54,17 @@ class PathAtoms:
         Of the atoms.
     """
 
-    _moved = False  # whether a step has been shown
-
     def __init__(self, atoms: Atoms) -> None:
         self.atoms = atoms
         self.problem = model_of(atoms).problem
-        self._reached: State | None = None  # the state in which the atoms are
+        # the states in which the atoms were when the path started, and are
+        self._first: State | None = None
+        self._reached: State | None = None
 
     def first_state(self) -> State:
         """Return the state of the atoms."""
-        self._reached = state_of(self.atoms)
-        return self._reached
+        self._first = self._reached = state_of(self.atoms)
+        return self._first
 
     def place(self, contact: Contact, state: State) -> None:
         """Move the atoms to a state.
@@ -149,32 +149,31 @@ class PathAtoms:
             constrained=surface_held(atoms),
         )
 
-    def show(self, stepper: Stepper) -> None:
-        """Move the atoms to the last state of a path, with its results."""
-        run, state = stepper.run, stepper.state
-        if run is None and not self._moved:  # the first step has failed
-            if self._reached is None:  # after an optimizer has moved the atoms
-                contact = self.problem.contact(state.window, state.plastic_depth)
-                self.place(contact, state)
-            return
-        if state is not self._reached:
-            self.place(stepper.contact, state)
-            self._reached, model = state, model_of(self.atoms)
-            if run is not None and model.contact is stepper.contact:
-                model.fields = run.fields
-        self._moved = True
-        if run is None:  # a later one has
-            return
-        if stepper.control == "loads":
-            self.atoms.calc.set(load=run.support.load)
+    def show_first(self) -> None:
+        """Move the atoms back to the state from which the path starts."""
+        first = self._first
+        if first is not None and self._reached is not first:
+            contact = self.problem.contact(first.window, first.plastic_depth)
+            self.place(contact, first)
+            self._reached = first
+
+    def show(self, left: RelaxedStep) -> None:
+        """Move the atoms to the state in which a step leaves the surface."""
+        if self._reached is None or not _is_same(left.state, self._reached):
+            self.place(left.contact, left.state)
+            self._reached, model = left.state, model_of(self.atoms)
+            if model.contact is left.contact:
+                model.fields = left.fields
+        if left.control == "loads":
+            self.atoms.calc.set(load=left.run.support.load)
         self.atoms.get_potential_energy()
 
     read = staticmethod(read_frames)
     writer = staticmethod(trajectory_writer)
 
-    def frame(self, stepper: Stepper, **info: Any) -> Atoms:
-        """Return the frame of the last state of a path; see `snapshot`."""
-        self.show(stepper)
+    def frame(self, left: RelaxedStep, **info: Any) -> Atoms:
+        """Return the frame of a step as it leaves the surface; see `snapshot`."""
+        self.show(left)
         return snapshot(self.atoms, **info)
 
     def state(self, frame: Atoms) -> State:
@@ -183,6 +182,14 @@ class PathAtoms:
         forces = frame.get_forces(apply_constraint=False)[:-1, 2].reshape(grid.window)
         pressure = pressure_of(frame) + forces / self.problem.spacing**2
         return state_with(frame, self.problem, grid, pressure)
+
+
+def _is_same(a: State, b: State) -> bool:
+    """Return whether two states have the same contact, in the same arrays."""
+    if a.height != b.height or a.history.keys() != b.history.keys():
+        return False
+    same = a.pressure is b.pressure and a.displacement is b.displacement
+    return same and all(a.history[key] is b.history[key] for key in a.history)
 
 
 class ProblemAtoms(PathAtoms):
@@ -209,7 +216,8 @@ class ProblemAtoms(PathAtoms):
         fixed: bool,
         padded: bool = False,
     ) -> None:
-        self.problem, self._reached, self._padded = problem, None, padded
+        self.problem, self._padded = problem, padded
+        self._first, self._reached = None, None
         self._first_window, self._symbol, self._fixed = window, symbol, fixed
 
     @cached_property

@@ -33,10 +33,31 @@ _FLOW_PRESSURE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class State:
-    """State from which a relaxation starts, and in which it ends.
+class EarlierState:
+    """Relaxed state of an earlier step, from which the next one is extrapolated.
 
-    Its arrays are never changed in place.
+    Attributes
+    ----------
+    target : float
+        Load or height that was prescribed, or the time.
+    window : Box
+    pressure : ndarray, shape (n, m)
+        Pressure of the wall.
+    height : float
+        Height of the indenter (length).
+    """
+
+    target: float
+    window: Box
+    pressure: np.ndarray
+    height: float
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """State of a contact, with all that the next step of a path starts from.
+
+    Arrays of a state are never changed in place.
 
     Attributes
     ----------
@@ -56,7 +77,12 @@ class State:
     depths : mapping of str to ndarray of shape (n, m)
         Depths that pressures of the history cause, as far as they are known (length).
     creep : Creep or None
-        Of the solid in which the surface has crept.
+        Creep of the solid in which the surface has crept.
+    earlier : tuple of EarlierState
+        The last two relaxed states at most, in order.
+    mean_force : float
+        Mean force on an atom in contact, for which the tolerance of the next step is
+        made; NaN before any contact (force).
     """
 
     window: Box
@@ -66,6 +92,8 @@ class State:
     history: Mapping[str, np.ndarray] = field(default_factory=dict)
     depths: Mapping[str, np.ndarray] = field(default_factory=dict)
     creep: Creep | None = None
+    earlier: tuple[EarlierState, ...] = ()
+    mean_force: float = math.nan
 
     def __post_init__(self) -> None:
         """Check window, height and pressure."""
@@ -78,6 +106,11 @@ class State:
         """Return the state of a surface that nothing acts on."""
         zeros = np.broadcast_to(0.0, window.shape)  # without memory
         return cls(window, height, zeros, zeros)
+
+    def flattened(self, height: float) -> State:
+        """Return the state without pressure, with all that the surface has kept."""
+        zeros = np.broadcast_to(0.0, self.window.shape)  # without memory
+        return replace(self, height=height, pressure=zeros, displacement=zeros)
 
     @property
     def displaced(self) -> bool:
@@ -102,7 +135,20 @@ class State:
             name: carried(values, self.window, window)
             for name, values in self.history.items()
         }
-        return State(window, self.height, pressure, None, history, creep=self.creep)
+        return replace(
+            self,
+            window=window,
+            pressure=pressure,
+            displacement=None,
+            history=history,
+            depths={},
+        )
+
+    def keeping(self, **history: np.ndarray | None) -> State:
+        """Return the state with other entries of its history; None removes one."""
+        kept = {k: v for k, v in self.history.items() if k not in history}
+        kept |= {k: v for k, v in history.items() if v is not None}
+        return replace(self, history=kept)
 
 
 def without_rounding(pressure: np.ndarray) -> np.ndarray:

@@ -93,8 +93,8 @@ class LateralHalfSpace(_Response):
     ----------
     grid : (int, int)
         Grid ``(N, M)`` of the transforms.
-    pairs : float
-        Forward/inverse FFT pairs of two components so far, normalised to the grid.
+    transformed : int
+        Points of all forward/inverse FFT pairs of two components so far.
 
     Raises
     ------
@@ -105,7 +105,7 @@ class LateralHalfSpace(_Response):
     """
 
     _kind = LATERAL
-    pairs = 0.0
+    transformed = 0
 
     def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
         """Return the Fourier transform of the Green's function; its mean is small."""
@@ -197,7 +197,7 @@ class LateralHalfSpace(_Response):
     ) -> np.ndarray:
         """Multiply two fields by symmetric matrices of their spectra on a grid."""
         xx, yy, xy = matrix
-        self.pairs += math.prod(grid) / math.prod(self.grid)
+        self.transformed += math.prod(grid)
         return _filtered([[xx, xy], [xy, yy]], values, grid)
 
 

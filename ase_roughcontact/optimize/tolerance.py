@@ -92,9 +92,9 @@ def solution(atoms: Atoms, error: float) -> tuple[StepRelaxer, Run]:
     """
     problem = model_of(atoms).problem
     surface = SurfaceHistory(problem)
-    state = surface.at_rest(state_of(atoms))
+    state, contact = surface.contact(state_of(atoms), surface.step(0.0))
     relax = StepRelaxer(problem, StepOptions(accuracy=error))
-    return relax, relax(surface.contact, state, _support(atoms))
+    return relax, relax(contact, state, _support(atoms))
 
 
 def _support(atoms: Atoms) -> Support:

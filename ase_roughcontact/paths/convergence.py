@@ -54,7 +54,7 @@ class StepRelaxer:
         usual = accuracy_of(options.accuracy, options.continuum).tolerance
         self._relative = min(usual, tolerance_for(options.solver_error))
         unit = problem.solid.contact_modulus * problem.spacing**2
-        self._mean_force, self._smallest = _TYPICAL_FORCE * unit, _ROUNDING * unit
+        self._typical_force, self._smallest = _TYPICAL_FORCE * unit, _ROUNDING * unit
 
     def __call__(
         self,
@@ -65,40 +65,39 @@ class StepRelaxer:
         start: Start | None = None,
     ) -> Run:
         """Relax a contact from a state; the cost is that of earlier runs, too."""
+        mean_force = state.mean_force
+        if math.isnan(mean_force):
+            mean_force = self._typical_force
         # a single atom carries no more than the load
         load = support.load if support.load > 0.0 else math.inf
-        tolerance = self._given or self._for(min(_MARGIN * self._mean_force, load))
+        tolerance = self._given or self._for(min(_MARGIN * mean_force, load))
         while True:
             run = self._relaxer(
                 contact, state, support, tolerance, self._max_steps, start
             )
             run = earlier = _with_cost_of(earlier, run, tolerance)
-            required = self.required(run.fields)
+            state, required = run.state, self.required(run.fields)
+            if run.fields.repulsive_atoms:
+                state = replace(state, mean_force=_mean_force(run.fields))
+                run = earlier = replace(run, state=state)
             if self._given or not run.converged or tolerance <= required:
                 return run
             # less than half of the last one, until it is the smallest that is required
-            tolerance = max(_REDUCTION * required, self._smallest)
-            state, start = run.state, None
+            tolerance, start = max(_REDUCTION * required, self._smallest), None
 
-    def required(self, state: ContactState) -> float:
+    def required(self, fields: ContactState) -> float:
         """Return the tolerance that the accuracy requires in a state.
 
         Parameters
         ----------
-        state : ContactState
+        fields : ContactState
 
         Returns
         -------
         float
             Infinity without an atom in contact.
         """
-        if not state.repulsive_atoms:
-            return math.inf
-        # atoms that are about to lose contact carry nothing
-        magnitude = abs(state.pressure)
-        mean = float(magnitude.sum()) / max(int(np.count_nonzero(magnitude)), 1)
-        self._mean_force = max(state.contact_pressure, mean) * state.cell_area
-        return self._for(self._mean_force)
+        return self._for(_mean_force(fields)) if fields.repulsive_atoms else math.inf
 
     def _for(self, mean_force: float) -> float:
         return max(self._relative * mean_force, self._smallest)
@@ -111,6 +110,14 @@ class StepRelaxer:
         if self._given is None:
             relaxed = relaxed.marked(_lost_load(relaxed))
         return relaxed.marked(_remaining_force(relaxed, softness))
+
+
+def _mean_force(fields: ContactState) -> float:
+    """Return the mean force of the wall on an atom in contact, or on all it acts on."""
+    # atoms that are about to lose contact carry nothing
+    magnitude = abs(fields.pressure)
+    mean = float(magnitude.sum()) / max(int(np.count_nonzero(magnitude)), 1)
+    return max(fields.contact_pressure, mean) * fields.cell_area
 
 
 def _with_cost_of(earlier: Run | None, run: Run, tolerance: float) -> Run:

@@ -13,8 +13,7 @@ D. G. Anderson, J. ACM 12, 547 (1965).
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -27,13 +26,13 @@ from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
 
 #: Whether a sliding path neglects the coupling (Goodman), or solves for it.
 COUPLINGS = ("neglected", "solved")
-# Largest number of alternations of a step.
-_MOST = 50
+#: Largest number of alternations of a step.
+MOST_ALTERNATIONS = 50
 # Change of the depth by the tractions, relative to the largest displacement, at which
 # normal and lateral problem agree: this part of the accuracy, or less.
 _AGREED, _LARGEST = 0.1, 1e-5
-# Residual of the first lateral problem, and of the others relative to the change.
-_LATERAL = 0.1
+#: Residual of the first lateral problem, and of the others relative to the change.
+FIRST_RESIDUAL = 0.1
 # Number of earlier depths that are mixed, and relative error of their weights.
 _MIXED, _RANK = 5, 1e-3
 # Number of boxes of which responses are kept.
@@ -49,6 +48,12 @@ class Coupling:
     accuracy : float
         Relative error of forces.
 
+    Attributes
+    ----------
+    agreed : float
+        Change of the depth by the tractions, relative to the largest displacement, at
+        which the normal and the lateral problem agree.
+
     Raises
     ------
     NotImplementedError
@@ -56,7 +61,7 @@ class Coupling:
     """
 
     def __init__(self, problem: Problem, accuracy: float) -> None:
-        self._agreed = min(_AGREED * accuracy, _LARGEST)
+        self.agreed = min(_AGREED * accuracy, _LARGEST)
 
         @lru_cache(_KEPT)
         def response(shape: tuple[int, int]) -> CrossResponse:
@@ -80,72 +85,36 @@ class Coupling:
         given = np.stack([carried(each, box, whole) for each in tractions])
         return -self._response(whole.shape).normal(given)[window.slices_in(whole)]
 
-    def agreed(
-        self,
-        relaxed: RelaxedStep,
-        again: Callable[..., RelaxedStep],
-        slid: Callable[..., LateralState],
-    ) -> tuple[RelaxedStep, LateralState]:
-        """Solve the lateral problem, and repeat both until they agree.
-
-        Parameters
-        ----------
-        relaxed : RelaxedStep
-            Solution of the normal problem.
-        again : callable
-            Repeats it with a new `TRACTION_DEPTH`; see `Stepper.repeat`.
-        slid : callable
-            Solves the lateral problem at a pressure, to a residual, starting from its
-            last solution.
-
-        Returns
-        -------
-        RelaxedStep, LateralState
-            Not converged if they do not agree in the end.
-        """
-        lateral = slid(relaxed, tolerance=_LATERAL)
-        depths: list[tuple[np.ndarray, np.ndarray]] = []
-        for number in range(1, _MOST + 1):
-            depth, change = self._changed(relaxed, lateral)
-            if change <= self._agreed or not relaxed.run.converged:
-                lateral = slid(relaxed, lateral)  # to its own tolerance
-                depth, change = self._changed(relaxed, lateral)
-            if change <= self._agreed or not relaxed.run.converged:
-                break
-            if number == _MOST:
-                relaxed = relaxed.marked(
-                    f"normal and lateral motion do not agree after {number} "
-                    "alternations: the depth by the tractions changes by "
-                    f"{change:.2g} of the largest displacement (strong friction, or a "
-                    "bound that jumps at the edge of the contact, may have no "
-                    "solution: with a shear strength, give a friction coefficient, too)"
-                )
-                break
-            used = relaxed.run.state.history.get(TRACTION_DEPTH, np.zeros(depth.shape))
-            depths = [*depths[-_MIXED:], (used, depth)]
-            relaxed = again(relaxed, **{TRACTION_DEPTH: _mixed(depths)})
-            lateral = slid(relaxed, lateral, _LATERAL * min(change, 1.0))
-        return relaxed, replace(lateral, alternations=number)
-
-    def _changed(
+    def change(
         self, relaxed: RelaxedStep, lateral: LateralState
     ) -> tuple[np.ndarray, float]:
         """Return the depth by the tractions, and its change since the pressure."""
-        state = relaxed.run.state
+        state = relaxed.state
         depth = self.depth(lateral.solution.tractions, lateral.box, state.window)
         change = abs(depth - state.history.get(TRACTION_DEPTH, 0.0)).max()
         largest = 0.0 if state.displacement is None else abs(state.displacement).max()
         return depth, float(change / largest) if largest else float(change > 0.0)
 
 
-def _mixed(depths: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+def mixed(depths: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     """Return the depth from which to go on, by Anderson's mixing.
 
-    Each entry is a depth and the one that follows from it, which is taken as a linear
-    function of it: weights of the entries minimise their difference.
+    The depth that follows from another one is taken as a linear function of it: weights
+    of the earlier ones minimise the difference of both.
+
+    Parameters
+    ----------
+    depths : sequence of (ndarray, ndarray), each of shape (n, m)
+        Depths at which the normal problem was solved, and those by the tractions that
+        followed, in order.
+
+    Returns
+    -------
+    ndarray, shape (n, m)
     """
     used, found = depths[-1]
-    others = [each for each in depths[:-1] if each[0].shape == used.shape]
+    earlier = depths[-1 - _MIXED : -1]
+    others = [each for each in earlier if each[0].shape == used.shape]
     if not others:
         return found
     left = (found - used).ravel()
@@ -153,3 +122,13 @@ def _mixed(depths: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     weights, *_ = np.linalg.lstsq(differences, left, rcond=_RANK)
     steps = zip(weights, others, strict=True)
     return found - sum(weight * (found - f) for weight, (_, f) in steps)
+
+
+def disagreement(number: int, change: float) -> str:
+    """Return that both problems do not agree after a number of alternations."""
+    return (
+        f"normal and lateral motion do not agree after {number} alternations: the "
+        f"depth by the tractions changes by {change:.2g} of the largest displacement "
+        "(strong friction, or a bound that jumps at the edge of the contact, may have "
+        "no solution: with a shear strength, give a friction coefficient, too)"
+    )

@@ -12,14 +12,16 @@ asperities the deeper it was.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
 
 from ase_roughcontact._util.identity import differences
+from ase_roughcontact.contact import State
 from ase_roughcontact.paths.instabilities import balanced, jumped, least_force
 from ase_roughcontact.paths.loop_specification import LoopSpecification
-from ase_roughcontact.paths.path_steps import DescribedSteps, LastStep, PathSteps
+from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.relaxed import RelaxedStep
 
 # Normal force below which the error of the balance does not decrease further, in units
 # of E* a0^2: about that on one atom in contact.
@@ -32,7 +34,7 @@ _RESOLVED = 1e-12
 _AT_KINK = 1 / 16
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Position:
     """Where a loop is.
 
@@ -49,6 +51,21 @@ class _Position:
     size: float
     least: float = 0.0
     retracts: bool = False
+
+
+class _Reached(NamedTuple):
+    """Last state of a loop that is kept.
+
+    Attributes
+    ----------
+    position : _Position
+    state : State
+    record : LoadStep
+    """
+
+    position: _Position
+    state: State
+    record: LoadStep
 
 
 @dataclass
@@ -79,40 +96,42 @@ class LoopSteps(PathSteps):
             )
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._smallest_force = _SMALLEST_FORCE * unit
-        self.position = _Position(self.loop.step)
 
     def differences(self, path: dict[str, Any], number: int) -> list[str]:
         """Return in what the description of a step differs; see `PathSteps`."""
         if "loop" not in path:
             return ["its path is not a loop"]
-        new = self.loop.todict() | self.system
-        return differences(path["loop"] | path["system"], new)
+        return differences(path["loop"], self.loop.todict())
 
-    def remaining(self, last: LastStep | None) -> DescribedSteps:
-        """Yield the states after the last one that is done; see `PathSteps`."""
-        if last is not None:
-            self.stepper.restart_from(last.state)
-            self._kept, self._last = self.stepper.state, last.step
-            self.position = _Position(**last.path["position"])
-        for state in self._states(last is None):
-            at = {"loop": self.loop.todict(), "position": asdict(self.position)}
-            yield state, self.described(state.height, **at)
-
-    def _states(self, anew: bool) -> Iterator[LoadStep]:
+    def steps(
+        self, start: State, record: type[Any], last: LastStep | None = None
+    ) -> Iterator[PathStep]:
         """Approach until the loop turns, and retract until nothing interacts."""
-        at = self.position
-        if anew:
+        if last is None:
             top = self._top + 0.5 * self.loop.smallest_step
-            yield self._accepted(self.stepper.step(0, top, self.record))
-        if not at.retracts:
-            while not self._turns():
-                height = max(self._last.height - at.size, self._bottom)
-                yield self._moved_towards(height)
-            at.least, at.retracts = min(self._last.normal_force, 0.0), True
-        while self._last.repulsive_atoms + self._last.attractive_atoms:
-            yield self._moved_towards(self._last.height + at.size)
+            relaxed = self.stepper.relax(start, top)
+            position = _Position(self.loop.step)
+            new = self._kept(position, relaxed, record.of(relaxed))
+            at = self._after(new)
+            yield new
+        else:
+            at = _Reached(_Position(**last.path["position"]), last.state, last.step)
+        if not at.position.retracts:
+            while not self._turns(at):
+                height = max(at.record.height - at.position.size, self._bottom)
+                new = self._moved_towards(height, at, record)
+                at = self._after(new)
+                yield new
+            least = min(at.record.normal_force, 0.0)
+            position = replace(at.position, least=least, retracts=True)
+            at = at._replace(position=position)
+        while at.record.repulsive_atoms + at.record.attractive_atoms:
+            height = at.record.height + at.position.size
+            new = self._moved_towards(height, at, record)
+            at = self._after(new)
+            yield new
 
-    def _turns(self) -> bool:
+    def _turns(self, at: _Reached) -> bool:
         """Return whether the loop turns at its last state.
 
         Raises
@@ -120,57 +139,74 @@ class LoopSteps(PathSteps):
         RuntimeError
             If no depth is given and the force does not become compressive enough.
         """
-        left = self._last.height - self._bottom
+        left = at.record.height - self._bottom
         at_bottom = left <= _ROUNDING * self.loop.smallest_step
         if self.loop.deepest is not None:
             return at_bottom
-        force, tension = self._last.normal_force, -self.position.least
+        force, tension = at.record.normal_force, -at.position.least
         if force > 0.0 and force >= tension:
             return True
         if at_bottom:
             raise RuntimeError(
                 f"the loop does not turn: at a penetration of "
-                f"{self._last.penetration:.4g} Å the force is {force:.4g} eV/Å, after "
+                f"{at.record.penetration:.4g} Å the force is {force:.4g} eV/Å, after "
                 f"a tension of {tension:.4g} eV/Å: give deepest, where it turns anyway"
             )
         return False
 
-    def _moved_towards(self, height: float) -> LoadStep:
+    def _moved_towards(
+        self, height: float, at: _Reached, record: type[Any]
+    ) -> PathStep:
         """Move to a height, or to one on the way up to which the force is known."""
-        at, new, halved = self.position, self._relax(height), False
+        size, halved = at.position.size, False
+        relaxed, new = self._relax(height, at, record)
         # each height is nearer to the last one, until the step is the smallest
-        while (between := self._height_between(new)) is not None:
-            size = abs(new.height - self._last.height)
-            at_kink = self._balanced(new)
-            if size <= self.loop.smallest_step * (_AT_KINK if at_kink else 1.0):
-                if jumped(self._last, new):
-                    at.size, halved = self.loop.step, True  # on the new branch
+        while (between := self._height_between(at, new)) is not None:
+            moved = abs(new.height - at.record.height)
+            at_kink = self._balanced(at.record, new)
+            if moved <= self.loop.smallest_step * (_AT_KINK if at_kink else 1.0):
+                if jumped(at.record, new):
+                    size, halved = self.loop.step, True  # on the new branch
                 break
             # the rest of the step is tried next
-            at.size = max(abs(height - between), abs(between - self._last.height))
+            size = max(abs(height - between), abs(between - at.record.height))
             height, halved = between, True
-            self.stepper.restart_from(self._kept)
-            new = self._relax(height)
+            relaxed, new = self._relax(height, at, record)
         if not halved:
-            at.size = min(2.0 * at.size, self.loop.step)
-        return self._accepted(new)
+            size = min(2.0 * size, self.loop.step)
+        return self._kept(replace(at.position, size=size), relaxed, new)
 
-    def _height_between(self, new: LoadStep) -> float | None:
+    def _height_between(self, at: _Reached, new: LoadStep) -> float | None:
         """Return a height at which to relax before a new state, None to accept it."""
-        if not self._balanced(new):
-            return 0.5 * (self._last.height + new.height)
-        height, force = least_force(self._last, new)
-        known = min(self.position.least, new.normal_force)
+        if not self._balanced(at.record, new):
+            return 0.5 * (at.record.height + new.height)
+        height, force = least_force(at.record, new)
+        known = min(at.position.least, new.normal_force)
         error = self.loop.tolerance * max(abs(force), self._smallest_force)
         return height if force < known - error else None
 
-    def _balanced(self, new: LoadStep) -> bool:
-        return balanced(self._last, new, self.loop.tolerance, self._smallest_force)
+    def _balanced(self, last: LoadStep, new: LoadStep) -> bool:
+        return balanced(last, new, self.loop.tolerance, self._smallest_force)
 
-    def _relax(self, height: float) -> LoadStep:
-        return self.stepper.step(self._last.step + 1, height, self.record)
+    def _relax(
+        self, height: float, at: _Reached, record: type[Any]
+    ) -> tuple[RelaxedStep, LoadStep]:
+        number = at.record.step + 1
+        relaxed = self.stepper.relax(at.state, height, number=number)
+        return relaxed, record.of(relaxed)
 
-    def _accepted(self, state: LoadStep) -> LoadStep:
-        self._kept, self._last = self.stepper.state, state
-        self.position.least = min(self.position.least, state.normal_force)
-        return state
+    def _kept(
+        self, position: _Position, relaxed: RelaxedStep, new: LoadStep
+    ) -> PathStep:
+        """Return a state that is kept, with the description that its frame carries."""
+        position = replace(position, least=min(position.least, new.normal_force))
+        path = {
+            "target": new.height,
+            "loop": self.loop.todict(),
+            "position": asdict(position),
+        }
+        return PathStep(new, self.stepper.commit(relaxed), path)
+
+    def _after(self, new: PathStep) -> _Reached:
+        """Return where the loop is after a state that is kept."""
+        return _Reached(_Position(**new.path["position"]), new.left.state, new.record)

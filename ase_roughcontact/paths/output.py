@@ -5,8 +5,8 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack
-from dataclasses import asdict, dataclass
+from contextlib import AbstractContextManager, ExitStack, closing
+from dataclasses import asdict, dataclass, replace
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Protocol
@@ -23,15 +23,15 @@ from ase_roughcontact._util.validation import boolean, instance_of, one_of
 from ase_roughcontact.contact import State
 from ase_roughcontact.paths.path_steps import Frame, LastStep, PathSteps
 from ase_roughcontact.paths.record import LoadStep, columns_of, missing_values
-from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.validity import ValidityReport
 
 
 class Frames(Protocol):
     """Makes the frames of a trajectory, and reads states from them."""
 
-    def frame(self, stepper: Stepper, **info: Any) -> Frame:
-        """Return the frame of the last relaxed state."""
+    def frame(self, left: RelaxedStep, **info: Any) -> Frame:
+        """Return the frame of a step as it leaves the surface."""
         ...
 
     def state(self, frame: Any) -> State:
@@ -112,6 +112,24 @@ class Output:
         columns_of(self.record)  # raises if it is not a class of results
 
 
+@dataclass(frozen=True)
+class Done:
+    """Step of a path that is done.
+
+    Attributes
+    ----------
+    record : LoadStep
+    left : RelaxedStep or None
+        The step as it leaves the surface; None if a later one was read from a file.
+    relaxed : bool
+        Whether it was relaxed now, not read from a file.
+    """
+
+    record: Any
+    left: RelaxedStep | None = None
+    relaxed: bool = False
+
+
 def follow(
     path: PathSteps,
     output: Output | None = None,
@@ -141,22 +159,62 @@ def follow(
     ValueError
         If the results have no such column.
     """
+    return _records(follow_states(path, output, validity, **description))
+
+
+def _records(steps: Generator[Done, None, None]) -> Generator[Any, None, None]:
+    with closing(steps):
+        for done in steps:
+            yield done.record
+
+
+def follow_states(
+    path: PathSteps,
+    output: Output | None = None,
+    validity: str = "warn",
+    first: Callable[[], State] | None = None,
+    **description: Any,
+) -> Generator[Done, None, None]:
+    """Yield the steps of a path with their states, and write those not done yet.
+
+    Parameters
+    ----------
+    path, output, validity, **description
+        See `follow`.
+    first : callable, optional
+        Returns the state from which the path starts when it does, by default
+        `Stepper.start`.
+
+    Returns
+    -------
+    generator of Done
+
+    Raises
+    ------
+    TypeError
+        As `follow` does.
+    """
     output, report, kind = output or Output(), ValidityReport(validity), path.kind
-    path.record = kind if output.record is LoadStep else output.record
-    if not issubclass(path.record, kind):
+    record = kind if output.record is LoadStep else output.record
+    if not issubclass(record, kind):
         raise TypeError(
             f"the results of this path are of the class {kind.__name__}: derive "
-            f"{path.record.__name__} from {kind.__name__}"
+            f"{record.__name__} from {kind.__name__}"
         )
-    path.record = path.record.with_columns(output.columns)
+    record, system = record.with_columns(output.columns), None
     if output.trajectory is not None:  # which carries it
-        path.system = path.stepper.describe_system(**path.parameters, **description)
-    return _followed(path, output, report)
+        system = path.stepper.describe_system(**path.parameters, **description)
+    return _followed(path, output, report, record, system, first)
 
 
 def _followed(
-    path: PathSteps, output: Output, report: ValidityReport
-) -> Generator[Any, None, None]:
+    path: PathSteps,
+    output: Output,
+    report: ValidityReport,
+    record: type[LoadStep],
+    system: dict[str, Any] | None,
+    first: Callable[[], State] | None,
+) -> Generator[Done, None, None]:
     """Yield the steps in the trajectory, and then the others as they are written.
 
     Raises
@@ -169,40 +227,58 @@ def _followed(
     OSError
         If a file can't be written, or is a symbolic link.
     """
-    frames, file = output.frames, output.trajectory
+    frames, file, control = output.frames, output.trajectory, path.stepper.control
     done, last, add_frame, add_row = list[LoadStep](), None, None, None
     with ExitStack() as files:
-        if file is not None:
+        if file is not None and system is not None:
             if frames is None:
                 raise ValueError("a trajectory needs frames: give Output(frames=...)")
             refuse_link(file)
             files.enter_context(locked(file))
             if output.resume:
-                done, frame = path.finished_steps(frames.read(file), file, output.keep)
+                done, frame = path.finished_steps(
+                    frames.read(file), record, system, file, output.keep
+                )
                 if frame:
-                    last = LastStep(done[-1], frames.state(frame), frame.info["path"])
+                    last = _last_step(frames, frame, done[-1])
             add_frame = files.enter_context(frames.writer(file, output.keep, len(done)))
         if output.csv is not None:
-            first = done[0].step if done else 0
-            lines = _lines(output.csv, first)
-            before = (missing_values(path.record) | dict(line) for line in lines)
+            lines = _lines(output.csv, done[0].step if done else 0)
+            before = (missing_values(record) | dict(line) for line in lines)
             known = chain(before, map(asdict, done))
             heads = {
                 name: f"{name} ({each.unit})" if each.unit else name
-                for name, each in columns_of(path.record).items()
+                for name, each in columns_of(record).items()
             }
             add_row = files.enter_context(table_writer(output.csv, heads, known))
         for step in done:
             report(step.step, step.validity)
-            yield step
-        for step, described in path.remaining(last):
+            left = None
+            if last is not None and step is last.step:
+                left = path.stepper.restored(last.state, last.path["target"])
+            yield Done(step, left)
+        start = path.stepper.start
+        if last is not None:
+            start = last.state
+        elif first is not None:
+            start = first()
+        for new in path.steps(start, record, last):
             if frames and add_frame:
-                columns = asdict(step)
-                add_frame(frames.frame(path.stepper, load_step=columns, path=described))
+                info = {"system": system, "control": control} | new.path
+                info["mean_force"] = new.left.state.mean_force
+                columns = asdict(new.record)
+                add_frame(frames.frame(new.left, load_step=columns, path=info))
             if add_row:
-                add_row(asdict(step))
-            report(step.step, step.validity)
-            yield step
+                add_row(asdict(new.record))
+            report(new.record.step, new.record.validity)
+            yield Done(new.record, new.left, relaxed=True)
+
+
+def _last_step(frames: Frames, frame: Any, step: LoadStep) -> LastStep:
+    """Return the last step of a trajectory, with the state of its frame."""
+    path = frame.info["path"]
+    state = replace(frames.state(frame), mean_force=path["mean_force"])
+    return LastStep(step, state, path)
 
 
 def _lines(table: PathName, count: int) -> Sequence[Mapping[str, str]]:

@@ -11,8 +11,8 @@ import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -21,7 +21,8 @@ from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.contact import State
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.retraction import step_in_contact
+from ase_roughcontact.paths.relaxed import RelaxedStep
+from ase_roughcontact.paths.retraction import relax_in_contact
 from ase_roughcontact.paths.step import Stepper
 
 # Relative difference of targets that counts as rounding, as between the common part of
@@ -47,8 +48,22 @@ class LastStep(NamedTuple):
     path: dict[str, Any]
 
 
-#: Steps, each with the description that its frame carries.
-DescribedSteps: TypeAlias = Iterator[tuple[Any, dict[str, Any]]]
+class PathStep(NamedTuple):
+    """Step of a path that was relaxed.
+
+    Attributes
+    ----------
+    record : LoadStep
+        Result of the step.
+    left : RelaxedStep
+        The step as it leaves the surface; see `Stepper.commit`.
+    path : dict
+        What the step prescribes, and where in its path it is, as its frame carries it.
+    """
+
+    record: Any
+    left: RelaxedStep
+    path: dict[str, Any]
 
 
 @dataclass
@@ -58,23 +73,32 @@ class PathSteps(ABC):
     Attributes
     ----------
     kind : type
-        Class from which that of the results must be derived.
+        Class from which the class of the results must be derived.
     stepper : Stepper
-    record : type
-        Class of the results.
-    system : dict
-        All that a state depends on except target and displacement; see
-        `Stepper.describe_system`.
     """
 
     kind: ClassVar[type[LoadStep]] = LoadStep
     stepper: Stepper
-    record: Any = field(default=LoadStep, init=False)
-    system: dict[str, Any] = field(default_factory=dict, init=False)
 
     @abstractmethod
-    def remaining(self, last: LastStep | None) -> DescribedSteps:
-        """Yield the steps after the last one that is done, or all if none is."""
+    def steps(
+        self, start: State, record: type[Any], last: LastStep | None = None
+    ) -> Iterator[PathStep]:
+        """Yield the steps of the path.
+
+        Parameters
+        ----------
+        start : State
+            State from which the first step starts.
+        record : type
+            Class of the results.
+        last : LastStep, optional
+            Last step that is done: those after it are relaxed.
+
+        Yields
+        ------
+        PathStep
+        """
 
     @abstractmethod
     def differences(self, path: dict[str, Any], number: int) -> list[str]:
@@ -85,21 +109,25 @@ class PathSteps(ABC):
         """What a state depends on beside the problem."""
         return {}
 
-    def described(self, target: float, **more: Any) -> dict[str, Any]:
-        """Return the description of a step at a target, and what is of its kind."""
-        control = self.stepper.control
-        return {"system": self.system, "control": control, "target": target} | more
-
     def finished_steps(
-        self, frames: Iterable[Frame], file: PathName, keep: str
+        self,
+        frames: Iterable[Frame],
+        record: type[LoadStep],
+        system: dict[str, Any],
+        file: PathName,
+        keep: str,
     ) -> tuple[list[LoadStep], Frame | None]:
         """Read the results of the steps in a trajectory, which must be of this path.
 
         Parameters
         ----------
         frames : iterable of Frame
+        record : type
+            Class of the results.
+        system : dict
+            Description of the system of this path; see `Stepper.describe_system`.
         file : path
-            From which they are read.
+            File from which the frames are read.
         keep : {"all", "last"}
             Frames that the trajectory keeps: with "last" it begins at any step.
 
@@ -107,7 +135,7 @@ class PathSteps(ABC):
         -------
         steps : list of LoadStep
         frame : Frame or None
-            Of the last step.
+            Frame of the last step.
 
         Raises
         ------
@@ -119,17 +147,19 @@ class PathSteps(ABC):
         steps, frame = list[LoadStep](), None
         for frame in frames:
             expected = steps[-1].step + 1 if steps else None if keep == "last" else 0
-            mismatch = self._mismatch(frame.info, expected)
+            mismatch = self._mismatch(frame.info, expected, system)
             if mismatch:
                 raise OtherPathError(
                     f"can't resume: {os.fspath(file)} holds steps of another path or "
                     f"system: {'; '.join(mismatch)} (eV, Å): use the former "
                     "parameters, delete the file, or give another file or folder"
                 )
-            steps.append(self.record.from_columns(frame.info["load_step"]))
+            steps.append(record.from_columns(frame.info["load_step"]))
         return steps, frame
 
-    def _mismatch(self, info: dict[str, Any], expected: int | None) -> list[str]:
+    def _mismatch(
+        self, info: dict[str, Any], expected: int | None, system: dict[str, Any]
+    ) -> list[str]:
         """Return what keeps a frame from being the expected step of this path."""
         if not {"path", "load_step"} <= set(info):
             return ["its frames are not those of a load path"]
@@ -138,7 +168,7 @@ class PathSteps(ABC):
             return [f"it has step {number} in place of step {expected}"]
         if path["control"] != (control := self.stepper.control):
             return [f"its path is one of {path['control']}, this one of {control}"]
-        return self.differences(path, number)
+        return self.differences(path, number) + differences(path["system"], system)
 
 
 @dataclass
@@ -152,37 +182,53 @@ class NumberedSteps(PathSteps):
 
     targets: np.ndarray
 
-    def remaining(self, last: LastStep | None) -> DescribedSteps:
+    def steps(
+        self, start: State, record: type[Any], last: LastStep | None = None
+    ) -> Iterator[PathStep]:
         """Relax the steps after the last one that is done; see `PathSteps`."""
-        first = 0
+        first, state, previous = 0, start, None
         if last is not None:
-            first = last.step.step + 1
-            self.resume(last)
+            first, state, previous = last.step.step + 1, last.state, last.step
         for number in range(first, len(self.targets)):
-            yield self.step(number), self.described_step(number)
+            relaxed, history = self.relax(state, number, previous)
+            previous, left = record.of(relaxed), self.stepper.commit(relaxed, **history)
+            state = left.state
+            yield PathStep(previous, left, self.described(number))
 
-    def resume(self, last: LastStep) -> None:
-        """Continue after a step."""
-        self.stepper.restart_from(last.state, self.targets[last.step.step])
+    def relax(
+        self, state: State, number: int, previous: Any
+    ) -> tuple[RelaxedStep, dict[str, np.ndarray]]:
+        """Relax a step, and return it with what the surface keeps of it.
 
-    def step(self, number: int) -> LoadStep:
-        """Relax a step."""
-        return step_in_contact(self.stepper, number, self.targets[number], self.record)
+        Parameters
+        ----------
+        state : State
+        number : int
+        previous : LoadStep or None
+            Result of the step before, None without one.
 
-    def described_step(self, number: int) -> dict[str, Any]:
+        Returns
+        -------
+        relaxed : RelaxedStep
+        history : dict of ndarray, shape (n, m)
+            Entries of `State.history` beyond those of any path.
+        """
+        target = self.targets[number]
+        return relax_in_contact(self.stepper, state, target, number), {}
+
+    def described(self, number: int) -> dict[str, Any]:
         """Return the description that the frame of a step carries."""
-        return self.described(self.targets[number])
+        return {"target": self.targets[number]}
 
     def differences(self, path: dict[str, Any], number: int) -> list[str]:
         """Return in what the description of a step differs; see `PathSteps`."""
         if number >= len(self.targets):
             count = len(self.targets)
             return [f"its path has {number + 1} steps or more, this one {count}"]
-        found = differences(path["system"], self.system)
-        if not self._same_target(path["target"], number):
-            name, target = f"{self.stepper.control}[{number}]", self.targets[number]
-            found.append(f"{name} was {path['target']}, is {target}")
-        return found
+        if self._same_target(path["target"], number):
+            return []
+        name, target = f"{self.stepper.control}[{number}]", self.targets[number]
+        return [f"{name} was {path['target']}, is {target}"]
 
     def _same_target(self, target: float, number: int) -> bool:
         neighbours = self.targets[max(number - 1, 0) : number + 2]

@@ -109,11 +109,6 @@ class LateralState:
 class RelaxedStep(RelaxedContact):
     """Relaxed contact of a step, with the estimated errors of its results."""
 
-    @classmethod
-    def of(cls, relaxed: RelaxedStep) -> RelaxedStep:
-        """Return the step itself: with this class of results nothing is evaluated."""
-        return relaxed
-
     @cached_property
     def errors(self) -> Errors:
         """Estimated errors, those by the scan that is pressed included."""

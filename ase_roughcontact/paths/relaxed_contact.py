@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.contact import Contact, ContactState, Problem
+from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.paths.relaxation_errors import (
     RelaxationErrors,
@@ -68,9 +68,14 @@ class RelaxedContact:
     lateral: Any = None  # so that the columns of sliding paths need no check
 
     @property
+    def state(self) -> State:
+        """Relaxed state; after `Stepper.commit` the one the next step starts from."""
+        return self.run.state
+
+    @property
     def height(self) -> float:
         """Height of the indenter (Å)."""
-        return self.run.state.height
+        return self.state.height
 
     @cached_property
     def fields(self) -> ContactState:

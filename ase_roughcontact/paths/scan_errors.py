@@ -47,7 +47,7 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.errors import Errors
 from ase_roughcontact.paths.record import columns_of
 from ase_roughcontact.paths.relaxed import RelaxedStep
-from ase_roughcontact.paths.retraction import step_in_contact
+from ase_roughcontact.paths.retraction import relax_in_contact
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.step_options import StepOptions
 from ase_roughcontact.topography.measurement import HALVINGS, NOISY
@@ -180,18 +180,18 @@ class ScanErrors:
     def _results(self, rough: Any, targets: Sequence[float]) -> list[_Result]:
         """Return the results of a map at the targets."""
         indenter: Any = self.problem.indenter
-        record: Any = _Result
         stepper = Stepper(
             replace(self.problem, indenter=replace(indenter, roughness=rough)),
             self.control,
             self.start,
             replace(self.options, relaxer=None, fmax=None, scan_errors=None),
         )
-        results = []
+        results, state = [], stepper.start
         for number, target in enumerate(targets):
             try:
-                found = step_in_contact(stepper, number, target, record)
-                results.append(found)
+                relaxed = relax_in_contact(stepper, state, target, number)
+                results.append(_Result.of(relaxed))
+                state = stepper.commit(relaxed).state
             except BeyondSurfaceError as error:
                 results.append(_Result(failure=error.problem))
             except (ValueError, RuntimeError) as error:

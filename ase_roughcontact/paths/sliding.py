@@ -16,9 +16,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,12 +28,18 @@ from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw, check_law
-from ase_roughcontact.paths.coupling import COUPLINGS, Coupling
+from ase_roughcontact.paths.coupling import (
+    COUPLINGS,
+    FIRST_RESIDUAL,
+    MOST_ALTERNATIONS,
+    Coupling,
+    disagreement,
+    mixed,
+)
 from ase_roughcontact.paths.path_records import SlidingStep
-from ase_roughcontact.paths.path_steps import LastStep, NumberedSteps
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.path_steps import NumberedSteps
 from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
-from ase_roughcontact.paths.retraction import step_in_contact
+from ase_roughcontact.paths.retraction import relax_in_contact
 from ase_roughcontact.solvers.friction import Drive, FrictionOptions, solve_friction
 
 #: What a sliding path prescribes laterally: displacement of the indenter, force on it,
@@ -43,6 +49,26 @@ LATERAL_CONTROLS = ("displacements", "forces", "bases")
 _KEPT_HALFSPACES = 3
 # Relative difference of lateral targets that counts as rounding.
 _ROUNDING = 1e-12
+
+
+class _Move(NamedTuple):
+    """Lateral target of a step, and the end of the last step.
+
+    Attributes
+    ----------
+    target : ndarray, shape (2,)
+    at : ndarray, shape (2,), or None
+        Displacement of the indenter, None before the first step (Å).
+    origin : ndarray, shape (2,)
+        Displacement at which the indenter came down (Å).
+    dissipated : float
+        Energy lost by slip so far (eV).
+    """
+
+    target: np.ndarray
+    at: np.ndarray | None
+    origin: np.ndarray
+    dissipated: float
 
 
 @dataclass
@@ -102,17 +128,12 @@ class SlidingSteps(NumberedSteps):
             positive(spring=self.spring)
         check_law(self.friction)
         self._check_targets()
-        self._origin = np.zeros(2)  # where the indenter came down
-        if self.control == "displacements":
-            self._origin = self.lateral[0]
-        self._displacement: np.ndarray | None = None
-        self._dissipated = 0.0
         self._cross: Coupling | None = None
         problem = self.stepper.problem
         if self.coupling == "solved":
             if problem.solid.coupling:  # none for a Poisson's ratio of 1/2
                 self._cross = Coupling(problem, self.stepper.accuracy)
-        elif TRACTION_DEPTH in self.stepper.state.history:
+        elif TRACTION_DEPTH in self.stepper.start.history:
             raise ValueError(
                 "the surface is displaced by tractions of a path with "
                 "coupling='solved': go on with that, or start from new atoms"
@@ -151,16 +172,10 @@ class SlidingSteps(NumberedSteps):
         law = {"friction": self.friction.todict(), "spring": self.spring or 0.0}
         return law | ({"coupling": "solved"} if self.coupling == "solved" else {})
 
-    def resume(self, last: LastStep) -> None:
-        """Continue after a step."""
-        super().resume(last)
-        self._displacement = np.array([last.step.lateral_x, last.step.lateral_y])
-        self._dissipated = last.step.dissipated_energy
-
-    def described_step(self, number: int) -> dict[str, Any]:
+    def described(self, number: int) -> dict[str, Any]:
         """Return the description that the frame of a step carries."""
         lateral = {self.control: self.lateral[number].tolist()}
-        return super().described_step(number) | {"lateral": lateral}
+        return super().described(number) | {"lateral": lateral}
 
     def differences(self, path: dict[str, Any], number: int) -> list[str]:
         """Return in what the description of a step differs; see `PathSteps`."""
@@ -177,27 +192,65 @@ class SlidingSteps(NumberedSteps):
             found = [f"{self.control}[{number}] was {values[0]}, is {values[1]}"]
         return found
 
-    def step(self, number: int) -> LoadStep:
-        """Relax the contact, and then its tractions."""
-        target, lateral = self.targets[number], self.lateral[number]
-        slid = partial(self._slid, self.stepper.state, lateral)
+    def relax(
+        self, state: State, number: int, previous: Any
+    ) -> tuple[RelaxedStep, dict[str, np.ndarray]]:
+        """Relax the contact, and then its tractions; see `NumberedSteps`."""
+        begun, target = perf_counter(), self.targets[number]
+        move = self._move(number, previous)
+        relaxed = relax_in_contact(self.stepper, state, target, number)
+        if self._cross is None:
+            lateral = self._slid(state, move, relaxed)
+        else:
+            relaxed, lateral = self._agreed(self._cross, state, move, relaxed, target)
+        relaxed = relaxed.marked(lateral.solution.message)
+        seconds = perf_counter() - begun
+        relaxed = replace(relaxed, lateral=lateral, seconds=seconds)
+        return relaxed, self._on_window(lateral, relaxed.state)
 
-        def completed(relaxed: RelaxedStep) -> RelaxedStep:
-            begun = perf_counter() - relaxed.seconds
-            if self._cross:
-                again = partial(self.stepper.repeat, target=target)
-                relaxed, state = self._cross.agreed(relaxed, again, slid)
-            else:
-                state = slid(relaxed)
-            relaxed = relaxed.marked(state.solution.message)
-            self._displacement, self._dissipated = state.displacement, state.dissipated
-            self._fields = self._on_window(state, relaxed.run.state)
-            return replace(relaxed, lateral=state, seconds=perf_counter() - begun)
+    def _agreed(
+        self,
+        cross: Coupling,
+        before: State,
+        move: _Move,
+        relaxed: RelaxedStep,
+        target: float,
+    ) -> tuple[RelaxedStep, LateralState]:
+        """Solve the normal and the lateral problem in turn until they agree."""
+        lateral = self._slid(before, move, relaxed, tolerance=FIRST_RESIDUAL)
+        depths: list[tuple[np.ndarray, np.ndarray]] = []
+        for number in range(1, MOST_ALTERNATIONS + 1):
+            depth, change = cross.change(relaxed, lateral)
+            if change <= cross.agreed or not relaxed.run.converged:
+                # to the tolerance of the lateral problem itself
+                lateral = self._slid(before, move, relaxed, lateral)
+                depth, change = cross.change(relaxed, lateral)
+            if change <= cross.agreed or not relaxed.run.converged:
+                break
+            if number == MOST_ALTERNATIONS:
+                relaxed = relaxed.marked(disagreement(number, change))
+                break
+            state = relaxed.state
+            used = state.history.get(TRACTION_DEPTH, np.zeros(depth.shape))
+            depths.append((used, depth))
+            state = state.keeping(**{TRACTION_DEPTH: mixed(depths)})
+            relaxed = self.stepper.relax(
+                state, target, number=relaxed.number, again=relaxed
+            )
+            residual = FIRST_RESIDUAL * min(change, 1.0)
+            lateral = self._slid(before, move, relaxed, lateral, residual)
+        return relaxed, replace(lateral, alternations=number)
 
-        result = step_in_contact(self.stepper, number, target, self.record, completed)
-        for key, values in self._fields.items():
-            self.stepper.remember(key, values)
-        return result
+    def _move(self, number: int, previous: Any) -> _Move:
+        """Return the lateral target of a step, and where the last one has ended."""
+        target, at, dissipated = self.lateral[number], None, 0.0
+        origin = np.zeros(2)
+        if self.control == "displacements":
+            origin = self.lateral[0]
+        if previous is not None:
+            at = np.array([previous.lateral_x, previous.lateral_y])
+            dissipated = previous.dissipated_energy
+        return _Move(target, at, origin, dissipated)
 
     def _on_window(self, lateral: LateralState, state: State) -> dict[str, np.ndarray]:
         """Return what the surface keeps of a step."""
@@ -213,7 +266,7 @@ class SlidingSteps(NumberedSteps):
     def _slid(
         self,
         before: State,
-        lateral: np.ndarray,
+        move: _Move,
         relaxed: RelaxedStep,
         last: LateralState | None = None,
         tolerance: float = 0.0,
@@ -229,11 +282,11 @@ class SlidingSteps(NumberedSteps):
         if self._cross:
             touching = bounds > 0.0  # coupled atoms have tractions
             new = float((touching & ~start.any(axis=0)).sum()) / max(touching.sum(), 1)
-            by_pressure = self._cross.lateral(relaxed.run.state, box)
+            by_pressure = self._cross.lateral(relaxed.state, box)
             imposed = imposed + self._cross.lateral(before, box) - by_pressure
         area, options = relaxed.fields.cell_area, FrictionOptions()
-        at, move, drive = self._driven(lateral, area, last)
-        imposed = imposed + move[:, None, None]
+        at, moved, drive = self._driven(move, area, last)
+        imposed = imposed + moved[:, None, None]
         if last is not None:
             start = _carried(last.solution.tractions, last.box, box)
         options = replace(options, tolerance=max(tolerance, options.tolerance))
@@ -243,20 +296,20 @@ class SlidingSteps(NumberedSteps):
         slip = imposed + solution.shift[:, None, None] - solution.displacement
         lost = area * float((solution.tractions * slip).sum())
         if self.control == "forces" and not solution.converged:
-            move, lost = np.zeros(2), 0.0  # not known
+            moved, lost = np.zeros(2), 0.0  # not known
             solution = replace(solution, shift=np.zeros(2))
         if last is not None:
             pairs = last.solution.pairs + solution.pairs
             solution = replace(solution, pairs=pairs)
-        at = at + move + solution.shift
+        at = at + moved + solution.shift
         return LateralState(
             box=box,
             halfspace=halfspace,
             bounds=bounds,
             displacement=at,
-            moved=at - self._origin,
-            base=lateral if self.spring else np.full(2, np.nan),
-            dissipated=self._dissipated + lost,
+            moved=at - move.origin,
+            base=move.target if self.spring else np.full(2, np.nan),
+            dissipated=move.dissipated + lost,
             solution=solution,
             cell_area=area,
             by_pressure=by_pressure,
@@ -267,7 +320,7 @@ class SlidingSteps(NumberedSteps):
         self, relaxed: RelaxedStep, before: State
     ) -> tuple[np.ndarray, Box, np.ndarray]:
         """Return the bounds, a box of all tractions, and those before the step."""
-        window, fields = relaxed.run.state.window, relaxed.fields
+        window, fields = relaxed.state.window, relaxed.fields
         problem = relaxed.problem
         place = problem.spacing, problem.origin(window)
         bounds = self.friction.bounds(fields.pressure, fields.contact, *place)
@@ -280,19 +333,18 @@ class SlidingSteps(NumberedSteps):
         return carried(bounds, window, box), box, _carried(old, before.window, box)
 
     def _driven(
-        self, lateral: np.ndarray, area: float, last: LateralState | None
+        self, move: _Move, area: float, last: LateralState | None
     ) -> tuple[np.ndarray, np.ndarray, Drive | None]:
         """Return where the indenter was, its known move, and what moves it further."""
-        at = self._displacement
         if self.control == "displacements":
-            at = lateral if at is None else at
-            return at, lateral - at, None
-        at = np.zeros(2) if at is None else at
-        move = np.zeros(2) if last is None else last.displacement - at
+            at = move.target if move.at is None else move.at
+            return at, move.target - at, None
+        at = np.zeros(2) if move.at is None else move.at
+        moved = np.zeros(2) if last is None else last.displacement - at
         spring = self.spring or 0.0
-        force = spring * (lateral - at - move) if spring else lateral
+        force = spring * (move.target - at - moved) if spring else move.target
         x, y = (force / area).tolist()
-        return at, move, Drive((x, y), spring / area)
+        return at, moved, Drive((x, y), spring / area)
 
 
 def _carried(vectors: Iterable[np.ndarray], box: Box, window: Box) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The contact of a problem with what its surface has kept of earlier steps."""
+"""The contact of a state, with what its surface has kept of earlier steps."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from ase_roughcontact.contact.creep import (
     with_depths,
 )
 from ase_roughcontact.contact.state import TRACTION_DEPTH
+from ase_roughcontact.elasticity.creep import CreepStep
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import Run, fields_of
 
@@ -24,71 +25,64 @@ _KEPT_HALFSPACES = 4
 
 
 class SurfaceHistory:
-    """Contact on the window of a state, with its plastic shape, creep and friction.
+    """Makes contacts on the window of a state, with plastic shape, creep and friction.
+
+    The last contact is kept, since those of the same window share its half space.
 
     Parameters
     ----------
     problem : Problem
-
-    Attributes
-    ----------
-    contact : Contact
-        Of the state given last.
     """
-
-    contact: Contact
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._creep = problem, problem.solid.creep
         self._window: Box | None = None
-        self._step = self._creep.over(0.0) if self._creep else None
+        self._contact: Contact
 
-    @property
-    def softness(self) -> float:
-        """Compliance of the solid in the present step, relative to that at rest."""
-        return self._step.compliance if self._step else 1.0
+    def step(self, elapsed: float) -> CreepStep | None:
+        """Return the creep of the solid over a time, None if it does not creep."""
+        return self._creep.over(elapsed) if self._creep else None
 
-    def begun(self, state: State, elapsed: float) -> State:
+    def begun(self, state: State, step: CreepStep | None) -> State:
         """Return a state as a step finds it, some time after the last one."""
         check_past(state, self._creep)
-        if self._creep is None:
+        if step is None:
             return state
-        self._step = self._creep.over(elapsed)
-        return replace(before_step(state, self._step), creep=self._creep)
+        return replace(before_step(state, step), creep=self._creep)
 
-    def on(self, state: State) -> State:
-        """Make the contact of a state; return it with the depths that it has kept."""
+    def contact(self, state: State, step: CreepStep | None) -> tuple[State, Contact]:
+        """Return a state with the depths that it has kept, and its contact."""
         depth = state.plastic_depth
         if self._window != state.window:
-            self.contact = self._problem.contact(state.window, depth)
+            self._contact = self._problem.contact(state.window, depth)
             self._window = state.window
-            self._instantaneous = self.contact.halfspace
+            self._instantaneous = self._contact.halfspace
             self._softened = lru_cache(_KEPT_HALFSPACES)(self._instantaneous.softened)
-        if self._step is None:
-            lowered, old = state.history.get(TRACTION_DEPTH), self.contact
-            if old.plastic_depth is not depth or old.past_depth is not lowered:
-                self.contact = old.changed(old.halfspace, depth, None, lowered)
-            return state
-        state = with_depths(state, self._instantaneous)
-        halfspace = self._softened(self._step.compliance)
-        self.contact = self.contact.changed(halfspace, depth, *past_of(state))
-        return state
+        last = self._contact
+        if step is None:
+            lowered = state.history.get(TRACTION_DEPTH)
+            if last.plastic_depth is not depth or last.past_depth is not lowered:
+                self._contact = last.changed(last.halfspace, depth, None, lowered)
+        else:
+            state = with_depths(state, self._instantaneous)
+            halfspace = self._softened(step.compliance)
+            self._contact = last.changed(halfspace, depth, *past_of(state))
+        return state, self._contact
 
-    def at_rest(self, state: State) -> State:
-        """Make the contact of a state between steps, on the instantaneous solid."""
-        if self._creep:
-            self._step = self._creep.over(0.0)
-        return self.on(state)
+    def ended(
+        self, run: Run, contact: Contact, step: CreepStep | None
+    ) -> tuple[Run, Contact]:
+        """Return the outcome of a step with the history at its end, and its contact.
 
-    def ended(self, run: Run) -> Run:
-        """Return the outcome of a step with the history at its end."""
-        if self._step is None:
-            return run
+        The contact is on the instantaneous solid.
+        """
+        if step is None:
+            return run, contact
         state = run.state
         if state.displacement is None:
-            displacement = self.contact.halfspace.displacement(state.pressure)
+            displacement = contact.halfspace.displacement(state.pressure)
             state = replace(state, displacement=np.asarray(displacement, dtype=float))
-        state = self.at_rest(after_step(state, self._step))
-        fields = fields_of(self.contact, state, relaxed=True)
+        state, contact = self.contact(after_step(state, step), self.step(0.0))
+        fields = fields_of(contact, state, relaxed=True)
         energy = fields.energy + run.support.external(state.height)[0]
-        return replace(run, state=state, fields=fields, energy=energy)
+        return replace(run, state=state, fields=fields, energy=energy), contact

@@ -31,10 +31,10 @@ the tolerance.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,7 +45,7 @@ from ase_roughcontact.contact import State
 from ase_roughcontact.contact.creep import PRESSURE_RATE, dissipated_energy
 from ase_roughcontact.elasticity.lattice import carried
 from ase_roughcontact.paths.path_records import TimeStep
-from ase_roughcontact.paths.path_steps import DescribedSteps, LastStep, PathSteps
+from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.schedule import Part, Schedule
 from ase_roughcontact.paths.time_balance import energy_balance, work_between
@@ -62,8 +62,6 @@ _LARGEST_CHANGE, _FINEST = 0.1, 16
 _SOLVER_PART = 0.1
 # Creep compliance over a step below which the solid hardly creeps in it.
 _INSTANTANEOUS = 1.1
-# Class of results with which nothing is evaluated.
-_RELAXED: Any = RelaxedStep
 # Controls whose smallest target presses most.
 _LOWERED = "heights", "bases"
 # Part of the errors of successive steps that add up.
@@ -75,7 +73,7 @@ _LOST_PART = 0.1
 _GROWTH = 0.1
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Position:
     """Where the last time step of a path has ended.
 
@@ -108,6 +106,24 @@ class _Position:
     dissipated: float = 0.0
 
 
+class _Reached(NamedTuple):
+    """End of the last time step.
+
+    Attributes
+    ----------
+    position : _Position
+    state : State
+    target : float
+    record : TimeStep or None
+        Result of the step; None before the first one.
+    """
+
+    position: _Position
+    state: State
+    target: float
+    record: TimeStep | None
+
+
 @dataclass
 class TimeSteps(PathSteps):
     """Time steps whose durations follow from an estimate of their errors.
@@ -125,24 +141,17 @@ class TimeSteps(PathSteps):
     kind = TimeStep
     schedule: Schedule
     tolerance: float = 1e-3
-    position: _Position = field(default_factory=_Position)
 
     def __post_init__(self) -> None:
-        """Check that the solid creeps."""
+        """Check that the solid creeps, and let the solver leave less than the steps."""
         positive(tolerance=self.tolerance)
         solid = self.stepper.problem.solid
-        self._last: tuple[float, TimeStep] | None = None
         if solid.creep is None:
             raise ValueError(
                 f"a path in time needs a Viscoelastic solid, got {solid!r}"
             )
         self.creep = solid.creep
-        self.stepper.limit_error(_SOLVER_PART * self.tolerance)
-
-    @property
-    def target(self) -> float:
-        """Target of the last step."""
-        return self._last[0] if self._last else 0.0
+        self.stepper = self.stepper.limited(_SOLVER_PART * self.tolerance)
 
     def differences(self, path: dict[str, Any], number: int) -> list[str]:
         """Return in what the description of a step differs; see `PathSteps`."""
@@ -153,88 +162,134 @@ class TimeSteps(PathSteps):
         # the path may have been extended at its end
         old, new = ({**s, "parts": list(s["parts"])[:done]} for s in (old, new))
         return differences(
-            {"tolerance": path["tolerance"], "schedule": old, **path["system"]},
-            {"tolerance": self.tolerance, "schedule": new, **self.system},
+            {"tolerance": path["tolerance"], "schedule": old},
+            {"tolerance": self.tolerance, "schedule": new},
         )
 
-    def remaining(self, last: LastStep | None) -> DescribedSteps:
+    def steps(
+        self, start: State, record: type[Any], last: LastStep | None = None
+    ) -> Iterator[PathStep]:
         """Yield the states after the last one that is done; see `PathSteps`."""
-        if last is not None:
-            self.stepper.restart_from(last.state)
-            self.position = _Position(**last.path["position"])
-            self._last = last.path["target"], last.step
-        schedule = {"schedule": self.schedule.todict(), "tolerance": self.tolerance}
-        for step in self.states():
-            position = asdict(self.position)
-            yield step, self.described(self.target, **schedule, position=position)
-
-    def states(self) -> Generator[TimeStep, None, None]:
-        """Yield the states of the schedule from the present position on."""
-        position, schedule = self.position, self.schedule
-        if self._last is None:
-            self._estimate_scales()
-            yield self._sudden(schedule.first, 0.0)
-        for number, (begin, start, part) in enumerate(schedule.timed_parts()):
-            if number < position.part:
+        if last is None:
+            at = _Reached(self._first_position(start), start, 0.0, None)
+            new = self._sudden(at, record, self.schedule.first, 0.0)
+            at = self._after(new)
+            yield new
+        else:
+            position = _Position(**last.path["position"])
+            state = self.stepper.restored(last.state).state  # with its depths
+            at = _Reached(position, state, last.path["target"], last.step)
+        for number, (begin, first, part) in enumerate(self.schedule.timed_parts()):
+            if number < at.position.part:
                 continue
-            if number > position.part:
-                position.part, position.done = number, 0
-                position.level = self._first_level(part)
-                self.stepper.remember(PRESSURE_RATE, None)
+            if number > at.position.part:
+                level = self._first_level(part) if part.duration else 0
+                position = replace(at.position, part=number, level=level, done=0)
+                state = at.state.keeping(**{PRESSURE_RATE: None})
+                at = at._replace(position=position, state=state)
                 if part.duration == 0.0:
-                    position.level, position.done = 0, 1
-                    yield self._sudden(part.end, begin)
+                    at = at._replace(position=replace(position, done=1))
+                    new = self._sudden(at, record, part.end, begin)
+                    at = self._after(new)
+                    yield new
             if part.duration > 0.0:
-                yield from self._part(begin, start, part)
+                at = yield from self._part(at, record, begin, first, part)
 
     def _part(
-        self, begin: float, start: float, part: Part
-    ) -> Generator[TimeStep, None, None]:
-        """Yield the remaining states of a part of the schedule."""
-        at, least = self.position, _least_level(part)
-        at.level = max(at.level, least)
-        while at.done < 2**at.level:
-            if at.may_grow and at.level > least and at.done % 2 == 0:
-                at.level, at.done, at.may_grow = at.level - 1, at.done // 2, False
-            before, elapsed = self.stepper.state, part.duration / 2**at.level
-            between = 0.5 * (elapsed + at.elapsed)
-            if PRESSURE_RATE not in before.history:
-                between = 0.25 * elapsed
-                self._estimate_rate(begin, start, part)
-            fraction = (at.done + 1) / 2**at.level
-            target = part.target(start, fraction)
+        self, at: _Reached, record: type[Any], begin: float, first: float, part: Part
+    ) -> Generator[PathStep, None, _Reached]:
+        """Yield the remaining states of a part of the schedule; return its end."""
+        least = _least_level(part)
+        position = replace(at.position, level=max(at.position.level, least))
+        while position.done < 2**position.level:
+            if position.may_grow and position.level > least and position.done % 2 == 0:
+                level, done = position.level - 1, position.done // 2
+                position = replace(position, level=level, done=done, may_grow=False)
+            elapsed = part.duration / 2**position.level
+            fraction = (position.done + 1) / 2**position.level
+            target = part.target(first, fraction)
             moment = begin + fraction * part.duration
-            step, unbalanced = self._step(target, moment, elapsed)
-            rate = self._rate(before, elapsed)
-            error = max(self._error(rate, elapsed, between), unbalanced)
-            change = self._change(before, rate, elapsed)
-            coarse = change > _LARGEST_CHANGE and at.level < _FINEST
-            if (error > self.tolerance or coarse) and at.level < _MOST:
-                self.stepper.restart_from(before)
-                at.level, at.done, at.may_grow = at.level + 1, 2 * at.done, False
-                continue
-            self._check_held(target, step, before)
-            at.done += 1
-            at.may_grow = (
-                error < _GROWTH * self.tolerance and change < 0.5 * _LARGEST_CHANGE
+            state, between = at.state, 0.5 * (elapsed + position.elapsed)
+            if PRESSURE_RATE not in state.history:
+                between = 0.25 * elapsed
+                half = part.target(first, fraction - 0.5 / 2**position.level)
+                rate = self._rate_at_first(state, half, moment, elapsed)
+                state = state.keeping(**{PRESSURE_RATE: rate})
+            relaxed, result, unbalanced = self._step(
+                at._replace(state=state), record, target, moment, elapsed
             )
-            at.elapsed = elapsed
-            self.stepper.remember(PRESSURE_RATE, rate)
-            yield self._accepted(target, step)
+            rate = _rate(state, relaxed.state, elapsed)
+            largest = max(position.pressure, _sum_of(relaxed.state.pressure))
+            error = self._error(relaxed.state, rate, elapsed, between)
+            error = max(_part_of(error, largest), unbalanced)
+            change = 0.0
+            if state.pressure.any():
+                change = _part_of(elapsed * _sum_of(rate), largest)
+            coarse = change > _LARGEST_CHANGE and position.level < _FINEST
+            if (error > self.tolerance or coarse) and position.level < _MOST:
+                level, done = position.level + 1, 2 * position.done
+                position = replace(position, level=level, done=done, may_grow=False)
+                continue
+            self._check_held(target, result)
+            small = change < 0.5 * _LARGEST_CHANGE
+            position = replace(
+                position,
+                done=position.done + 1,
+                may_grow=error < _GROWTH * self.tolerance and small,
+                elapsed=elapsed,
+            )
+            left = self.stepper.commit(relaxed, **{PRESSURE_RATE: rate})
+            new = self._accepted(position, at.record, target, left, result)
+            at = self._after(new)
+            position = at.position
+            yield new
+        return at
 
-    def _sudden(self, target: float, time: float) -> TimeStep:
+    def _sudden(
+        self, at: _Reached, record: type[Any], target: float, time: float
+    ) -> PathStep:
         """Return the state after a sudden change of the target."""
-        before = self.stepper.state
-        step, _ = self._step(target, time, 0.0)
-        self._check_held(target, step, before)
-        return self._accepted(target, step)
+        relaxed, result, _ = self._step(at, record, target, time, 0.0)
+        self._check_held(target, result)
+        left = self.stepper.commit(relaxed)
+        return self._accepted(at.position, at.record, target, left, result)
 
-    def _check_held(self, target: float, step: TimeStep, before: State) -> None:
+    def _accepted(
+        self,
+        position: _Position,
+        last: TimeStep | None,
+        target: float,
+        left: RelaxedStep,
+        result: TimeStep,
+    ) -> PathStep:
+        """Return a step that is kept, with the description that its frame carries."""
+        work = position.work + (work_between(last, result) if last else 0.0)
+        dissipated = position.dissipated + result.dissipated_energy
+        position = replace(
+            position,
+            pressure=max(position.pressure, _sum_of(left.state.pressure)),
+            work=work,
+            dissipated=dissipated,
+            energy=max(position.energy, abs(work), dissipated),
+        )
+        path = {
+            "target": target,
+            "schedule": self.schedule.todict(),
+            "tolerance": self.tolerance,
+            "position": asdict(position),
+        }
+        return PathStep(result, left, path)
+
+    def _after(self, new: PathStep) -> _Reached:
+        """Return the end of a step that is kept."""
+        position = _Position(**new.path["position"])
+        return _Reached(position, new.left.state, new.path["target"], new.record)
+
+    def _check_held(self, target: float, step: TimeStep) -> None:
         """Raise `RuntimeError` if the surface does not hold the indenter at a load."""
         lost = step.normal_force - target > _LOST_PART * abs(target)
         if self.stepper.control != "loads" or step.converged or not lost:
             return
-        self.stepper.restart_from(before)
         raise RuntimeError(
             f"the contact is lost at the time {step.time:g}: it holds no tension of "
             f"{-target:g} eV/Å ({-target / UNITS['nN']:g} nN). The steps before are "
@@ -242,111 +297,104 @@ class TimeSteps(PathSteps):
         )
 
     def _step(
-        self, target: float, time: float, elapsed: float
-    ) -> tuple[TimeStep, float]:
-        """Return a step with its energies, and the error of their balance.
+        self,
+        at: _Reached,
+        record: type[Any],
+        target: float,
+        time: float,
+        elapsed: float,
+    ) -> tuple[RelaxedStep, TimeStep, float]:
+        """Return a step, its result with energies, and the error of their balance.
 
         Energy that is missing although the solid hardly creeps in so short a step, and
         the work is known, was lost in an instability, and is no error.
         """
-        before, last = self.stepper.state, self._last
-        number = last[1].step + 1 if last else 0
-        step = self.stepper.step(
-            number, target, self.record, moment=time, elapsed=elapsed
+        number = at.record.step + 1 if at.record else 0
+        relaxed = self.stepper.relax(
+            at.state, target, number=number, moment=time, elapsed=elapsed
         )
-        if last is None:
-            return step, 0.0
+        result = record.of(relaxed)
+        if at.record is None:
+            return relaxed, result, 0.0
         if elapsed:
-            energy = dissipated_energy(before, self.stepper.state, self.creep, elapsed)
-            energy *= self.stepper.contact.halfspace.cell_area
-            step = replace(step, dissipated_energy=energy)
-        missing, uncertainty = energy_balance(self.stepper, last, (target, step))
-        error = self._energy_error(missing, step)
+            energy = dissipated_energy(at.state, relaxed.state, self.creep, elapsed)
+            energy *= relaxed.halfspace.cell_area
+            result = replace(result, dissipated_energy=energy)
+        missing, uncertainty = energy_balance(
+            self.stepper, (at.target, at.record), (target, result)
+        )
+        error = _energy_error(at.position, at.record, result, missing)
         unexplained = missing > uncertainty and error > self.tolerance
         lost = missing if unexplained else 0.0
         instantaneous = self.creep.compliance(elapsed) < _INSTANTANEOUS
         known = instantaneous and uncertainty < self.tolerance * lost
-        return replace(step, lost_energy=lost), 0.0 if known else error
+        error = 0.0 if known else error
+        return relaxed, replace(result, lost_energy=lost), error
 
-    def _energy_error(self, missing: float, step: TimeStep) -> float:
-        """Return a missing energy relative to the largest energy of the path so far."""
-        at, work = self.position, 0.0
-        if self._last is not None:
-            work = abs(at.work + work_between(self._last[1], step))
-        scale = max(at.energy, work, at.dissipated + step.dissipated_energy)
-        return _part_of(abs(missing), scale)
-
-    def _rate(self, before: State, elapsed: float) -> np.ndarray:
-        """Return the rate of the pressure in the last step."""
-        new = self.stepper.state
-        return (new.pressure - before.on(new.window).pressure) / elapsed
-
-    def _estimate_rate(self, begin: float, start: float, part: Part) -> None:
-        """Remember the rate in the first half of the next step, which is relaxed.
+    def _rate_at_first(
+        self, state: State, target: float, moment: float, elapsed: float
+    ) -> np.ndarray:
+        """Return the rate in the first half of a step, which is relaxed.
 
         It stands for the rate of a last step where a part of the schedule begins.
-        """
-        before, at = self.stepper.state, self.position
-        fraction, half = (
-            (at.done + 0.5) / 2**at.level,
-            part.duration / 2 ** (at.level + 1),
-        )
-        target, moment = part.target(start, fraction), begin + fraction * part.duration
-        self.stepper.step(0, target, _RELAXED, moment=moment, elapsed=half)
-        rate = self._rate(before, half)
-        rate = carried(rate, self.stepper.state.window, before.window)
-        self.stepper.restart_from(before)
-        self.stepper.remember(PRESSURE_RATE, rate)
 
-    def _error(self, rate: np.ndarray, elapsed: float, between: float) -> float:
-        """Return the estimated error of a step, some time after the last rate."""
-        last, times = self.stepper.state.history[PRESSURE_RATE], self.creep.times
-        curvature = float(abs(rate - last).sum()) / between
-        change = elapsed * float(abs(rate).sum())
+        Parameters
+        ----------
+        state : State
+            State at the beginning of the step.
+        target : float
+            Target after half of the step.
+        moment, elapsed : float
+            Time at the end of the step, and its duration.
+        """
+        half = 0.5 * elapsed
+        relaxed = self.stepper.relax(state, target, moment=moment - half, elapsed=half)
+        rate = _rate(state, relaxed.state, half)
+        return carried(rate, relaxed.state.window, state.window)
+
+    def _error(
+        self, state: State, rate: np.ndarray, elapsed: float, between: float
+    ) -> float:
+        """Return the estimated error of the pressures of a step.
+
+        Parameters
+        ----------
+        state : State
+            Relaxed state, with the last rate.
+        rate : ndarray, shape (n, m)
+            Rate of the pressure in the step.
+        elapsed, between : float
+            Duration of the step, and time between both rates.
+        """
+        times = np.array(self.creep.times)
+        curvature = _sum_of(rate - state.history[PRESSURE_RATE]) / between
+        change = elapsed * _sum_of(rate)
         bend = elapsed**2 * curvature
-        x = elapsed / np.array(times)
+        x = elapsed / times
         steps = _part_of(change, bend)  # over which the pressures bend
         repeated = np.maximum(_ADDED * np.minimum(1.0 / x, steps), 1.0)
         weights = np.array(self.creep.compliances) * x / (12.0 + 2.0 * x**2)
         weight = float(weights @ repeated)
         weight += self.creep.flow * elapsed / 12.0 * max(_ADDED * steps, 1.0)
-        return _part_of(weight * bend, self._pressure())
+        return weight * bend
 
-    def _change(self, before: State, rate: np.ndarray, elapsed: float) -> float:
-        """Return the change of the pressures in a step, relative to the largest sum."""
-        if not before.pressure.any():
-            return 0.0
-        return _part_of(elapsed * float(abs(rate).sum()), self._pressure())
+    def _first_position(self, start: State) -> _Position:
+        """Return the first position, with an estimate of pressures and energies.
 
-    def _pressure(self) -> float:
-        """Return the largest sum of the pressures so far."""
-        now = float(abs(self.stepper.state.pressure).sum())
-        return max(self.position.pressure, now)
-
-    def _accepted(self, target: float, step: TimeStep) -> TimeStep:
-        at = self.position
-        at.pressure = self._pressure()
-        if self._last is not None:
-            at.work += work_between(self._last[1], step)
-        at.dissipated += step.dissipated_energy
-        at.energy = max(at.energy, abs(at.work), at.dissipated)
-        self._last = target, step
-        return step
-
-    def _estimate_scales(self) -> None:
-        """Estimate the largest pressures and energies of the path from one step.
-
-        The step takes the surface from rest to the largest target, in the time in which
-        the path gets there.
+        They are those of one step that takes the surface from rest to the largest
+        target, in the time in which the path gets there.
         """
         sign = -1.0 if self.stepper.control in _LOWERED else 1.0
         target, time = self.schedule.largest(sign)
-        before = self.stepper.state
+        position = _Position()
         with suppress(ValueError, RuntimeError, MemoryError):  # of the path itself
-            relaxed = self.stepper.step(0, target, _RELAXED, moment=time, elapsed=time)
-            self.position.pressure = float(abs(relaxed.fields.pressure).sum())
-            self.position.energy = abs(relaxed.fields.energy)
-        self.stepper.restart_from(before)
+            relaxed = self.stepper.relax(start, target, moment=time, elapsed=time)
+            position = replace(
+                position,
+                pressure=_sum_of(relaxed.fields.pressure),
+                energy=abs(relaxed.fields.energy),
+            )
+        return position
 
     def _first_level(self, part: Part) -> int:
         """Return the power of two that divides a part into steps of the shortest time.
@@ -357,6 +405,25 @@ class TimeSteps(PathSteps):
         shortest = min([*self.creep.times, *flow])
         level = math.ceil(math.log2(max(part.duration / shortest, 1.0)))
         return min(max(level, _least_level(part)), _MOST)
+
+
+def _energy_error(
+    at: _Position, last: TimeStep, step: TimeStep, missing: float
+) -> float:
+    """Return a missing energy relative to the largest energy of the path so far."""
+    work = abs(at.work + work_between(last, step))
+    scale = max(at.energy, work, at.dissipated + step.dissipated_energy)
+    return _part_of(abs(missing), scale)
+
+
+def _rate(before: State, after: State, elapsed: float) -> np.ndarray:
+    """Return the rate of the pressure between two states, on the window of the last."""
+    return (after.pressure - before.on(after.window).pressure) / elapsed
+
+
+def _sum_of(values: np.ndarray) -> float:
+    """Return the sum of magnitudes."""
+    return float(abs(values).sum())
 
 
 def _part_of(value: float, scale: float) -> float:

@@ -19,7 +19,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.elasticity.named_materials import material
 from ase_roughcontact.interactions import Interaction, scaled_attraction
-from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.scene.force_curve import BASELINE
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.solvers.response import force_derivative, height_response
@@ -122,13 +122,13 @@ class ForceDerivatives:
         self._changes = [_Change(scene, name).of for name in free]
         self._changes += [_by_range] * with_range
 
-    def of(self, stepper: Stepper) -> FloatArray:
-        """Return the derivatives at the last state of a path.
+    def of(self, relaxed: RelaxedStep) -> FloatArray:
+        """Return the derivatives at a relaxed state.
 
         Parameters
         ----------
-        stepper : Stepper
-            Its targets are heights.
+        relaxed : RelaxedStep
+            Step of a path at given heights.
 
         Returns
         -------
@@ -136,11 +136,9 @@ class ForceDerivatives:
             To the parameters in the units of `FREE`, at fixed height (eV/Å per unit);
             NaN at an instability.
         """
-        if stepper.run is None:
-            raise ValueError("there is no state before the first step")
-        contact, state = stepper.contact, stepper.run.fields
+        contact, state = relaxed.contact, relaxed.fields
         response = height_response(contact, state, _RESIDUAL)
-        changes = (change(stepper, state.gap) for change in self._changes)
+        changes = (change(relaxed, state.gap) for change in self._changes)
         row = [force_derivative(contact, state, response, **each) for each in changes]
         return np.array(row)
 
@@ -156,15 +154,15 @@ class _Change:
             for factor in (1.0 - _CHANGE, 1.0 + _CHANGE)
         ]
 
-    def of(self, stepper: Stepper, gap: FloatArray) -> dict[str, Any]:
+    def of(self, relaxed: RelaxedStep, gap: FloatArray) -> dict[str, Any]:
         """Return the arguments of `force_derivative`."""
 
         def heights(indenter: Any) -> FloatArray:
-            problem = replace(stepper.problem, indenter=indenter)
-            return problem.heights(stepper.state.window)
+            problem = replace(relaxed.problem, indenter=indenter)
+            return problem.heights(relaxed.state.window)
 
         def pressure(wall: Interaction) -> FloatArray:
-            return scaled_attraction(wall, gap, stepper.contact.adhesion)[1]
+            return scaled_attraction(wall, gap, relaxed.contact.adhesion)[1]
 
         return {
             "heights": self._difference("surface", heights),
@@ -178,14 +176,14 @@ class _Change:
         return 0.0 if low == high else (function(high) - function(low)) / self._step
 
 
-def _by_range(stepper: Stepper, gap: FloatArray) -> dict[str, Any]:
+def _by_range(relaxed: RelaxedStep, gap: FloatArray) -> dict[str, Any]:
     r"""Return the derivative of the wall to the logarithm of its range, at one work.
 
     The attraction of the range :math:`s D` has the pressure :math:`P(g/s)/s` at the gap
     g, counted from the contact distance.
     """
-    wall = stepper.problem.wall
-    _, pressure, stiffness = scaled_attraction(wall, gap, stepper.contact.adhesion)
+    wall = relaxed.problem.wall
+    _, pressure, stiffness = scaled_attraction(wall, gap, relaxed.contact.adhesion)
     beyond = gap - wall.contact_distance
     change = np.where(beyond >= 0.0, beyond * stiffness - pressure, 0.0)
     return {"wall_pressure": change}

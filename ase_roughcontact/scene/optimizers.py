@@ -10,7 +10,6 @@ from ase import Atoms
 from ase_roughcontact.atoms.path_atoms import ProblemAtoms
 from ase_roughcontact.optimize.comparison import compare_optimizers
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
-from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step_options import FREE
 
 if TYPE_CHECKING:
@@ -43,15 +42,15 @@ def deepest_atoms(scene: Scene) -> Atoms:
     scene = scene.planned.with_values(_BY_SOLVER)
     stepper = scene.stepper(scene.frames())
     target = float(scene.path.deepest_of(scene.targets.tolist()))
-    step: LoadStep = stepper.step(0, target)
-    if not step.converged:
-        raise RuntimeError(f"the deepest state is not found: {step.message}")
+    relaxed = stepper.relax(stepper.start, target)
+    if not relaxed.run.converged:
+        raise RuntimeError(f"the deepest state is not found: {relaxed.run.message}")
     fixed = scene.control not in FREE
     frames = ProblemAtoms(
-        scene.problem, stepper.state.window, scene.bodies.symbol, fixed, padded=True
+        scene.problem, relaxed.state.window, scene.bodies.symbol, fixed, padded=True
     )
     atoms = frames.atoms
-    atoms.positions[-1, 2] = step.height
+    atoms.positions[-1, 2] = relaxed.height
     if not fixed:
         atoms.positions[-1, 2] = stepper.windows.first_contact
         atoms.calc.set(load=target)

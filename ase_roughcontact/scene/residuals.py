@@ -26,7 +26,6 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.paths.output import follow
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.fit_parameters import (
     FREE,
@@ -219,9 +218,10 @@ class Residuals:
         with_range = scene.wall.attractive and "attraction_range" not in free
         derivatives = ForceDerivatives(scene, free, with_range)
         states, rows = list[LoadStep](), dict[int, FloatArray]()
-        for state in follow(path.steps_of(trial.bodies, stepper), validity="ignore"):
-            states.append(state)
-            rows[state.step] = derivatives.of(stepper)
+        steps = path.steps_of(trial.bodies, stepper)
+        for step in steps.steps(stepper.start, steps.kind):
+            states.append(step.record)
+            rows[step.record.step] = derivatives.of(step.left)
         loop, stiffness = path.result(trial.bodies, states), self._curve.stiffness
         down = loop.approach, loop.approach_jumps, rows, stiffness, -1.0
         up = loop.retraction, loop.retraction_jumps, rows, stiffness, 1.0

@@ -24,6 +24,7 @@ tractions with a given sum, and the displacement is the Lagrange multiplier of t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -166,7 +167,7 @@ def solve_friction(
         Also if it has not converged, which its message says: the contact slides if
         friction can't carry a given force.
     """
-    options, before = options or FrictionOptions(), halfspace.pairs
+    options, before = options or FrictionOptions(), halfspace.transformed
     unit, slides = halfspace.self_compliance, False
     problem = FrictionProblem(halfspace, bound, imposed / unit)
     tractions = np.zeros(imposed.shape) if start is None else start
@@ -207,7 +208,7 @@ def solve_friction(
         max(state.residual, residual),
         message,
         state.steps,
-        halfspace.pairs - before,
+        (halfspace.transformed - before) / math.prod(halfspace.grid),
     )
 
 

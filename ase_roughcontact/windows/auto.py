@@ -17,7 +17,6 @@ window is enlarged if the wall reaches one of them.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +34,7 @@ from ase_roughcontact.windows.expected import (
     contact_level,
     predicted_depth,
 )
+from ase_roughcontact.windows.fixed import WindowedState
 from ase_roughcontact.windows.footprint import Footprint, centred_box
 from ase_roughcontact.windows.memory import check_memory
 
@@ -98,10 +98,10 @@ class AutoWindow:
         self._expected: ExpectedContact | None = None
         if isinstance(indenter, RoughSphere):
             self._expected = ExpectedContact(problem)
-        self._level = -np.inf  # for which the window was made
-        self._searched = 0.0, 0  # load and factors of the depth predicted last
+        # load, and the number of factors at which the search for its depth ended
+        self._searched = 0.0, 0
 
-    def choose(self, state: State, support: Support, last: float) -> State:
+    def choose(self, state: State, support: Support, last: float) -> WindowedState:
         """Return the state from which a step starts, on the window of the step.
 
         Parameters
@@ -115,7 +115,7 @@ class AutoWindow:
 
         Returns
         -------
-        State
+        WindowedState
 
         Raises
         ------
@@ -131,25 +131,26 @@ class AutoWindow:
             self._expected.check(*target)
         if load is not None:
             height = self._predicted_height(load, height)
-        self._level = self._wall.cutoff - height
+        level = self._wall.cutoff - height
         if load is None:
-            self.footprint.check(self._level)
+            self.footprint.check(level)
         if not self._wall.attractive and state.displaced:
             before = self.footprint.box_below(self._wall.cutoff - last).size
-            overlap = self.footprint.overlap(self._level).size
+            overlap = self.footprint.overlap(level).size
             if overlap > _RESTART_GROWTH * before:
                 start = height if support.fixed else self.first_contact
-                flat = State.flat(state.window, start)
-                state = replace(flat, history=state.history, creep=state.creep)
-        needed = self._needed(self._level, self._box_in_range(state))
+                state = state.flattened(start)
+        needed = self._needed(level, self._box_in_range(state))
         needed = needed.union(adhesive_contact).union(_with_history(state))
         usual = self.footprint.standard_size(needed)
         excessive = state.window.size > _LARGEST_EXCESS * usual.size
         if excessive or not state.window.contains(needed):
-            return self._on(state, needed)
-        return state
+            state = self._on(state, needed)
+        return WindowedState(state, level)
 
-    def enlarged(self, run: Run, contact: Contact) -> State | None:
+    def enlarged(
+        self, run: Run, contact: Contact, made_for: float
+    ) -> WindowedState | None:
         """Return the state on a larger window if the wall could act outside of this.
 
         Parameters
@@ -158,10 +159,12 @@ class AutoWindow:
             Which has relaxed a state.
         contact : Contact
             On its window.
+        made_for : float
+            Level for which the window was made (length).
 
         Returns
         -------
-        State or None
+        WindowedState or None
             To be relaxed again; None if the window suffices.
 
         Raises
@@ -172,18 +175,17 @@ class AutoWindow:
         state = run.state
         level = self._wall.cutoff - state.height
         window, lowest = state.window, self.footprint.lowest
-        depth = max(self._level - lowest, _LEAST_DEPTH * self.footprint.spacing)
+        depth = max(made_for - lowest, _LEAST_DEPTH * self.footprint.spacing)
         deepest = _LARGEST_DEEPENING * depth
         if level - lowest > deepest and not window.contains(
             self.footprint.overlap(level)
         ):
             # under a load, the indenter sinks in too deep if the window is too small
-            self._level = lowest + deepest
-            return self._on(state, self._needed(self._level, window))
-        self._level = level
-        needed = self._reached(state, contact)
+            level = lowest + deepest
+            return WindowedState(self._on(state, self._needed(level, window)), level)
+        needed = self._reached(state, contact, level)
         if needed != window:
-            return self._on(state, needed)
+            return WindowedState(self._on(state, needed), level)
         return None
 
     def forecast(self, control: str, target: float) -> Box:
@@ -260,9 +262,9 @@ class AutoWindow:
         half_side = math.ceil(radius / self.footprint.spacing)
         return self.footprint.clip(centred_box(half_side))
 
-    def _reached(self, state: State, contact: Contact) -> Box:
+    def _reached(self, state: State, contact: Contact, level: float) -> Box:
         """Return the window, widened to the atoms outside that the wall reaches."""
-        level, window = self._level, state.window
+        window = state.window
         self.footprint.check(level)
         if self._rises or contact.past_depth is not None:
             level += max(self._highest(state, contact), 0.0)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,21 @@ from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import Run, Support
 from ase_roughcontact.topography import RoughSphere
+
+
+class WindowedState(NamedTuple):
+    """State on the window of a step.
+
+    Attributes
+    ----------
+    state : State
+    level : float
+        Height of the undeformed indenter, counted from its own zero, up to which the
+        window contains its atoms (length).
+    """
+
+    state: State
+    level: float
 
 
 class FixedWindow:
@@ -33,11 +49,11 @@ class FixedWindow:
         self._problem, self._window, self._checked = problem, window, checked
         self.first_contact = first_contact
 
-    def choose(self, state: State, support: Support, last: float) -> State:
-        """Return the state, whose window stays."""
-        return state
+    def choose(self, state: State, support: Support, last: float) -> WindowedState:
+        """Return the state; its window stays."""
+        return WindowedState(state, math.inf)
 
-    def enlarged(self, run: Run, contact: Contact) -> None:
+    def enlarged(self, run: Run, contact: Contact, made_for: float) -> None:
         """Raise `RuntimeError` if the wall acts at the edge in a relaxed state."""
         if not (self._checked and run.converged) or self._problem.periodic:
             return

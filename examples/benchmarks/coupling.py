@@ -65,7 +65,7 @@ def costs(n: int, poisson: float, coupling: str) -> tuple[float, ...]:
     options = StepOptions(window="unchecked")
     stepper, law = Stepper(problem, "penetrations", window, options), Coulomb(0.3)
     path, depths = PATH * n / 100.0, DEPTHS * n / 40.0
-    stepper.step(-1, depths[0] / 2.0)  # makes spectra and plans
+    stepper.relax(stepper.start, depths[0] / 2.0)  # makes spectra and plans
     begun = process_time()
     sliding = SlidingSteps(stepper, depths, law, path, coupling=coupling)
     steps = list(follow(sliding, validity="ignore"))

@@ -140,9 +140,9 @@ def normal_contact(n: int) -> tuple[np.ndarray, np.ndarray]:
     window = Box((-n // 2, -n // 2), (n, n))
     options = StepOptions(window="unchecked", accuracy=1e-6)
     stepper = Stepper(problem, "penetrations", window, options)
-    stepper.step(0, 0.03 * n)
-    gap = stepper.contact.gap(np.zeros((n, n)), 0.0)
-    return gap - gap.min(), stepper.run.fields.pressure
+    relaxed = stepper.relax(stepper.start, 0.03 * n)
+    gap = relaxed.contact.gap(np.zeros((n, n)), 0.0)
+    return gap - gap.min(), relaxed.fields.pressure
 
 
 def solve_ours(half: LateralHalfSpace, bound: np.ndarray, move: float) -> Solution:

@@ -27,7 +27,7 @@ from ase_roughcontact import (
     Viscoelastic,
 )
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.output import follow
+from ase_roughcontact.paths.output import follow_states
 from ase_roughcontact.paths.time_path import TimeSteps
 
 RELAXED, TIME, STEP = 0.2, 1.0, 0.1
@@ -53,8 +53,8 @@ def ours(values, pressure, schedule):
     options = StepOptions(accuracy=1e-8)
     stepper = Stepper(problem, "loads", Box((0, 0), (side, side)), options)
     path = schedule(pressure * side**2)
-    for step in follow(TimeSteps(stepper, path, 1e-4), validity="ignore"):
-        yield step.time, stepper.run.fields.pressure
+    for step in follow_states(TimeSteps(stepper, path, 1e-4), validity="ignore"):
+        yield step.record.time, step.left.fields.pressure
 
 
 def theirs(values, pressure, step, count=1):

@@ -49,14 +49,15 @@ def forces(side, wall, count, creep=CREEP, roughness=None, accuracy=1e-7):
     """Return forces after equal steps in and out, and the FFT pairs."""
     stepper, depth = stepper_of(side, wall, creep, roughness, accuracy)
     elapsed = HALF / count
-    found, pairs = [], 0.0
+    found, pairs, state = [], 0.0, stepper.start
     for k in range(2 * count + 1):
         target = depth * (1.0 - abs(k / count - 1.0))
         time = {"moment": k * elapsed, "elapsed": elapsed if k else 0.0}
-        step = stepper.step(k, target, **(time if creep else {}))
-        assert step.converged, step.message
-        found.append(step.normal_force)
-        pairs += step.pairs
+        relaxed = stepper.relax(state, target, **(time if creep else {}))
+        assert relaxed.run.converged, relaxed.run.message
+        found.append(relaxed.fields.normal_force)
+        pairs += relaxed.run.pairs
+        state = stepper.commit(relaxed).state
     return np.array(found), pairs
 
 

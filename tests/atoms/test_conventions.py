@@ -84,8 +84,8 @@ def test_what_does_not_describe_itself_completely_says_so():
     calc = rc.RoughContact(heights, 1.0)
     with pytest.raises(ValueError, match="give the HeightMap itself"):
         rc.RoughContact(**calc.todict())
-    with pytest.raises(ValueError, match="unknown indenter 'Cone'"):
-        rc.RoughContact({"name": "Cone"}, 1.0)
+    with pytest.raises(ValueError, match="unknown indenter 'Unheard'"):
+        rc.RoughContact({"name": "Unheard"}, 1.0)
 
 
 # Parameters that are changed without `set`

@@ -142,7 +142,7 @@ def test_another_cantilever_keeps_the_states_of_a_loop(run, tmp_path, monkeypatc
     folder = tmp_path / "loop"
     shutil.copytree(run, folder)
     soft = Scene.parse(LOOP).with_values({"path.cantilever": 1e3})
-    monkeypatch.setattr(Stepper, "step", lambda *_, **__: pytest.fail("calculated"))
+    monkeypatch.setattr(Stepper, "relax", lambda *_, **__: pytest.fail("calculated"))
     (tmp_path / "loop.toml").write_text(soft.toml)
     command = ["run", str(tmp_path / "loop.toml"), "--out", str(folder), "--quiet"]
     assert main(command) == 0

@@ -10,6 +10,8 @@ import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.paths.output import follow, follow_states
+from ase_roughcontact.paths.path_steps import NumberedSteps
 
 SPHERE = rc.RoughSphere(200.0, rc.SelfAffine(0.1, 0.8, 4.0, 32.0, seed=3, domain=128.0))
 WALLS = {
@@ -42,8 +44,8 @@ def test_arrays_and_atoms_give_the_same_bits(wall, window):
     options = rc.StepOptions(window=window)
     stepper = rc.Stepper(problem(wall), "loads", WINDOW, options)
     path = rc.load_path(atoms_of(wall, fixed=False), loads=loads, window=window)
-    for number, step in enumerate(path):
-        other = stepper.step(number, loads[number])
+    others = follow(NumberedSteps(stepper, np.array(loads)))
+    for step, other in zip(path, others, strict=True):
         for name in ("height", "normal_force", "contact_area", "energy", "pairs"):
             assert getattr(other, name) == getattr(step, name), name
 
@@ -65,11 +67,9 @@ def test_atoms_follow_every_step_with_its_results(wall):
 
 def test_a_step_leaves_the_state_before_it_unchanged():
     stepper = rc.Stepper(problem("repulsive"), "heights", WINDOW, IGNORE)
-    stepper.step(0, -1.0)
-    before = stepper.state
+    before = stepper.commit(stepper.relax(stepper.start, -1.0)).state
     pressure, displacement = before.pressure.copy(), before.displacement.copy()
-    stepper.step(1, -1.5)
-    assert stepper.state is not before
+    assert stepper.relax(before, -1.5).state is not before
     np.testing.assert_array_equal(before.pressure, pressure)
     np.testing.assert_array_equal(before.displacement, displacement)
 
@@ -78,17 +78,15 @@ def test_a_step_leaves_the_state_before_it_unchanged():
 def test_a_path_continues_from_any_of_its_states(wall):
     heights = [-1.0, -1.8, -1.2, -2.0]
     stepper = rc.Stepper(problem(wall), "heights", WINDOW, IGNORE)
-    whole, states = [], []
-    for number, height in enumerate(heights):
-        whole.append(stepper.step(number, height))
-        states.append(stepper.state)
+    whole = list(follow_states(NumberedSteps(stepper, np.array(heights))))
     again = rc.Stepper(problem(wall), "heights", WINDOW, IGNORE)
-    again.restart_from(states[1])
-    for number in (2, 3):
-        step = again.step(number, heights[number])
-        assert step.normal_force == pytest.approx(whole[number].normal_force, rel=1e-4)
-        assert step.contact_area == whole[number].contact_area
-        assert step.plastic_atoms == whole[number].plastic_atoms
+    rest = NumberedSteps(again, np.array(heights[2:]))
+    for done, step in zip(
+        whole[2:], rest.steps(whole[1].left.state, rc.LoadStep), strict=True
+    ):
+        for name in ("normal_force", "contact_area", "plastic_atoms", "tolerance"):
+            found, expected = getattr(step.record, name), getattr(done.record, name)
+            np.testing.assert_equal(found, expected, name)
 
 
 def test_atoms_with_an_offset_lattice_are_the_same_problem():

@@ -40,8 +40,13 @@ def stepper_of(
     return Stepper(problem, control, Box((-(n // 2), -(n // 2)), (n, n)), options)
 
 
+def followed(stepper, *args, **options):
+    """Steps of a sliding path with their states."""
+    return list(output.follow_states(SlidingSteps(stepper, *args, **options)))
+
+
 def follow(stepper, *args, **options):
-    return list(output.follow(SlidingSteps(stepper, *args, **options)))
+    return [step.record for step in followed(stepper, *args, **options)]
 
 
 def atoms_on(solid):

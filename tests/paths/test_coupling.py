@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from ase.io import read
 from scipy.integrate import quad, trapezoid
-from sliding_contacts import MU, assert_resumed, atoms_on, follow, stepper_of
+from sliding_contacts import (
+    MU,
+    assert_resumed,
+    atoms_on,
+    follow,
+    followed,
+    stepper_of,
+)
 
 from ase_roughcontact import (
     Coulomb,
@@ -130,11 +137,9 @@ def overlap_of(n, depth):
     return depth - (r2 - r2.min()) / (2 * 10.0 * n)
 
 
-def fields(stepper):
-    history = stepper.state.history
-    return np.stack(
-        [history["traction_x"], history["traction_y"], stepper.state.pressure]
-    )
+def fields(state):
+    history = state.history
+    return np.stack([history["traction_x"], history["traction_y"], state.pressure])
 
 
 @pytest.mark.parametrize("depths", [(0.2, 0.25), (0.25, 0.1)])
@@ -148,9 +153,10 @@ def test_conditions_of_friction_and_contact_hold_with_dense_matrices(
     path, state = np.array([[0.0, 0.0], [0.03, 0.02]]), np.zeros((3, n * n))
     law, at = Coulomb(mu), np.zeros(2)
     steps = SlidingSteps(stepper, depths, law, path, control, coupling="solved")
-    for step in output.follow(steps):
+    for done in output.follow_states(steps):
+        step = done.record
         assert step.converged
-        old, state = state, fields(stepper).reshape(3, -1)
+        old, state = state, fields(done.left.state).reshape(3, -1)
         before, at = at, np.array([step.lateral_x, step.lateral_y])
         moved = (matrix @ (state - old).ravel()).reshape(3, -1)[:2]
         moved -= (at - before)[:, None]
@@ -232,10 +238,10 @@ def test_all_walls_are_coupled(wall):
 def test_periodic_and_anisotropic_solids_are_coupled(solid):
     for periodic in (False, True):
         stepper = stepper_of(32, solid, periodic=periodic)
-        (first,) = coupled(stepper, 0.1, Coulomb(MU), [0.0])
-        assert first.converged
-        assert first.lateral_energy < 0.0
-        x, y = (stepper.state.history[f"displacement_{axis}"] for axis in "xy")
+        (first,) = followed(stepper, 0.1, Coulomb(MU), [0.0], **SOLVED)
+        assert first.record.converged
+        assert first.record.lateral_energy < 0.0
+        x, y = (first.left.state.history[f"displacement_{axis}"] for axis in "xy")
         i, j = np.indices((32, 32)) - 15.5
         assert (x * i + y * j).sum() < 0.0  # towards the contact
         assert x == pytest.approx(-x[::-1], abs=1e-6 * abs(x).max())
@@ -246,8 +252,8 @@ def test_bodies_exchanged_have_opposite_coupling_and_the_same_contact():
     found = []
     for beta in (0.3, -0.3):
         stepper = stepper_of(32, Isotropic(1.0, 0.1, beta))
-        coupled(stepper, 0.5, Coulomb(MU), [0.0])
-        found.append(fields(stepper))
+        (first,) = followed(stepper, 0.5, Coulomb(MU), [0.0], **SOLVED)
+        found.append(fields(first.left.state))
     assert found[1][2] == pytest.approx(found[0][2], abs=1e-6)
     assert found[1][:2] == pytest.approx(-found[0][:2], abs=1e-6)
 
@@ -303,7 +309,7 @@ def test_frames_have_the_displacements_by_pressure_and_tractions(tmp_path):
 
 
 def test_coupling_that_does_not_converge_is_reported(monkeypatch):
-    monkeypatch.setattr("ase_roughcontact.paths.coupling._MOST", 2)
+    monkeypatch.setattr("ase_roughcontact.paths.sliding.MOST_ALTERNATIONS", 2)
     (step,) = coupled(stepper_of(32, Isotropic(1.0, 0.0)), 0.5, Coulomb(MU), [0.0])
     assert not step.converged
     assert "normal and lateral motion do not agree after 2 alternations" in step.message

@@ -76,10 +76,11 @@ def test_force_that_the_indenter_lacks_is_an_error_of_the_height():
     problem = rc.Problem(rc.RoughSphere(RADIUS), Isotropic(1.0), rc.HardWall(), 1.0)
     options = StepOptions(accuracy=1e-8)
     stepper = Stepper(problem, "heights", Box((-16, -16), (32, 32)), options)
-    step = stepper.step(0, -1.0)
+    relaxed = stepper.relax(stepper.start, -1.0)
+    step = rc.LoadStep.of(relaxed)
     load = Support(fixed=False, load=step.normal_force + 0.1)
-    run = Run.of(stepper.state, stepper.run.fields, load)
-    contact = {"problem": problem, "contact": stepper.contact, "run": run}
+    run = Run.of(relaxed.state, relaxed.fields, load)
+    contact = {"problem": problem, "contact": relaxed.contact, "run": run}
     errors = estimated_errors(RelaxedContact(**contact, control="loads"))
     assert errors.force == pytest.approx(0.1)
     assert errors.height == pytest.approx(0.1 / step.contact_stiffness, rel=1e-3)
@@ -263,13 +264,12 @@ def test_contact_at_the_height_of_the_first_one_has_the_errors_under_a_sphere():
     problem = rc.Problem(sphere, solid, rc.HardWall(), spacing=1.0)
     options = StepOptions(continuum=True, window="unchecked")
     box = Box((-9, -9), (18, 18))
-    stepper, relaxed_steps = Stepper(problem, "heights", box, options), []
-    stepper.step(0, -0.2, completed=lambda step: relaxed_steps.append(step) or step)
-    expected = estimated_errors(relaxed_steps[0])
-    run = relaxed_steps[0].run
+    stepper = Stepper(problem, "heights", box, options)
+    step = stepper.relax(stepper.start, -0.2)
+    expected, run = estimated_errors(step), step.run
     for height in (0.0, 0.1):
         moved = replace(run, state=replace(run.state, height=height))
-        found = estimated_errors(replace(relaxed_steps[0], run=moved))
+        found = estimated_errors(replace(step, run=moved))
         assert found[:4] == pytest.approx(expected[:4], rel=0.1)
 
 

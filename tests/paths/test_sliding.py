@@ -4,7 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from sliding_contacts import MU, assert_resumed, atoms_on, follow, stepper_of
+from sliding_contacts import (
+    MU,
+    assert_resumed,
+    atoms_on,
+    follow,
+    followed,
+    stepper_of,
+)
 
 from ase_roughcontact import (
     Coulomb,
@@ -24,14 +31,19 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.paths import output
+from ase_roughcontact.paths.path_steps import NumberedSteps
 from ase_roughcontact.paths.sliding import SlidingSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 
 
-def tractions(stepper):
-    history = stepper.state.history
+def tractions(state):
+    history = state.history
     return np.stack([history["traction_x"], history["traction_y"]])
+
+
+def penetration(stepper, load):
+    return LoadStep.of(stepper.relax(stepper.start, load)).penetration
 
 
 def test_displacement_and_stick_radius_are_those_of_cattaneo_and_mindlin():
@@ -54,7 +66,7 @@ def test_displacements_are_those_of_two_normal_contacts():
     # Ciavarella and Jaeger for Poisson's ratio zero, whatever the grid
     n, loads = 32, np.array([10.0, 4.0])
     deep, shallow = (
-        stepper_of(n, control="loads", accuracy=1e-6).step(0, load).penetration
+        penetration(stepper_of(n, control="loads", accuracy=1e-6), load)
         for load in loads
     )
     stepper = stepper_of(n, control="loads", accuracy=1e-6)
@@ -76,19 +88,15 @@ def test_tractions_of_rough_contacts_are_those_of_ciavarella_and_jaeger(seed):
     n = 48
     rough = SelfAffine(0.1, 0.8, 4.0, 24.0, domain=48.0, seed=seed)
     loads, sphere = np.array([3.0, 9.0]), RoughSphere(10.0 * n, rough)
-    pressures, normal = (
-        [],
-        stepper_of(n, control="loads", indenter=sphere, accuracy=1e-6),
-    )
-    for number, load in enumerate(loads):
-        normal.step(number, load)
-        pressures.append(normal.run.fields.pressure)
+    normal = stepper_of(n, control="loads", indenter=sphere, accuracy=1e-6)
+    path = output.follow_states(NumberedSteps(normal, loads))
+    pressures = [step.left.fields.pressure for step in path]
     stepper = stepper_of(n, control="loads", indenter=sphere, accuracy=1e-6)
     force = MU * (loads[1] - loads[0])
-    last = follow(stepper, loads[1], Coulomb(MU), [0.0, force], "forces")[-1]
+    last = followed(stepper, loads[1], Coulomb(MU), [0.0, force], "forces")[-1]
     expected = MU * (pressures[1] - pressures[0])
-    found = tractions(stepper)
-    assert last.converged
+    found = tractions(last.left.state)
+    assert last.record.converged
     assert found[0] == pytest.approx(expected, abs=1e-3 * expected.max())
     assert abs(found[1]).max() < 1e-6 * expected.max()
 
@@ -142,8 +150,9 @@ def test_sliding_of_tresca_is_the_strength_times_the_area():
 
 def test_atoms_under_tension_without_friction_neither_stick_nor_slip():
     stepper = stepper_of(32, wall=DugdaleWall(0.01, 1.0))
-    steps = follow(stepper, 0.5, Coulomb(MU), [0.0, 0.05, 5.0])
-    pressed = np.count_nonzero(stepper.state.pressure > 0.0)
+    done = followed(stepper, 0.5, Coulomb(MU), [0.0, 0.05, 5.0])
+    pressed = np.count_nonzero(done[-1].left.state.pressure > 0.0)
+    steps = [step.record for step in done]
     assert 0 < pressed < steps[0].contact_area
     for step in steps:
         assert step.stick_area + step.slip_area == pressed
@@ -155,8 +164,8 @@ def test_atoms_under_tension_without_friction_neither_stick_nor_slip():
 def test_shear_strength_limits_coulomb_friction_under_plastic_flow():
     law = Coulomb(MU, strength=0.003)
     stepper = stepper_of(48, wall=PlasticWall(0.015, permanent=True))
-    last = follow(stepper, [0.5, 0.8, 0.8], law, [0.0, 0.5, 50.0])[-1]
-    pressure = stepper.run.fields.pressure
+    done = followed(stepper, [0.5, 0.8, 0.8], law, [0.0, 0.5, 50.0])[-1]
+    last, pressure = done.record, done.left.fields.pressure
     expected = np.minimum(MU * pressure, 0.003).sum()
     assert last.lateral_force_x == pytest.approx(expected, rel=1e-6)
     assert expected < 0.9 * MU * pressure.sum()

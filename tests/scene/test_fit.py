@@ -96,10 +96,12 @@ def forces_and_derivatives(scene, heights, free=(), with_range=False):
     )
     stepper = held.stepper(held.frames())
     derivatives = ForceDerivatives(scene, free, with_range)
-    forces, rows = [], []
-    for number, height in enumerate(heights):
-        forces.append(stepper.step(number, height).normal_force)
-        rows.append(derivatives.of(stepper))
+    forces, rows, state = [], [], stepper.start
+    for height in heights:
+        relaxed = stepper.relax(state, height)
+        forces.append(relaxed.fields.normal_force)
+        rows.append(derivatives.of(relaxed))
+        state = stepper.commit(relaxed).state
     return np.array(forces), np.array(rows)
 
 

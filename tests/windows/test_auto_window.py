@@ -234,11 +234,12 @@ def test_window_is_enlarged_where_tractions_lift_atoms_into_contact():
     solid, options = Isotropic(1.0, 0.0), rc.StepOptions(window="auto")
     problem = rc.Problem(rc.RoughSphere(60.0), solid, rc.HardWall(), spacing=1.0)
     stepper = rc.Stepper(problem, "heights", Box((-4, -4), SMALLEST), options)
-    above = stepper.step(0, 1.0)
+    relaxed = stepper.relax(stepper.start, 1.0)
+    above = rc.LoadStep.of(relaxed)
     assert above.window == "9x9"
     # the whole window by more than the indenter is above it
-    stepper.remember(TRACTION_DEPTH, np.full(SMALLEST, -1.0))
-    lifted = stepper.step(1, 0.6)
+    state = relaxed.state.keeping(**{TRACTION_DEPTH: np.full(SMALLEST, -1.0)})
+    lifted = rc.LoadStep.of(stepper.relax(state, 0.6))
     reach = np.sqrt(2.0 * 60.0 * (1.0 - 0.6))  # of the indenter, at most
     assert lifted.contact_area > 0.9 * 9.0**2 > above.contact_area
     assert 9 < size_of(lifted.window) ** 0.5 < 2.0 * reach
