@@ -294,6 +294,9 @@ def test_a_changed_depth_changes_the_results(unloading):
     changed.arrays["plastic_depth"] += 0.5
     assert_allclose(changed.calc.state(changed).gap, gap + 0.5)
     del changed.arrays["plastic_depth"]
+    with pytest.raises(ValueError, match="start from new atoms"):
+        changed.calc.state(changed)
+    changed.set_tags(0)  # on purpose
     changed.positions[-1, 2] += 5.0
     changed.positions[:-1, 2] = 0.0
     flat = changed.calc.state(changed)

@@ -107,14 +107,14 @@ def test_errors_of_a_given_depth_are_those_of_force_and_area(pressed):
 def test_errors_next_to_a_target_at_which_the_scan_fails_are_not_known(
     pressed, monkeypatch, control
 ):
-    press = scan_errors.step_in_contact
+    press = scan_errors.relax_in_contact
 
-    def fail_at_the_second(stepper, number, *args):
+    def fail_at_the_second(stepper, state, target, number):
         if number == 1:
             raise RuntimeError("not possible")
-        return press(stepper, number, *args)
+        return press(stepper, state, target, number)
 
-    monkeypatch.setattr(scan_errors, "step_in_contact", fail_at_the_second)
+    monkeypatch.setattr(scan_errors, "relax_in_contact", fail_at_the_second)
     values = {"penetration": ("0.5 nm", "0.8 nm", "1 nm")}
     values["height"] = ("-0.2 nm", "-0.5 nm", "-0.7 nm")
     path = {"path.control": control, "path.values": values[control]}

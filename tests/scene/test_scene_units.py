@@ -88,8 +88,9 @@ OF_WALLS = {
     "interaction.permanent": (PLASTIC, "permanent", True),
     "interaction.hardness": (PLASTIC, "hardness", 0.4 * GPA),
 }
-# Keys that replace others, tested separately.
+# Keys that replace others, or choose columns, tested separately.
 INSTEAD = {
+    "output.columns",
     "substrate.elastic_constants",
     "path.values",
     "sphere.unit",

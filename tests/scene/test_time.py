@@ -72,16 +72,15 @@ def table_of(folder):
     return np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
 
 
-def test_given_moduli_with_the_spacing_of_copper_are_advised_a_coarser_one():
+def test_given_moduli_have_a_spacing_that_fits_the_contact():
     default = TEXT.replace('spacing = "1 nm"', "").replace("100 nm", "40 um")
-    (warning,) = Scene.parse(default).warnings
-    assert "a radius of about 1108 spacings of the default, 0.255 nm" in warning
-    assert 'give [substrate] spacing = "5 nm"' in warning  # 283 nm / 60
-    advised = SOLID.replace("1 nm", "5 nm") + PATH.replace("100 nm", "40 um")
-    assert Scene.parse(advised).warnings == []
-    assert Scene.parse(TEXT.replace('spacing = "1 nm"', "")).warnings == []
-    rough = "[roughness]\nrms_slope = 0.1\n"
-    assert Scene.parse(default + rough).warnings == []
+    large = Scene.parse(default)
+    assert large.spacing == pytest.approx(50.0)  # 283 nm / 60
+    copper = Scene.parse(TEXT.replace('spacing = "1 nm"', ""))
+    rough = Scene.parse(default + "[roughness]\nrms_slope = 0.1\n")
+    for scene in copper, rough:
+        assert scene.spacing == pytest.approx(2.5527, rel=1e-4)
+    assert large.warnings == copper.warnings == rough.warnings == []
 
 
 def test_a_row_is_printed_when_nothing_was_for_ten_seconds(monkeypatch):
