@@ -115,11 +115,11 @@ def test_an_atom_about_to_touch_a_soft_wall_is_an_error_of_the_area():
 
 
 OPTIMIZERS = {
-    "FIRE": FIRE,
+    "FIRE": partial(with_defaults, FIRE),
     "FIRE on modes": partial(on_modes, FIRE),
-    "FIRE2": partial(FIRE2, use_abc=True),
+    "FIRE2": partial(with_defaults, FIRE2, use_abc=True),
     "FIRE2 on modes": partial(on_modes, FIRE2),
-    "LBFGS": LBFGS,
+    "LBFGS": partial(with_defaults, LBFGS),
     "LBFGS on modes": partial(on_modes, LBFGS),
     "MDMin on modes": partial(on_modes, MDMin),
     "SciPyFminCG": SciPyFminCG,
@@ -160,7 +160,7 @@ def test_nine_of_ten_errors_of_optimizers_are_within_twice_the_estimate():
         assert within[quantity][known[quantity]].mean() >= 0.9
         wrong = known[quantity] & (true[quantity] > 1e-6)
         ratios = estimates[quantity][wrong] / true[quantity][wrong]
-        assert ratios.size >= 10 and np.median(ratios) <= 5.0
+        assert ratios.size >= 5 and np.median(ratios) <= 5.0
 
 
 # Tolerance
