@@ -152,8 +152,8 @@ def modes_by_lbfgs(atoms, logfile):
 @pytest.mark.parametrize("optimizer", [None, modes_by_lbfgs])
 def test_after_an_error_atoms_are_in_the_last_relaxed_state(optimizer):
     atoms = atoms_of("repulsive", fixed=True)
-    tolerance = {"fmax": 1e-5, "max_steps": 100}
-    path = rc.load_path(atoms, [0.3, 30.0], optimizer, **tolerance)
+    tolerance = {"fmax": 1e-5, "max_steps": 1000}
+    path = rc.load_path(atoms, [0.3, 2.0], optimizer, **tolerance)
     step = next(path)
     with pytest.raises(RuntimeError, match="edge"):
         next(path)
