@@ -42,7 +42,7 @@ def loop():
     sphere = rc.RoughSphere(30.0)
     wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.05)
     atoms = atoms_under(sphere, wall, (16, 16))
-    return rc.adhesion_loop(atoms, 0.5, 0.2, window="auto", tolerance=0.01)
+    return rc.adhesion_loop(atoms, 1.0, 0.2, window="auto", tolerance=0.01)
 
 
 def line(axes, label):
@@ -190,7 +190,7 @@ def test_loop_shows_both_ways_jumps_and_theory(axes, loop):
     assert plot.plot_loop(axes, loop, {"JKR": theory}) is axes
     depth, force = line(axes, "retraction")
     ends = loop.retraction[0].penetration, loop.retraction[-1].penetration
-    assert depth[[0, -1]] == pytest.approx(ends) and ends[0] == 0.5
+    assert depth[[0, -1]] == pytest.approx(ends) and ends[0] == 1.0
     assert axes.get_xlabel() == "depth (Å)"
     assert -force.min() * NANONEWTON == pytest.approx(loop.pull_off_force)
     assert line(axes, "JKR")[1][0] * NANONEWTON == pytest.approx(-theory)

@@ -195,7 +195,7 @@ def test_force_over_depth():
 def loop():
     wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.05)
     atoms = atoms_under(rc.RoughSphere(30.0), wall, (16, 16))
-    return rc.adhesion_loop(atoms, 0.5, 0.2, window="auto", tolerance=0.01)
+    return rc.adhesion_loop(atoms, 1.0, 0.2, window="auto", tolerance=0.01)
 
 
 def test_adhesion_loop(loop):
