@@ -83,7 +83,7 @@ class OptimizerResult:
     history: tuple[Progress, ...] = field(default=(), repr=False)
 
     def reached(self, error: float) -> Progress | None:
-        """Return the first moment from which on the error stays within a limit.
+        """Return the moment after which the error stays within a limit.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class OptimizerComparison(Printed):
 
 
 def reached(history: Sequence[Progress], error: float) -> Progress | None:
-    """Return the first moment from which on the error stays within a limit."""
+    """Return the moment after which the error stays within a limit."""
     found = None
     for progress in reversed(history):
         if not progress.error <= error:
