@@ -67,7 +67,8 @@ def test_a_fit_of_the_right_scene_has_no_warnings(kind):
 
 def test_a_curve_that_turns_in_tension_has_not_the_wrong_sign():
     stiff = {"path.deepest": "0.05 nm", "path.cantilever": "20 N/m"}
-    curve = curve_of(scene("adhesive").with_values(stiff))
+    with pytest.warns(UserWarning, match="is a lower bound"):
+        curve = curve_of(scene("adhesive").with_values(stiff))
     nearest = curve.force[np.argmin(curve.base)]
     assert nearest < -0.5 * NN and curve.doubts == []
 
