@@ -25,6 +25,7 @@ from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths import output
 from ase_roughcontact.paths.path_records import TimeStep
+from ase_roughcontact.paths.path_steps import NumberedSteps
 from ase_roughcontact.paths.time_path import TimeSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
@@ -306,8 +307,8 @@ def test_a_plastic_shape_is_kept_while_the_solid_has_no_time_to_creep():
     slow = Creep.standard_solid(relaxed=0.5, time=1e6)
     steps = follow(problem_of(n, wall, slow), n, schedule, window="unchecked")
     elastic = stepper_of(problem_of(n, wall, None), n, window="unchecked")
-    for number, depth in enumerate(depths):
-        expected = elastic.step(number, depth)
+    expected_steps = output.follow(NumberedSteps(elastic, np.array(depths)))
+    for number, expected in enumerate(expected_steps):
         assert expected.plastic_atoms > 0 or number == 1
         step = min(steps, key=lambda step: abs(step.time - (number + 1.0)))
         assert step.normal_force == pytest.approx(expected.normal_force, rel=1e-3)
