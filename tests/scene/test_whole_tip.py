@@ -131,7 +131,7 @@ HOLES[20:40] = np.nan
         (200.0 * ROUGH, {"radius = inf": 'radius = "1 nm"'}, "of the sphere, 1 nm"),
         (ROUGH, {"spacing = 2.0\n": 'spacing = "0.1 mm"\n'}, "6.4 mm wide"),
         (TIP, {'"indenter"': '"indenter"'}, "radius of about 10 nm at its"),
-        (ROUGH, {"radius = inf": "radius = 30"}, "30 is in spacings a0 .*, 6 nm: give"),
+        (ROUGH, {"radius = inf": "radius = 30"}, "spacings a0 .* radius = 30, 6 nm"),
     ],
 )
 def test_doubtful_scans_are_named(read, heights, lines, message):
