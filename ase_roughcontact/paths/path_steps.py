@@ -164,6 +164,8 @@ class PathSteps(ABC):
         if not {"path", "load_step"} <= set(info):
             return ["its frames are not those of a load path"]
         path, number = info["path"], info["load_step"]["step"]
+        if "mean_force" not in path:
+            return ["its frames are of an earlier version"]
         if expected is not None and number != expected:
             return [f"it has step {number} in place of step {expected}"]
         if path["control"] != (control := self.stepper.control):
