@@ -131,7 +131,7 @@ class LoadStep:
     >>> step.repulsive_atoms, step.window, step.converged
     (89, '14x14', True)
     >>> print(f'{step.continuum_area:.0f} ± {step.continuum_area_error:.0f} Å^2')
-    580 ± 0 Å^2
+    580 ± 12 Å^2
     """
 
     #: Names of the columns on request that paths have by default.
