@@ -1,9 +1,6 @@
 """The public names of the package, imported when one of them is used."""
 
-from ase_roughcontact.atoms.adhesion import adhesion_loop
 from ase_roughcontact.atoms.calculator import RoughContact
-from ase_roughcontact.atoms.loading import load_path, time_path
-from ase_roughcontact.atoms.sliding import release, sliding_path, stick
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
 from ase_roughcontact.contact import Problem, State
@@ -26,6 +23,7 @@ from ase_roughcontact.interactions import (
     PowerLawWall,
 )
 from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
+from ase_roughcontact.loading.load_path import load_path, time_path
 from ase_roughcontact.optimize import (
     ActiveSet,
     FourierModes,
@@ -36,15 +34,17 @@ from ase_roughcontact.optimize.comparison import compare_optimizers
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.optimize.settings import on_modes, settings_for
 from ase_roughcontact.optimize.tolerance import fmax_for
-from ase_roughcontact.paths.column import column
-from ase_roughcontact.paths.instabilities import AdhesionLoop
+from ase_roughcontact.path_kinds.loop.atoms import adhesion_loop
+from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
+from ase_roughcontact.path_kinds.sliding.atoms import release, sliding_path, stick
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.path_records import SlidingStep, TimeStep
-from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
-from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.step_options import StepOptions
-from ase_roughcontact.paths.validity import Validity, ValidityWarning
+from ase_roughcontact.results.column import column
+from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.results.validity import Validity, ValidityWarning
+from ase_roughcontact.stepping.options import StepOptions
+from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.topography import (
     HeightMap,
     Heterogeneity,

@@ -14,8 +14,8 @@ from small_scene import PERIODIC
 
 import ase_roughcontact as rc
 from ase_roughcontact.atoms import trajectory
-from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.cli import main
+from ase_roughcontact.loading.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.scene import Scene
 
 SCENE = Scene.parse(PERIODIC).with_values({"path.values": [0.05, 0.1, 0.2, 0.3]})

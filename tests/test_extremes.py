@@ -19,9 +19,9 @@ from numpy.testing import assert_allclose
 import ase_roughcontact as rc
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.hard.active_set import active_set
 from ase_roughcontact.solvers.optimality import optimality_residuals
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 
 EPS = float(np.finfo(float).eps)
 

@@ -27,8 +27,8 @@ from hypothesis import strategies as st
 from small_scene import SMALL
 
 from ase_roughcontact._util.files import table_rows
-from ase_roughcontact.atoms.trajectory import read_steps
 from ase_roughcontact.cli import main
+from ase_roughcontact.loading.trajectory import read_steps
 from ase_roughcontact.scene import Scene, default_text
 
 STEPS = 24

@@ -11,8 +11,8 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.fft import Blocking
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import RepulsiveLennardJones93
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.hard.active_set import active_set
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 
 SIDE = 48
 BLOCKS = Blocking(500, 8, 100, whole_grid_bytes=0)

@@ -12,17 +12,17 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
 from ase_roughcontact.cli.description import bodies
+from ase_roughcontact.fitting.curve_files import read_curve, read_in_time
+from ase_roughcontact.fitting.fit import fit_curve
+from ase_roughcontact.fitting.force_curve import BASELINE
+from ase_roughcontact.fitting.least_squares import Fit
+from ase_roughcontact.fitting.parameters import SERIES
+from ase_roughcontact.fitting.smooth_fit import SmoothFit, smooth_fit
+from ase_roughcontact.fitting.time_fit import fit_in_time
 from ase_roughcontact.optimize.names import optimizer_names
-from ase_roughcontact.paths.record import units_of
-from ase_roughcontact.scene.curve_files import read_curve, read_in_time
-from ase_roughcontact.scene.fit import fit_curve
-from ase_roughcontact.scene.fit_parameters import SERIES
-from ase_roughcontact.scene.force_curve import BASELINE
-from ase_roughcontact.scene.least_squares import Fit
+from ase_roughcontact.results.record import units_of
 from ase_roughcontact.scene.optimizers import compare_on
-from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit
-from ase_roughcontact.scene.time_fit import fit_in_time
-from ase_roughcontact.scene.tradeoff import tradeoff
+from ase_roughcontact.tradeoff.tradeoff import tradeoff
 
 # Units of the columns of a comparison of optimizers.
 _UNITS_OF_OPTIMIZERS = {

@@ -14,7 +14,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ase_roughcontact._util.printing import terminal
-from ase_roughcontact.paths.record import LoadStep, units_of
+from ase_roughcontact.results.record import LoadStep, units_of
 from ase_roughcontact.scene import Scene, default_text
 
 

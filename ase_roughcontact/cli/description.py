@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ase_roughcontact._util.units import UNITS, with_unit
-from ase_roughcontact.paths.record import columns_of
+from ase_roughcontact.results.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.solid import label_of

@@ -14,22 +14,22 @@ from ase_roughcontact import plot
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS, pressure_unit, printed_unit
 from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.analysis.view import with_indenter
 from ase_roughcontact.atoms.snapshot import pressure_of
-from ase_roughcontact.atoms.trajectory import read_frames
-from ase_roughcontact.atoms.view import with_indenter
 from ase_roughcontact.cli.report import printed_times
+from ase_roughcontact.fitting.least_squares import Fit
+from ase_roughcontact.fitting.smooth_fit import SmoothFit
+from ase_roughcontact.loading.trajectory import read_frames
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.paths.path_records import TimeStep
-from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
 from ase_roughcontact.plot.surfaces import map_panels
+from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.least_squares import Fit
 from ase_roughcontact.scene.reference import Reference
-from ase_roughcontact.scene.smooth_fit import SmoothFit
-from ase_roughcontact.scene.tradeoff_result import Tradeoff
 from ase_roughcontact.topography import SelfAffine
+from ase_roughcontact.tradeoff.result import Tradeoff
 
 NN, _NM2 = UNITS["nN"], UNITS["nm²"]
 # Rounding of times, relative.

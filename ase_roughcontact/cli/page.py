@@ -14,7 +14,7 @@ from jinja2 import Environment
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import report
-from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene.reference import Reference
 
 # Columns of the table of steps, with those of their errors.

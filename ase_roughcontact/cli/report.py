@@ -19,8 +19,8 @@ from ase_roughcontact._util.tables import TableRows
 from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
-from ase_roughcontact.paths.limits import failed_checks
-from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.results.limits import failed_checks
+from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 

@@ -13,7 +13,6 @@ from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact._util.printing import entries, show, write
 from ase_roughcontact._util.units import TIMES, quantity
 from ase_roughcontact.analysis import ContactMap, write_map
-from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import (
     checked_scene,
@@ -24,7 +23,8 @@ from ase_roughcontact.cli.common import (
 )
 from ase_roughcontact.cli.messages import ERRORS, print_error
 from ase_roughcontact.ensemble.progress import ProgressMeter, TimeMeter, expected_costs
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.loading.trajectory import count_steps, read_frames, read_steps
+from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for

@@ -14,7 +14,7 @@ from ase_roughcontact._util.files import PathName, check_different, write_table
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
-from ase_roughcontact.paths.record import (
+from ase_roughcontact.results.record import (
     MISSING,
     LoadStep,
     columns_of,

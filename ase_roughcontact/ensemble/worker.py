@@ -17,7 +17,7 @@ from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.columns import scene_columns, step_columns
 from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.ensemble.progress import WHOLE
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.scene import Scene
 
 

@@ -15,11 +15,11 @@ from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import has_model, model_of, problem_of
+from ase_roughcontact.atoms.constraints import Indenter
 from ase_roughcontact.atoms.grid import displacement
 from ase_roughcontact.contact import State
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.solvers.relaxation import (
     Relaxation,
     SolverRelaxer,

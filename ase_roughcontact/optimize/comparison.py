@@ -25,6 +25,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.atoms.calculator import RoughContact, contact_of, problem_of
+from ase_roughcontact.atoms.constraints import surface_held
 from ase_roughcontact.optimize.base import ContactOptimizer
 from ase_roughcontact.optimize.comparison_result import (
     OptimizerComparison,
@@ -32,15 +33,14 @@ from ase_roughcontact.optimize.comparison_result import (
     Progress,
     reached,
 )
-from ase_roughcontact.optimize.constraints import surface_held
 from ase_roughcontact.optimize.modes import FourierModes
 from ase_roughcontact.optimize.names import optimizer_of
 from ase_roughcontact.optimize.optimizers import default_optimizer
 from ase_roughcontact.optimize.settings import make_optimizer
 from ase_roughcontact.optimize.tolerance import solution
-from ase_roughcontact.paths.convergence import StepRelaxer
 from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.solvers.response import height_response
+from ase_roughcontact.stepping.convergence import StepRelaxer
 
 # Relative error of the state with which the others are compared.
 _REFERENCE = 1e-9

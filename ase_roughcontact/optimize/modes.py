@@ -27,12 +27,12 @@ from ase.utils.abc import Optimizable
 
 from ase_roughcontact._util.kernels import array_equal, inner, rowwise
 from ase_roughcontact.atoms.calculator import has_model, model_of
-from ase_roughcontact.atoms.grid import displacement, set_displacement
-from ase_roughcontact.optimize.constraints import (
+from ase_roughcontact.atoms.constraints import (
     Indenter,
     reference_stiffness,
     soft_contact_of,
 )
+from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.solvers.relaxation import indenter_stiffness, is_relaxed
 
 # Advice to optimizers for which coordinates, energy and gradient do not suffice.

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.base import ContactOptimizer
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.hard.active_set import active_set
 from ase_roughcontact.solvers.optimality import (
     OptimalityResiduals,
     optimality_residuals,
 )
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 
 
 class NewtonKrylov(ContactOptimizer):

@@ -8,7 +8,7 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.precon import ConstantPrecon
-from ase_roughcontact.optimize.constraints import reference_stiffness, soft_contact_of
+from ase_roughcontact.atoms.constraints import reference_stiffness, soft_contact_of
 from ase_roughcontact.solvers.relaxation import indenter_stiffness
 
 

@@ -37,9 +37,9 @@ from ase.optimize.precon import PreconFIRE, PreconLBFGS, PreconODE12r
 from ase.optimize.precon.precon import SparsePrecon
 from ase.optimize.sciopt import SciPyFmin, SciPyFminBFGS, SciPyFminPowell
 
+from ase_roughcontact.atoms.constraints import soft_contact_of
 from ase_roughcontact.atoms.sticking import indenter_fixed
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.optimize.constraints import soft_contact_of
 from ase_roughcontact.optimize.modes import FourierModes
 from ase_roughcontact.optimize.precon import HalfSpacePrecon
 from ase_roughcontact.optimize.tolerance import solution

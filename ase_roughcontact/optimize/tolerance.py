@@ -8,12 +8,12 @@ from ase import Atoms
 
 from ase_roughcontact.atoms.atoms_state import state_of
 from ase_roughcontact.atoms.calculator import model_of
+from ase_roughcontact.atoms.constraints import Indenter, surface_held
 from ase_roughcontact.atoms.sticking import indenter_fixed
-from ase_roughcontact.optimize.constraints import Indenter, surface_held
-from ase_roughcontact.paths.convergence import StepRelaxer
-from ase_roughcontact.paths.step_options import StepOptions
-from ase_roughcontact.paths.surface_history import SurfaceHistory
 from ase_roughcontact.solvers.relaxation import Run, Support
+from ase_roughcontact.stepping.convergence import StepRelaxer
+from ase_roughcontact.stepping.options import StepOptions
+from ase_roughcontact.stepping.surface_history import SurfaceHistory
 
 
 def fmax_for(atoms: Atoms, error: float = 0.01) -> float:

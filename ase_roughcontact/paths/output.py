@@ -22,9 +22,9 @@ from ase_roughcontact._util.files import (
 from ase_roughcontact._util.validation import boolean, instance_of, one_of
 from ase_roughcontact.contact import State
 from ase_roughcontact.paths.path_steps import Frame, LastStep, PathSteps
-from ase_roughcontact.paths.record import LoadStep, columns_of, missing_values
-from ase_roughcontact.paths.relaxed import RelaxedStep
-from ase_roughcontact.paths.validity import ValidityReport
+from ase_roughcontact.results.record import LoadStep, columns_of, missing_values
+from ase_roughcontact.results.validity import ValidityReport
+from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 
 class Frames(Protocol):

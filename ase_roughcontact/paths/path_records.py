@@ -11,9 +11,9 @@ import numpy as np
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.creep import creep_energy, dissipation_rate
 from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.paths.column import Range, column, column_on_request
-from ase_roughcontact.paths.record import LoadStep, columns_of
-from ase_roughcontact.paths.relaxed import RelaxedStep
+from ase_roughcontact.results.column import Range, column, column_on_request
+from ase_roughcontact.results.record import LoadStep, columns_of
+from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.windows.memory import friction_memory
 
 _WITH_SPRING = Range(

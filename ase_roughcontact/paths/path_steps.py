@@ -20,10 +20,10 @@ from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.contact import State
-from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.relaxed import RelaxedStep
-from ase_roughcontact.paths.retraction import relax_in_contact
-from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.stepping.relaxed import RelaxedStep
+from ase_roughcontact.stepping.retraction import relax_in_contact
+from ase_roughcontact.stepping.step import Stepper
 
 # Relative difference of targets that counts as rounding, as between the common part of
 # a path and of a longer one; near zero, relative to the neighbouring targets.

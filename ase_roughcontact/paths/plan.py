@@ -14,7 +14,7 @@ from ase_roughcontact.contact import Contact, Problem
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, step_timer, thinned
-from ase_roughcontact.paths.record import text_of
+from ase_roughcontact.results.record import text_of
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.auto import CONTACT_WINDOW_SIZE, AutoWindow

@@ -14,7 +14,7 @@ import numpy as np
 from ase_roughcontact._util.printing import duration, entries, number, table
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.paths.record import size_of
+from ase_roughcontact.results.record import size_of
 
 # Size of an atom in a trajectory, and of a step in the one for viewing (bytes).
 _BYTES_PER_ATOM, _BYTES_OF_VIEW = 100, 120_000

@@ -11,6 +11,20 @@ Arguments are in ASE's units unless noted otherwise. Figures are in nm, nN and G
 heights and penetrations in Å.
 """
 
+from ase_roughcontact.path_kinds.sliding.figures import (
+    draw_friction,
+    draw_tractions,
+    plot_friction_loop,
+    plot_slip_areas,
+    plot_tractions,
+)
+from ase_roughcontact.path_kinds.time.figures import (
+    draw_cantilever_path,
+    draw_time_path,
+    plot_moduli,
+    plot_over_depth,
+    plot_over_time,
+)
 from ase_roughcontact.plot.curves import (
     plot_area,
     plot_cantilever,
@@ -25,13 +39,6 @@ from ase_roughcontact.plot.flats import (
     plot_flat_conductance,
     plot_flat_gap,
 )
-from ase_roughcontact.plot.friction import (
-    draw_friction,
-    draw_tractions,
-    plot_friction_loop,
-    plot_slip_areas,
-    plot_tractions,
-)
 from ase_roughcontact.plot.optimizers import plot_optimizers
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import (
@@ -40,14 +47,7 @@ from ase_roughcontact.plot.surfaces import (
     scale_bar,
     show_as_scanned,
 )
-from ase_roughcontact.plot.time import (
-    draw_cantilever_path,
-    draw_time_path,
-    plot_moduli,
-    plot_over_depth,
-    plot_over_time,
-)
-from ase_roughcontact.plot.tradeoff import plot_tradeoff
+from ase_roughcontact.tradeoff.figures import plot_tradeoff
 
 __all__ = [
     "BLUE",

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite_array
-from ase_roughcontact.paths.cantilever import CantileverCurve
-from ase_roughcontact.paths.instabilities import AdhesionLoop, interpolated
+from ase_roughcontact.path_kinds.loop.cantilever import CantileverCurve
+from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop, interpolated
 from ase_roughcontact.plot.style import (
     BLUE,
     BRANCHES,

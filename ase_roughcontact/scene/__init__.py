@@ -20,6 +20,9 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 scene.
 """
 
+from ase_roughcontact.path_kinds.loop.scene import Loop
+from ase_roughcontact.path_kinds.sliding.scene import Sliding
+from ase_roughcontact.path_kinds.time.scene import Timed
 from ase_roughcontact.scene.config import (
     OPTIMIZERS,
     InteractionConfig,
@@ -30,13 +33,10 @@ from ase_roughcontact.scene.config import (
     on_modes,
 )
 from ase_roughcontact.scene.file import default_text
-from ase_roughcontact.scene.loop import Loop
-from ase_roughcontact.scene.path_kinds import PathKind, Steps
+from ase_roughcontact.scene.path_kind import PathKind, Steps
 from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.scene import NANONEWTON, Scene
-from ase_roughcontact.scene.sliding import Sliding
-from ase_roughcontact.scene.time import Timed
 
 PathConfig = Steps
 

@@ -15,7 +15,7 @@ from ase_roughcontact._util.validation import FloatArray, Shape, unmasked
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import ElasticSolid, Layer
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.topography import HeightMap
 
 # Extent of a curve of theory relative to that of the steps.

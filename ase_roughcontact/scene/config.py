@@ -15,7 +15,7 @@ from ase_roughcontact.interactions import WALLS, wall_parameters
 from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.optimize.settings import on_modes
-from ase_roughcontact.paths.coupling import COUPLINGS
+from ase_roughcontact.path_kinds.sliding.coupling import COUPLINGS
 from ase_roughcontact.scene.section import Section, kind_of, plain_values
 from ase_roughcontact.windows.regrid import GridChange
 

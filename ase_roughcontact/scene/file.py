@@ -14,7 +14,7 @@ from ase_roughcontact._util.files import tomllib
 from ase_roughcontact._util.identity import identity
 from ase_roughcontact._util.validation import lookup, shown
 from ase_roughcontact.scene import config
-from ase_roughcontact.scene.path_kinds import PathKind, Steps
+from ase_roughcontact.scene.path_kind import PathKind, Steps
 from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.section import Problems, Section, members

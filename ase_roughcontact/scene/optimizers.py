@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from ase import Atoms
 
-from ase_roughcontact.atoms.path_atoms import ProblemAtoms
+from ase_roughcontact.loading.path_atoms import ProblemAtoms
 from ase_roughcontact.optimize.comparison import compare_optimizers
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
-from ase_roughcontact.paths.step_options import FREE
+from ase_roughcontact.stepping.options import FREE
 
 if TYPE_CHECKING:
     from ase_roughcontact.scene.scene import Scene

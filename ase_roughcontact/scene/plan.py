@@ -12,11 +12,11 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.contact import Problem
-from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
 from ase_roughcontact.paths.planned_steps import Plan
-from ase_roughcontact.paths.record import size_of
-from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT
+from ase_roughcontact.results.limits import LEAST_EDGE_ZONE
+from ase_roughcontact.results.record import size_of
+from ase_roughcontact.results.scan_errors import COPIES_LEFT_OUT
 from ase_roughcontact.scene.solid import has_own_spacing
 from ase_roughcontact.scene.spacing import lengths_in_spacings
 from ase_roughcontact.theory.maugis import edge_zone

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.paths.record import size_of
-from ase_roughcontact.scene.path_kinds import Steps
+from ase_roughcontact.results.record import size_of
+from ase_roughcontact.scene.path_kind import Steps
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.windows.regrid import GridChange
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact.paths.path_steps import OtherPathError
-from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.validity import ValidityReport
+from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.results.validity import ValidityReport
 from ase_roughcontact.scene.file import SceneFile, read_text
 
 #: Files that are the results of a scene.

@@ -17,20 +17,18 @@ from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import integer, lookup, positive
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.atoms.path_atoms import ProblemAtoms, relaxer_of
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.accuracy import LEVELS, Accuracy, accuracy_of, grid_for
-from ase_roughcontact.paths.instabilities import AdhesionLoop
+from ase_roughcontact.loading.path_atoms import ProblemAtoms, relaxer_of
+from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
+from ase_roughcontact.path_kinds.loop.scene import Loop
 from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_records import FlatStep, SlidingStep
 from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.planned_steps import Plan
-from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.scan_errors import ScanErrors
-from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.step_options import FREE, StepOptions
-from ase_roughcontact.paths.validity import (
+from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.results.scan_errors import ScanErrors
+from ase_roughcontact.results.validity import (
     ValidityReport,
     warn_of_lost_slope,
 )
@@ -38,11 +36,13 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import OPTIMIZERS
 from ase_roughcontact.scene.file import SECTIONS, SceneFile
-from ase_roughcontact.scene.loop import Loop
-from ase_roughcontact.scene.path_kinds import PathKind
+from ase_roughcontact.scene.path_kind import PathKind
 from ase_roughcontact.scene.plan import check_path, plan_of, warnings_of
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
+from ase_roughcontact.stepping.accuracy import LEVELS, Accuracy, accuracy_of, grid_for
+from ase_roughcontact.stepping.options import FREE, StepOptions
+from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.facts import IndenterFacts
 from ase_roughcontact.windows.memory import check_memory, check_roughness

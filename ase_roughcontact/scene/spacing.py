@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.units import LENGTHS, QUANTITY
-from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
+from ase_roughcontact.results.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.random_fields import LENGTH_KEYS

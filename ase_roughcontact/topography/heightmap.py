@@ -207,7 +207,7 @@ class HeightMap:
         Notes
         -----
         Errors of the steps of a scene include those of the scan; see
-        `ase_roughcontact.paths.scan_errors`. Those of `load_path` do not.
+        `ase_roughcontact.results.scan_errors`. Those of `load_path` do not.
 
         Examples
         --------

@@ -40,8 +40,8 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact._util.threads import threads
-from ase_roughcontact.paths.accuracy import LEVELS
 from ase_roughcontact.plot import COLOURS
+from ase_roughcontact.stepping.accuracy import LEVELS
 from ase_roughcontact.theory import Hertz
 
 IMAGE = Path(__file__).parents[1] / "images" / "accuracy.png"

@@ -38,8 +38,8 @@ def timed(function: Callable, *args: Any, **kwargs: Any) -> tuple[float, Any]:
 
 def solve_ours(problem: Problem, press: bool = False) -> Answer:
     """Ours, arrays in and arrays out; `press` puts the load on a soft wall too."""
-    from ase_roughcontact.solvers.active_set import active_set
-    from ase_roughcontact.solvers.newton import newton_krylov
+    from ase_roughcontact.solvers.hard.active_set import active_set
+    from ase_roughcontact.solvers.soft.newton import newton_krylov
 
     def solve() -> tuple[Any, int, float]:
         solver = active_set if problem.hard else newton_krylov

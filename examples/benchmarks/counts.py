@@ -29,9 +29,9 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.hard.active_set import active_set
 from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.005)

@@ -17,11 +17,11 @@ from markdown import table
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli.figures import draw_fit
-from ase_roughcontact.paths.cantilever import cantilever_curve
+from ase_roughcontact.fitting.fit import fit_curve
+from ase_roughcontact.fitting.force_curve import ForceCurve
+from ase_roughcontact.fitting.smooth_fit import smooth_fit
+from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.fit import fit_curve
-from ase_roughcontact.scene.force_curve import ForceCurve
-from ase_roughcontact.scene.smooth_fit import smooth_fit
 
 WORK, FIRST, NOISE, POINTS, ZERO = 0.1, 0.06, 0.1 * UNITS["nN"], 150, 37.0
 # those used while the method was developed, and others

@@ -50,7 +50,7 @@ from ase_roughcontact import (
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.friction import solve_friction
+from ase_roughcontact.solvers.lateral.friction import solve_friction
 
 FRICTION, POISSON = 0.3, 0.3
 PARTS = 0.05, 0.2, 0.4, 0.8, 1.5

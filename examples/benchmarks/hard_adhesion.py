@@ -20,7 +20,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 
 WALLS = {
     "repulsive": LennardJones93.repulsive(1.0, 1.0),

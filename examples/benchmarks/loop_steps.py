@@ -24,8 +24,8 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.interactions import DugdaleWall, ExponentialWall, PowerLawWall
-from ase_roughcontact.paths.instabilities import interpolated
-from ase_roughcontact.paths.loop_specification import default_step
+from ase_roughcontact.path_kinds.loop.instabilities import interpolated
+from ase_roughcontact.path_kinds.loop.specification import default_step
 
 WALLS = ("adhesive", "full", "dugdale", "exponential", "power-law")
 SEEDS = range(40)

@@ -25,8 +25,8 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.hard.active_set import active_set
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 from ase_roughcontact.theory.counted_area import continuum_area
 
 SIZE, TOLERANCE = 256, 1e-6

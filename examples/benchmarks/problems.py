@@ -119,7 +119,7 @@ class Problem:
     @cached_property
     def height(self) -> float:
         """Where a soft wall stands: carries the load, found off the clock."""
-        from ase_roughcontact.solvers.newton import newton_krylov
+        from ase_roughcontact.solvers.soft.newton import newton_krylov
 
         contact = self.contact()
         states = newton_krylov(

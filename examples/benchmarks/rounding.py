@@ -17,8 +17,8 @@ from markdown import order, table
 from ase_roughcontact import HardWall, LennardJones93, RoughSphere, SelfAffine
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.hard.active_set import active_set
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 
 WALLS = {
     "repulsive": LennardJones93.repulsive(1.0, 1.0),

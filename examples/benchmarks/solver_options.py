@@ -24,9 +24,9 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.hard.active_set import active_set
 from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 
 # Other values of the options than the default.
 NEWTON = {

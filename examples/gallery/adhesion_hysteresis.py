@@ -19,7 +19,7 @@ from ase_roughcontact import (
     adhesion_loop,
     substrate,
 )
-from ase_roughcontact.paths.instabilities import interpolated
+from ase_roughcontact.path_kinds.loop.instabilities import interpolated
 from ase_roughcontact.plot import style
 
 RADIUS, RANGE = 100.0, 0.8

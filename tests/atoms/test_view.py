@@ -9,7 +9,7 @@ from ase.units import GPa
 from built import atoms_under
 
 import ase_roughcontact as rc
-from ase_roughcontact.atoms.view import (
+from ase_roughcontact.analysis.view import (
     ATTRACTED,
     CONTACT,
     INDENTER,

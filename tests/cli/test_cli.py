@@ -14,7 +14,7 @@ from small_scene import SMALL
 
 from ase_roughcontact import __version__
 from ase_roughcontact._util.files import table_rows
-from ase_roughcontact.atoms.view import TAG_INDENTER
+from ase_roughcontact.analysis.view import TAG_INDENTER
 from ase_roughcontact.cli import ensembles, main
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.ensemble import Progress

@@ -17,7 +17,7 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.interactions import WALLS, Parameter
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
+from ase_roughcontact.solvers.soft.energy import ContactEnergy, EnergyState
 
 with patch.dict(WALLS):  # other tests have the kinds of the package alone
 

@@ -16,7 +16,7 @@ from written_path import written_path
 import ase_roughcontact as rc
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.atoms.trajectory import count_steps, read_steps
+from ase_roughcontact.loading.trajectory import count_steps, read_steps
 
 SPHERE = rc.RoughSphere(radius=10.0)
 DEPTHS = [0.2, 0.4, 0.6]

@@ -11,12 +11,12 @@ from sliding_contacts import MU, stepper_of
 import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.hysteresis import LoopSteps
-from ase_roughcontact.paths.loop_specification import LoopSpecification
+from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
+from ase_roughcontact.path_kinds.loop.steps import LoopSteps
+from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
+from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths.output import follow
 from ase_roughcontact.paths.path_steps import NumberedSteps
-from ase_roughcontact.paths.sliding import SlidingSteps
-from ase_roughcontact.paths.time_path import TimeSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 WINDOW = Box((-8, -8), (16, 16))

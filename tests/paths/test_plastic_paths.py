@@ -12,9 +12,9 @@ from written_path import written_path
 import ase_roughcontact as rc
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.map_files import fields_of
+from ase_roughcontact.analysis.view import with_columns
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.history import set_history
-from ase_roughcontact.atoms.view import with_columns
 
 HARDNESS = 0.05
 SPHERE = rc.RoughSphere(200.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))

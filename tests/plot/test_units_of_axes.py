@@ -18,12 +18,12 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.cli.figures import draw_fit
 from ase_roughcontact.elasticity.creep import Creep, RelaxationFit
-from ase_roughcontact.paths.cantilever import (
+from ase_roughcontact.fitting.least_squares import Fit
+from ase_roughcontact.path_kinds.loop.cantilever import (
     CantileverBranch,
     CantileverCurve,
     CantileverJump,
 )
-from ase_roughcontact.scene.least_squares import Fit
 from ase_roughcontact.theory import KAPPA_HARD
 
 RNG = np.random.default_rng(7)

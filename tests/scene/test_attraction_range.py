@@ -6,10 +6,10 @@ from force_curves import sampled
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.elasticity.named_materials import ATTRACTION_RANGE
-from ase_roughcontact.paths.cantilever import cantilever_curve
+from ase_roughcontact.fitting.fit import fit_curve
+from ase_roughcontact.fitting.force_curve import ForceCurve
+from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.fit import fit_curve
-from ase_roughcontact.scene.force_curve import ForceCurve
 
 NM, NN = UNITS["nm"], UNITS["nN"]
 SCENE = """

@@ -7,7 +7,7 @@ from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.cli.report import table_columns
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
-from ase_roughcontact.scene.variants import most_accurate
+from ase_roughcontact.tradeoff.variants import most_accurate
 
 TEXT = """
 sphere = {{ radius = 100.0 }}

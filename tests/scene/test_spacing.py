@@ -5,8 +5,8 @@ import pytest
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli.description import bodies
+from ase_roughcontact.fitting.parameters import changed
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.fit_parameters import changed
 from ase_roughcontact.theory import JKR
 from ase_roughcontact.windows.regrid import GridChange
 

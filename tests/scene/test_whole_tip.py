@@ -7,7 +7,7 @@ import pytest
 
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
 from ase_roughcontact.ensemble.columns import scene_columns
-from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT
+from ase_roughcontact.results.scan_errors import COPIES_LEFT_OUT
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
 
@@ -110,7 +110,7 @@ def test_a_substrate_and_a_sphere_without_a_scan_have_a_default_radius(read):
 
 
 def test_the_radius_of_a_whole_tip_is_not_fitted(read):
-    from ase_roughcontact.scene.fit_parameters import value_of
+    from ase_roughcontact.fitting.parameters import value_of
 
     with pytest.raises(ValueError, match="radius can't be fitted"):
         value_of(read(), "radius")
@@ -147,7 +147,7 @@ def test_usual_scans_are_not_doubted(read):
 
 
 def test_the_fitted_modulus_is_that_of_the_sample(read):
-    from ase_roughcontact.scene.fit_parameters import changed, value_of
+    from ase_roughcontact.fitting.parameters import changed, value_of
 
     of_both = read(lines={"radius = inf": 'radius = inf, material = "Si3N4"'})
     assert value_of(of_both, "contact_modulus") == pytest.approx(100.0)

@@ -7,7 +7,7 @@ import pytest
 from ase_roughcontact.interactions import WALLS
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.file import SECTIONS
-from ase_roughcontact.scene.path_kinds import PATHS
+from ase_roughcontact.scene.path_kind import PATHS
 
 KINDS = {"path": PATHS, "interaction": WALLS}
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.hard.active_set import active_set
 from ase_roughcontact.solvers.optimality import optimality_residuals
 from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=3)

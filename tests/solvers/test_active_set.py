@@ -24,8 +24,8 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.interactions import HardWall, LennardJones93, PlasticWall
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.complementarity import ComplementarityProblem
+from ase_roughcontact.solvers.hard.active_set import active_set
+from ase_roughcontact.solvers.hard.complementarity import ComplementarityProblem
 from ase_roughcontact.solvers.optimality import optimality_residuals
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 

@@ -6,8 +6,8 @@ from contacts import constant, contact_of, rough_sphere, solve, spring, steps
 from numpy.testing import assert_allclose
 
 import ase_roughcontact as rc
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.hard.active_set import active_set
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 
 
 def walls(length=1.0, pressure=1.0):

@@ -5,12 +5,12 @@ import pytest
 
 from ase_roughcontact.elasticity import Isotropic, cerruti_kernel
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
-from ase_roughcontact.solvers.friction import (
+from ase_roughcontact.solvers.lateral.friction import (
     Drive,
     FrictionOptions,
     solve_friction,
 )
-from ase_roughcontact.solvers.friction_problem import balancing_shift, bounded
+from ase_roughcontact.solvers.lateral.friction_problem import balancing_shift, bounded
 
 
 def random_problem(rng, largest, nu):

@@ -7,7 +7,7 @@ from contacts import solve
 from scipy.optimize import minimize
 
 import ase_roughcontact as rc
-from ase_roughcontact.solvers.energy import ContactEnergy
+from ase_roughcontact.solvers.soft.energy import ContactEnergy
 
 WALLS = {
     "exponential": rc.ExponentialWall(0.02, 0.5),

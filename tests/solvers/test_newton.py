@@ -8,8 +8,8 @@ from scipy.optimize import minimize
 import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.interactions import RepulsiveLennardJones93
-from ase_roughcontact.solvers.active_set import active_set
-from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.hard.active_set import active_set
+from ase_roughcontact.solvers.soft.newton import newton_krylov
 
 REPULSIVE = rc.LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = rc.LennardJones93.adhesive(1.0, 1.0, 0.005)

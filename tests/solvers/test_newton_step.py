@@ -7,8 +7,8 @@ import pytest
 from contacts import constant, contact_of, solve, spring
 
 from ase_roughcontact.interactions import LennardJones93
-from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
-from ase_roughcontact.solvers.indenter_height import balance_load
+from ase_roughcontact.solvers.soft.energy import ContactEnergy, EnergyState
+from ase_roughcontact.solvers.soft.indenter_height import balance_load
 
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.005)

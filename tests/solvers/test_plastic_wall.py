@@ -19,7 +19,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import lsq_linear
 
 from ase_roughcontact.interactions import HardWall, PlasticWall
-from ase_roughcontact.solvers.bounds import clip_to_sum, with_sum
+from ase_roughcontact.solvers.hard.bounds import clip_to_sum, with_sum
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 solve = partial(solve, tolerance=1e-7)

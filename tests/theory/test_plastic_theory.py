@@ -8,7 +8,7 @@ from ase_roughcontact import theory
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import PeriodicHalfSpace
 from ase_roughcontact.interactions import PlasticWall
-from ase_roughcontact.solvers.active_set import active_set
+from ase_roughcontact.solvers.hard.active_set import active_set
 from ase_roughcontact.topography import SelfAffine
 
 PRESSURES = np.array([0.0, 1e-4, 0.01, 0.03, 0.09])

@@ -15,7 +15,7 @@ from ase_roughcontact.atoms.exchange import set_window
 from ase_roughcontact.contact.state import TRACTION_DEPTH
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.record import size_of
+from ase_roughcontact.results.record import size_of
 from ase_roughcontact.windows import auto
 from ase_roughcontact.windows.footprint import Footprint
 

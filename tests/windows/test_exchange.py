@@ -7,8 +7,8 @@ from built import atoms_under
 from ase_roughcontact import NewtonKrylov, RoughContact, RoughSphere
 from ase_roughcontact.atoms.calculator import model_of
 from ase_roughcontact.atoms.exchange import set_window
-from ase_roughcontact.atoms.path_atoms import PathAtoms
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.loading.path_atoms import PathAtoms
 
 SPHERE = RoughSphere(60.0)
 OLD = Box((-6, -6), (12, 12))

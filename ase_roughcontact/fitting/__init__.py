@@ -1,0 +1,1 @@
+"""Parameters of a contact from measured force curves."""

@@ -1,0 +1,193 @@
+"""Least-squares fit of a measured force curve by relaxed states of a scene."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import FloatArray, lookup
+from ase_roughcontact.fitting.force_curve import BASELINE, ForceCurve
+from ase_roughcontact.fitting.least_squares import FAR_ABOVE, Callback, Fit, solve
+from ase_roughcontact.fitting.parameters import FREE
+from ase_roughcontact.fitting.residuals import Residuals
+from ase_roughcontact.scene.scene import Scene
+
+# Columns whose signs may be wrong, and factors of heights of the base and forces.
+_SIGNS = (
+    ("", 1.0, 1.0),
+    ("the force", 1.0, -1.0),
+    ("the distance", -1.0, 1.0),
+    ("force and distance", -1.0, -1.0),
+)
+# Mean square of the residuals relative to those of another sign, which is then wrong.
+_BETTER = 0.1
+# Mean of residuals of one sign in a row, relative to its standard error, that is no
+# noise.
+_SYSTEMATIC = 6.0
+# Residual of the height of the base at a jump, less the error by the grid, relative to
+# its standard error, that is not that of the scene: 1.7 is half a step of the base.
+_OFF_AT_JUMP = 4.0
+# Distance of the points at a jump, relative to the others, from which it is a gap.
+_GAP = 5.0
+
+
+def fit_curve(
+    scene: Scene,
+    curve: ForceCurve,
+    free: Sequence[str] = ("work_of_adhesion",),
+    callback: Callback | None = None,
+) -> Fit:
+    """Fit parameters of a scene to a measured force curve.
+
+    Parameters
+    ----------
+    scene : Scene
+        Initial values of the parameters, and all others. Of its path only the
+        `tolerance` is used.
+    curve : ForceCurve
+        Approach, retraction, or both; with the stiffness of the cantilever if the tip
+        snaps in or is pulled off.
+    free : sequence of str
+        Parameters of the scene among `FREE`, and of the measured forces among
+        `BASELINE`: ``force_offset``, the force that the instrument shows for a free
+        tip with the base at its highest point, and ``force_slope``, the slope of this
+        force with the height of the base.
+    callback : callable, optional
+        Called after each trial with the parameters by name, in the units of the fit,
+        and the root mean square of the residuals relative to the noise.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    ValueError
+        If a parameter is unknown, there are too few points, or the wall of the scene
+        has no work of adhesion that could be fitted.
+
+    Notes
+    -----
+    Standard errors and correlations are those of the linearised problem, with the
+    standard deviation of the residuals as that of the data. What the scene assumes adds
+    to them: the range of the attraction, which a force curve hardly shows, with a
+    standard uncertainty of a factor of two, whose effects on either branch, the snap-in
+    and the pull-off are added without their signs, as they depend on the form of the
+    attraction; and the grid, by the change of the forces on one of half the spacing,
+    for which the last trial is repeated.
+    """
+    for name in free:
+        lookup(name, {**FREE, **BASELINE}, "free parameter")
+    if len(curve.depth) < len(free) + 2:
+        raise ValueError(
+            f"a fit of {len(free) + 1} parameters needs at least {len(free) + 2} "
+            f"points, got {len(curve.depth)}"
+        )
+    if "work_of_adhesion" in free and not scene.wall.attractive:
+        raise ValueError(
+            "work_of_adhesion can't be fitted, as the wall of the scene only repels: "
+            'give [interaction] kind = "adhesive", or other free parameters'
+        )
+    for doubt in curve.doubts:
+        if wrong := _wrong_sign(scene, curve, free):
+            advice = f"Change the sign of {wrong}: the first trial is closer"
+            raise ValueError(f"{doubt} {advice}")
+        warnings.warn(doubt, stacklevel=2)
+    try:
+        model = Residuals(scene, curve, free)
+        fit, trial, changes = solve(model, callback)
+    except (ValueError, RuntimeError) as error:
+        if not curve.doubts:
+            raise
+        message = f"{curve.doubts[0]} The fit ended with: {error}"
+        raise ValueError(message) from error
+    fit = replace(fit, far_force=curve.far_force, line=model.line(trial))
+    size = np.maximum(abs(trial.residuals) - abs(changes["grid"][:, 0]), 0.0)
+    of_jumps = (np.sign(trial.residuals) * size)[-2:]
+    found = [*fit.warnings, *curve.doubts, *_warnings(curve, fit, model.error)]
+    found += _jump_warnings(curve, of_jumps, trial.compared[-2:])
+    return replace(fit, warnings=tuple(found))
+
+
+def _wrong_sign(scene: Scene, curve: ForceCurve, free: Sequence[str]) -> str:
+    """Return which columns have the wrong sign by a trial of each; empty if none."""
+    misfits = {}
+    for name, of_base, of_force in _SIGNS:
+        base, force = of_base * curve.base, of_force * curve.force
+        with suppress(ValueError, RuntimeError):
+            turned = ForceCurve(-base - force / curve.stiffness, force, curve.stiffness)
+            model = Residuals(scene, turned, free)
+            trial = model.trial(model.start)
+            misfits[name] = float(np.mean(trial.residuals[trial.compared] ** 2))
+    best = min(misfits, key=misfits.__getitem__, default="")
+    return best if best and misfits[best] < _BETTER * misfits.get("", math.inf) else ""
+
+
+def _warnings(curve: ForceCurve, fit: Fit, error_of_force: float) -> Iterator[str]:
+    """Yield warnings of forces that are not in the scene, and of a missing baseline."""
+    nN, nm = UNITS["nN"], UNITS["nm"]
+    runs = _systematic(curve, fit.fitted - curve.force, fit.compared)
+    mean, points, sigmas = max(runs, key=lambda each: each[2])
+    if sigmas > _SYSTEMATIC and abs(mean) > error_of_force:
+        first, last = sorted(curve.base[points[[0, -1]]] / nm)
+        yield (
+            f"the fit is {mean / nN:+.3g} nN off on {len(points)} points in a "
+            f"row, with the base at {first:.4g} to {last:.4g} nm: there the curve is "
+            "not that of the scene. Fit a baseline (force_offset, force_slope), choose "
+            "a wall of another range or kind, or leave out forces that are not in the "
+            "model, such as capillary ones; the errors do not contain this"
+        )
+    error = fit.noise / math.sqrt(len(curve.far))
+    is_free = abs(fit.fitted[curve.far]).max() < curve.noise
+    is_off = abs(curve.far_force) > FAR_ABOVE * error
+    if is_free and is_off and "force_offset" not in fit.names:
+        yield (
+            f"the free part of the curve is at {curve.far_force / nN:.3g} nN, not "
+            "zero: give force_offset in --free, too"
+        )
+
+
+def _systematic(
+    curve: ForceCurve, residual: FloatArray, kept: np.ndarray
+) -> Iterator[tuple[float, np.ndarray, float]]:
+    """Yield mean, points and significance of residuals of one sign in a row."""
+    for branch in curve.branches:
+        points = np.arange(len(residual))[branch.points][kept[branch.points]]
+        changes = np.flatnonzero(np.diff(np.sign(residual[points])))
+        for part in np.split(points, changes + 1):
+            mean = float(residual[part].mean()) if part.size else 0.0
+            yield mean, part, abs(mean) * math.sqrt(part.size) / curve.noise
+
+
+def _jump_warnings(
+    curve: ForceCurve, residuals: FloatArray, compared: np.ndarray
+) -> Iterator[str]:
+    """Yield warnings of jumps that are in a gap, or not where they were measured."""
+    for branch, residual, known in zip(
+        curve.branches, residuals, compared, strict=False
+    ):
+        name = "snap-in" if branch.direction < 0.0 else "pull-off"
+        base = curve.base[branch.points] / UNITS["nm"]
+        steps = abs(np.diff(base))
+        if known and steps[branch.jump] > _GAP * np.median(steps):
+            first, last = sorted(base[branch.jump :][:2])
+            yield (
+                f"the {name} is in a gap of the measured points, with the base at "
+                f"{first:.4g} to {last:.4g} nm: the fit, and that of a smooth sphere, "
+                "know it no better than that"
+            )
+        if abs(residual) > _OFF_AT_JUMP:
+            yield (
+                f"the {name} of the fit is {abs(residual):.1f} standard errors "
+                f"{'above' if residual > 0.0 else 'below'} the measured one: the range "
+                "of the attraction is another one (--free attraction_range, or a wall "
+                "of another kind), or another force acts in contact, such as a "
+                "capillary one, which the work of adhesion then contains; the errors "
+                "do not contain this"
+            )

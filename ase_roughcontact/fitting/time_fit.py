@@ -1,0 +1,277 @@
+r"""Least-squares fit of a path in time to a measured curve: moduli, times and others.
+
+The path of the scene is that of the measurement. Under given depths, heights or heights
+of the base the force over time is compared, under given loads the penetration. Every
+trial is a whole path, and derivatives are differences of trials.
+
+Relaxation moduli are :math:`g_k = y_k/(1 + \sum_j y_j)`, with positive unknown ratios
+:math:`y_k` of the moduli to the relaxed one, so that each trial is a solid.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from ase_roughcontact._util.units import FORCES, UNITS
+from ase_roughcontact._util.validation import FloatArray, finite_array, lookup
+from ase_roughcontact.fitting.force_curve import noise_of
+from ase_roughcontact.fitting.least_squares import (
+    RANGE_UNCERTAINTY,
+    Callback,
+    Fit,
+    Trial,
+    solve,
+)
+from ase_roughcontact.fitting.parameters import (
+    FREE,
+    FREE_UNITS,
+    SERIES,
+    changed,
+    value_of,
+)
+from ase_roughcontact.fitting.residuals import on_finer_grid
+from ase_roughcontact.path_kinds.time.scene import Timed
+from ase_roughcontact.path_kinds.time.steps import TimeSteps
+from ase_roughcontact.paths.output import follow
+from ase_roughcontact.paths.schedule import Schedule
+from ase_roughcontact.scene.scene import Scene
+
+# Ratio of tolerances by which the error of the time steps is estimated.
+_SHORTER = 10.0
+# Rounding of times, relative.
+_ROUNDING = 1e-12
+# Change of the unknowns for differences: what it changes is larger than what another
+# choice of the time steps changes.
+_CHANGE = 0.02
+
+
+def fit_in_time(
+    scene: Scene,
+    time: FloatArray,
+    measured: FloatArray,
+    free: Sequence[str] = ("relaxation_moduli", "relaxation_times"),
+    callback: Callback | None = None,
+) -> Fit:
+    """Fit parameters of a viscoelastic scene to a curve measured over time.
+
+    Parameters
+    ----------
+    scene : Scene
+        With the path in time of the measurement, first values of the parameters, and
+        all others.
+    time : array_like, shape (k,)
+        Since the beginning of the path (s).
+    measured : array_like, shape (k,)
+        Normal forces (eV/Å); of a path with ``control = "load"`` penetrations, whose
+        zero is arbitrary (Å).
+    free : sequence of str
+        Parameters among `SERIES`, of which all moduli or times are free, `FREE`, and
+        ``force_offset``, the force that the instrument shows for a free tip. Always
+        free is ``height_offset``, by which the indenter is higher than the path says:
+        a microscope does not measure where the surface is.
+    callback : callable, optional
+        Called after each trial with the parameters by name, and the root mean
+        square of the residuals relative to the noise.
+
+    Returns
+    -------
+    Fit
+        With errors as those of `fit_curve`: by the noise, the range of the attraction,
+        the grid, and by the time steps.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is unknown, there are too few points, or their times are not
+        those of the path.
+    """
+    time, measured = finite_array("time", time), finite_array("measured", measured)
+    model = TimeModel(scene, time, measured, free)
+    fit, *_ = solve(model, callback)
+    return replace(fit, warnings=(*fit.warnings, *model.doubts))
+
+
+class TimeModel:
+    """Curve of a scene at given times; the unknowns are logarithms and offsets.
+
+    Parameters
+    ----------
+    scene : Scene
+    time, measured : ndarray, shape (k,)
+    free : sequence of str
+        See `fit_in_time`.
+
+    Attributes
+    ----------
+    doubts : list of str
+        Steps that did not converge.
+    """
+
+    reasons = "the path is not that of the measurement, or the solid needs more terms"
+    bounds = -np.inf, np.inf
+    abscissa, ordinate = ("time", "s"), ("normal force $N$", "nN")
+
+    def __init__(
+        self,
+        scene: Scene,
+        time: FloatArray,
+        measured: FloatArray,
+        free: Sequence[str],
+    ) -> None:
+        path: Any = scene.path
+        if not isinstance(path, Timed):
+            raise ValueError(
+                f'a fit over time needs [path] kind = "time", got "{path.kind}"'
+            )
+        schedule = path.schedule(scene.bodies)
+        if time.min(initial=0.0) < 0.0 or time.max(initial=0.0) > schedule.duration:
+            raise ValueError(
+                f"the curve lasts from {time.min():.4g} to {time.max():.4g} s, but the "
+                f"path from 0 to {schedule.duration:.4g} s: give the path of the "
+                "measurement, or shift the times"
+            )
+        self._scene, self.measured, self.doubts = scene, (time, measured), list[str]()
+        self._tolerance: float = path.tolerance
+        self._by_load = path.unit in FORCES
+        if self._by_load:
+            self.ordinate, offsets = ("penetration", "nm"), {"height_offset": 1.0}
+        else:
+            targets = [schedule.first, *(part.end for part in schedule.parts)]
+            extent = float(np.ptp(targets)) / UNITS["nm"]
+            offsets = {"force_offset": 1.0, "height_offset": extent}
+        for name in free:
+            lookup(name, SERIES | FREE | offsets, "free parameter")
+        # first values of the parameters of the scene, and units of the offsets
+        first = {k: _first_values(scene, k) for k in free if k not in offsets}
+        self._positive = sum(map(len, first.values()))
+        first |= {
+            name: np.array([scale])
+            for name, scale in offsets.items()
+            if name in (*free, "height_offset")
+        }
+        heads = {head: k for k, v in first.items() for head in _heads(k, len(v))}
+        self._first, self.names = first, tuple(heads)
+        self.units = tuple(FREE_UNITS[name] for name in heads.values())
+        if time.shape != measured.shape or len(time) < len(self.names) + 2:
+            raise ValueError(
+                f"a fit of {len(self.names)} parameters needs at least "
+                f"{len(self.names) + 2} points, each with a time, got {time.size} "
+                f"times and {measured.size} values"
+            )
+        self.start = np.ones(len(self.names))
+        self.noise = noise_of(measured)
+        self.error = self._tolerance * float(np.ptp(measured))
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """Return the parameters in their units."""
+        return np.concatenate(list(self._given(x).values()))
+
+    def trial(self, x: FloatArray) -> Trial:
+        """Return the trial for some unknowns."""
+        curve = self._curve(x)
+        others = [self._curve(x + change) for change in _CHANGE * np.eye(len(x))]
+        slopes = np.transpose([other - curve for other in others]) / _CHANGE
+        residuals = (curve - self.measured[1]) / self.noise
+        compared = np.ones(len(curve), bool)
+        return Trial(x, residuals, slopes / self.noise, compared, curve)
+
+    def changes(self, trial: Trial) -> dict[str, FloatArray]:
+        """Return changes of the residuals by range of the wall, grid and time steps."""
+
+        def wider(scene: Scene) -> Scene:
+            name = "attraction_range"
+            return changed(scene, {name: (1.0 + _CHANGE) * value_of(scene, name)})
+
+        def finer(scene: Scene) -> Scene:
+            return on_finer_grid(scene)[0]
+
+        def shorter(scene: Scene) -> Scene:
+            return scene.with_values({"path.tolerance": self._tolerance / _SHORTER})
+
+        variants = dict[str, tuple[Callable[[Scene], Scene], float]]()
+        if self._scene.wall.attractive and "attraction_range" not in self._first:
+            variants["range"] = wider, RANGE_UNCERTAINTY / math.log1p(_CHANGE)
+        if not self._scene.substrate.of_atoms:
+            variants["grid"] = finer, on_finer_grid(self._scene)[1]
+        variants["time steps"] = shorter, 1.0
+        return {
+            name: part / self.noise * (self._curve(x, change) - trial.fitted)[:, None]
+            for x in [trial.unknowns]
+            for name, (change, part) in variants.items()
+        }
+
+    def _given(self, x: FloatArray) -> dict[str, FloatArray]:
+        """Return the values of each parameter by its name."""
+        positive = np.arange(len(x)) < self._positive
+        scales = np.concatenate(list(self._first.values()))
+        values = np.where(positive, np.exp(x - 1.0), x - 1.0) * scales
+        ends = np.cumsum([len(each) for each in self._first.values()])[:-1]
+        given = dict(zip(self._first, np.split(values, ends), strict=True))
+        if "relaxation_moduli" in given:
+            given["relaxation_moduli"] /= 1.0 + given["relaxation_moduli"].sum()
+        return given
+
+    def _curve(
+        self, x: FloatArray, change: Callable[[Scene], Scene] | None = None
+    ) -> FloatArray:
+        """Return the values of the curve, with a change of the scene."""
+        given = self._given(x)
+        shift = UNITS["nm"] * given.pop("height_offset")[0]
+        offset = UNITS["nN"] * given.pop("force_offset", np.zeros(1))[0]
+        scene = changed(self._scene, given)
+        curve = self._followed(change(scene) if change else scene, shift)
+        return curve - shift if self._by_load else curve + offset
+
+    def _followed(self, scene: Scene, shift: float) -> FloatArray:
+        """Return the curve of a scene whose heights are shifted."""
+        path: Any = scene.path
+        signs = {"load": 0.0, "penetration": -1.0}
+        shift *= signs.get(path.control, 1.0)
+        given = path.schedule(scene.bodies)
+        parts = [part._replace(end=part.end + shift) for part in given.parts]
+        schedule = Schedule(given.first + shift, parts)
+        stepper = scene.stepper(scene.frames())
+        shifted = TimeSteps(stepper, schedule, path.tolerance)
+        steps = list(follow(shifted, validity="ignore"))
+        if not all(step.converged for step in steps) and not self.doubts:
+            self.doubts.append("steps of a trial did not converge")
+        time = self.measured[0]
+        column = "penetration" if self._by_load else "normal_force"
+        times, values = np.transpose([(s.time, getattr(s, column)) for s in steps])
+        curve = np.full_like(time, values[0])
+        for begin, _, part in given.timed_parts():  # with kinks and jumps between them
+            end = begin + part.duration
+            first = np.searchsorted(times, begin * (1.0 + _ROUNDING), "right") - 1
+            last = np.searchsorted(times, end * (1.0 - _ROUNDING), "left") + 1
+            inside = (time >= begin) & (time <= end)
+            if part.duration:
+                piece = slice(first, last)
+                smooth = PchipInterpolator(times[piece], values[piece])
+                curve[inside] = smooth(time[inside])
+        return curve
+
+
+def _first_values(scene: Scene, name: str) -> FloatArray:
+    """Return first values of the positive unknowns of a parameter."""
+    if name in FREE:
+        return np.array([value_of(scene, name)])
+    values = np.array(getattr(scene.substrate, name))
+    if name != "relaxation_moduli":
+        return values
+    if not values.sum() < 1.0:
+        raise ValueError(
+            "relaxation_moduli of a fluid can't be free: their sum must be below "
+            f"1, got {values.sum():g}"
+        )
+    return values / (1.0 - values.sum())
+
+
+def _heads(name: str, count: int) -> list[str]:
+    """Return the names of the values of a parameter."""
+    return [f"{name}[{i}]" for i in range(count)] if name in SERIES else [name]

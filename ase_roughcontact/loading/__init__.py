@@ -1,0 +1,1 @@
+"""Load paths on ASE `Atoms`."""

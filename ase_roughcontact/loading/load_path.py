@@ -1,0 +1,419 @@
+"""Load paths of atoms, and paths in time: one relaxed state after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from ase.constraints import Hookean
+
+from ase_roughcontact._util.validation import Shape, instance_of, positive
+from ase_roughcontact.atoms.calculator import problem_of
+from ase_roughcontact.atoms.constraints import Indenter
+from ase_roughcontact.atoms.exchange import regrid
+from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.history import history_of
+from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
+from ase_roughcontact.contact import Problem
+from ase_roughcontact.loading.path_atoms import PathAtoms, relaxer_of
+from ase_roughcontact.path_kinds.time.steps import TimeSteps
+from ase_roughcontact.paths.output import Done, Output, follow_states
+from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
+from ase_roughcontact.paths.schedule import Schedule
+from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.results.validity import Validity, hardness_for, warn_of_lost_slope
+from ase_roughcontact.solvers.relaxation import SolverRelaxer
+from ase_roughcontact.stepping.accuracy import accuracy_of, grid_for
+from ase_roughcontact.stepping.options import FREE, StepOptions
+from ase_roughcontact.stepping.relaxed import RelaxedStep
+from ase_roughcontact.stepping.step import Stepper
+from ase_roughcontact.windows.regrid import GridChange
+
+
+def load_path(
+    atoms: Atoms,
+    penetrations: Sequence[float] | None = None,
+    optimizer: Callable[..., Any] | None = None,
+    fmax: float | None = None,
+    *,
+    heights: Sequence[float] | None = None,
+    loads: Sequence[float] | None = None,
+    accuracy: str | float = "normal",
+    max_steps: int = 10_000,
+    window: str = "fixed",
+    grid: str = "atoms",
+    validity: str | Validity = "warn",
+    output: Output | None = None,
+) -> Generator[LoadStep, None, None]:
+    """Relax the atoms at one load after another.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        From `substrate`, with a `RoughContact` calculator. They are moved.
+    penetrations, heights, loads : sequence of float
+        The path, exactly one of: distances that the indenter has moved down since it
+        first repels the flat substrate (Å), heights of the indenter (Å), or loads on
+        it (eV/Å). The first two need a fixed indenter, loads need a free one. A step up
+        from an adhesive contact is made in parts of at most half the range of the
+        attraction.
+    optimizer : callable, optional
+        Called as ``optimizer(atoms, logfile=None)``; returns an ASE optimizer. A class,
+        or a `functools.partial` of one with its options; a class of ASE also gets those
+        of `settings_for`. By default `NewtonKrylov`, or `ActiveSet` for a hard wall.
+    fmax : float, optional
+        Tolerance of the force on every atom (eV/Å), instead of `accuracy`. Steps whose
+        force or area it leaves wrong by more than 1 % are marked; see `fmax_for`.
+    accuracy : {"fast", "normal", "high"} or float
+        Allowed relative error of force and area. For the model of atoms it sets a
+        tolerance relative to the mean force on the atoms in contact, 1e-4 for each of
+        the names. For the continuum the names mean errors of the area of 5, 1 and
+        0.2 %, and set the grid, too; see `grid_for`.
+    max_steps : int
+        Maximum number of steps for each run of the optimizer. A step takes several
+        runs if its window is enlarged or its tolerance reduced.
+    window : {"fixed", "unchecked", "auto"}
+        "fixed" keeps the window of the atoms; that the wall acts on an atom at the edge
+        of it in a free half space is an error, as the window is probably too small. It
+        is not if the indenter ends there, as a flat punch does: "unchecked". "auto", on
+        a free half space, exchanges the window in place for a small one that contains
+        all atoms that can touch at the step; this needs a bounded indenter, such as
+        `RoughSphere`.
+    grid : str
+        "atoms": each grid point is an atom. Otherwise the grid is numerical, and the
+        continuum is asked for: on a spacing relative to that of the atoms, such as
+        ``"a0/2"`` or ``"2 a0"``, or with "continuum" on the one that the accuracy
+        needs. The grid of the atoms is exchanged first, in place. All else stays, but
+        for the waves of the indenter that a coarser grid can't resolve: they are left
+        out, with a warning.
+    validity : {"warn", "raise", "ignore"} or Validity
+        What to do if a step exceeds a limit of the model; `Validity` has the hardness
+        of the substrate, too.
+    output : Output, optional
+        Files (CSV, trajectory), resuming from them, and columns of your own.
+
+    Yields
+    ------
+    LoadStep
+        After it is written. A step that has not converged is yielded and written too,
+        with ``converged=False`` and a message.
+
+    Raises
+    ------
+    ValueError
+        If not exactly one path is given, it is empty or not finite, the indenter's
+        constraint does not fit it, the grid is unknown, or the trajectory to resume
+        from is damaged or of another path. With a trajectory, if the indenter has no
+        `todict`. With automatic windows, if the
+        indenter is not bounded, or its roughness not defined where atoms could touch.
+    RuntimeError
+        If the contact reaches the edge of a fixed window, or another run is writing the
+        trajectory. With ``validity="raise"``, if a step exceeds a limit of the model.
+    MemoryError
+        If an automatic window does not fit into the available memory.
+    OSError
+        If a file can't be written.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (8, 8), sphere, fixed=False)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.9)
+    >>> for step in load_path(atoms, loads=[1.0, 10.0], window='auto'):
+    ...     print(f'{step.normal_force:.1f} {step.repulsive_atoms} {step.converged}')
+    1.0 21 True
+    10.0 89 True
+    """
+    control, path_of_control = single_path(
+        penetrations=penetrations, heights=heights, loads=loads
+    )
+    targets = targets_of(control, path_of_control)
+    path = AtomsPath(
+        atoms,
+        control,
+        optimizer,
+        grid=grid,
+        validity=validity,
+        output=output,
+        fmax=fmax,
+        accuracy=accuracy,
+        max_steps=max_steps,
+        window=window,
+    )
+    return path.follow(NumberedSteps(path.stepper, targets))
+
+
+def time_path(
+    atoms: Atoms,
+    penetrations: Schedule | None = None,
+    *,
+    heights: Schedule | None = None,
+    loads: Schedule | None = None,
+    bases: Schedule | None = None,
+    cantilever: float | None = None,
+    tolerance: float = 1e-3,
+    validity: str | Validity = "warn",
+    output: Output | None = None,
+    **options: Any,
+) -> Generator[LoadStep, None, None]:
+    r"""Move or load the indenter on a viscoelastic solid, as a function of time.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        From `substrate`, with a `RoughContact` calculator of a `Viscoelastic` solid.
+        They are moved, and those of a free half space lose their padding.
+    penetrations, heights, loads, bases : Schedule
+        Exactly one of: distances that the indenter has moved down since it first repels
+        the flat substrate (Å), heights of the indenter (Å), loads on it (eV/Å), or
+        heights of the base of a cantilever that holds it (Å), as functions of time in
+        the unit of the creep times, seconds. The first two need a fixed indenter, the
+        others a free one.
+    cantilever : float, optional
+        Stiffness of the cantilever (eV/Å^2), for `bases`.
+    tolerance : float
+        Largest error of a time step, relative to the largest force of the path so far,
+        and of its energy balance, relative to the largest work or dissipated energy.
+        The steps follow from it, and the solver leaves a tenth of it; errors of steps
+        that add up count as one. At the start of the path these scales are those of one
+        step to the largest target.
+    validity, output
+        See `load_path`. Results are of the class `TimeStep`, with the time, and the
+        energies that are stored, dissipated and lost.
+    **options
+        `optimizer`, `fmax`, `accuracy`, `max_steps` and `window`; see `load_path`.
+
+    Yields
+    ------
+    TimeStep
+        The first state, of a surface that was at rest unless the atoms have a history,
+        and those at the end of each time step.
+
+    Raises
+    ------
+    ValueError
+        If not exactly one schedule is given, the solid is not viscoelastic, the
+        cantilever is missing, or as `load_path` does.
+    RuntimeError
+        If a load is a tension that the contact does not hold.
+    TypeError
+        If the path is no `Schedule`, or `output.record` not derived from `TimeStep`.
+
+    Notes
+    -----
+    The pressure is taken as linear in time during a step, which is then solved exactly,
+    see `Creep.over`. An instability of the quasi-static contact is a fast motion here,
+    which the steps resolve; one that remains at the instantaneous modulus is a jump at
+    a time, whose energy is the column ``lost_energy``.
+
+    The z of the atoms is the displacement by the pressure of the moment, from which
+    forces follow. In frames it is the surface, lower by the depth that the past adds,
+    the field ``creep_depth`` of their `info`. A calculation that starts from a frame
+    takes both into account.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import Creep, HardWall, RoughContact, RoughSphere
+    >>> from ase_roughcontact import Schedule, Viscoelastic, substrate, time_path
+    >>> sphere = RoughSphere(radius=500.0)
+    >>> creep = Creep.standard_solid(relaxed=0.5, time=1.0)
+    >>> solid = Viscoelastic(1.0, creep)
+    >>> atoms = substrate("Cu", (32, 32), sphere, spacing=2.5)
+    >>> atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall())
+    >>> dwell = Schedule(0.0).step(2.0).hold(20.0)
+    >>> steps = list(time_path(atoms, dwell))
+    >>> round(steps[-1].normal_force / steps[1].normal_force, 3)
+    0.5
+    """
+    control, schedule = single_path(
+        penetrations=penetrations, heights=heights, loads=loads, bases=bases
+    )
+    if not isinstance(schedule, Schedule):
+        raise TypeError(
+            f"{control} must be a Schedule, such as Schedule(0.0).ramp(1.0, rate=2.0), "
+            f"got {schedule!r}"
+        )
+    if (control == "bases") != (cantilever is not None):
+        raise ValueError(
+            "bases need the stiffness of the cantilever, and only they do, got "
+            f"cantilever={cantilever}"
+        )
+    if cantilever is not None:
+        positive(cantilever=cantilever)
+        options["cantilever"] = cantilever
+    path = AtomsPath(atoms, control, validity=validity, output=output, **options)
+    steps = TimeSteps(path.stepper, schedule, tolerance)
+    return path.follow(steps, cantilever=cantilever or 0.0)
+
+
+class AtomsPath:
+    """Path of atoms: what relaxes its steps, and the atoms that follow it.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator. They are moved.
+    control : {"penetrations", "heights", "loads"}
+    optimizer : callable, optional
+    grid : str
+    validity : str or Validity
+    output : Output, optional
+    **options
+        Of `StepOptions`. For all of them see `load_path`.
+
+    Attributes
+    ----------
+    stepper : Stepper
+    """
+
+    def __init__(
+        self,
+        atoms: Atoms,
+        control: str,
+        optimizer: Callable[..., Any] | None = None,
+        *,
+        grid: str = "atoms",
+        validity: str | Validity = "warn",
+        output: Output | None = None,
+        **options: Any,
+    ) -> None:
+        validity = Validity(validity) if isinstance(validity, str) else validity
+        output = Output() if output is None else output
+        instance_of(Validity, validity=validity)
+        instance_of(Output, output=output)
+        self._action = validity.action
+        problem, window = problem_of(atoms)
+        _check(atoms, control)
+        settings = StepOptions(
+            # before the spacing is no more that of the crystal
+            hardness=hardness_for(problem, atoms.symbols[0], validity.hardness),
+            continuum=grid != "atoms",
+            **options,
+        )
+        change = _grid_change(grid, problem, window.shape, settings)
+        springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
+        described = [spring.todict()["kwargs"] for spring in springs]
+        self._springs = [  # x and y of their ends move with windows
+            {"k": s["k"], "rt": s["rt"], "end": np.ravel(s["a2"]).tolist()[2:]}
+            for s in described
+        ]
+        external = Indenter(atoms).springs_at if springs else None
+        lost = 0.0
+        if change:
+            if history_of(atoms, SurfaceGrid.of(atoms)):
+                raise ValueError(
+                    "the surface has kept a plastic shape, creep or friction, which "
+                    "another grid would lose: start from new atoms"
+                )
+            lost = regrid(atoms, change)
+            warn_of_lost_slope(lost, change, self._action)
+        self._frames = PathAtoms(atoms)
+        pulled = (bool(springs) and control == "loads") or control == "bases"
+        relaxer = relaxer_of(optimizer, problem.wall, self._frames, pulled)
+        if isinstance(relaxer, SolverRelaxer):
+            Indenter(atoms)  # raises for constraints that only optimizers of ASE honour
+        self.stepper = Stepper(
+            self._frames.problem,
+            control,
+            self._frames.first_state(),
+            replace(settings, relaxer=relaxer, lost_slope=lost),
+            springs=external,
+        )
+        self._output = replace(output, frames=self._frames)
+
+    def follow(
+        self, steps: PathSteps, **description: Any
+    ) -> Generator[Any, None, None]:
+        """Return the steps of a path, each with the atoms in its state.
+
+        Parameters
+        ----------
+        steps : PathSteps
+            With `stepper`.
+        **description
+            What a state depends on beside the path, such as a cantilever.
+
+        Returns
+        -------
+        generator of LoadStep
+            After an error the atoms are in the last state that was relaxed.
+        """
+        description["springs"] = self._springs
+        found = follow_states(
+            steps, self._output, self._action, self._frames.first_state, **description
+        )
+        return self._with_atoms(found)
+
+    def _with_atoms(
+        self, steps: Generator[Done, None, None]
+    ) -> Generator[Any, None, None]:
+        reached: RelaxedStep | None = None
+        try:
+            with closing(steps):
+                for step in steps:
+                    reached = step.left
+                    if reached and step.relaxed:
+                        self._frames.show(reached)
+                    yield step.record
+        except Exception:
+            if reached:
+                self._frames.show(reached)
+            else:
+                self._frames.show_first()
+            raise
+        if reached:  # also if nothing was left to do
+            self._frames.show(reached)
+
+
+def _grid_change(
+    grid: str, problem: Problem, window: Shape, options: StepOptions
+) -> GridChange | None:
+    """Return the grid of the continuum, None for the model of atoms."""
+    if grid == "atoms":
+        return None
+    if grid != "continuum":
+        change = GridChange.of(spacing=grid)
+        if change is None:
+            raise ValueError(
+                "grid must be 'atoms', 'continuum' or a spacing like 'a0/2' or '2 a0', "
+                f"got {grid!r}"
+            )
+        return change
+    return grid_for(
+        accuracy_of(options.accuracy, continuum=True).error,
+        problem.indenter,
+        problem.wall,
+        problem.spacing,
+        window if options.keeps_window else None,
+    )
+
+
+def _check(atoms: Atoms, control: str) -> None:
+    check_released(atoms)
+    fixed, free = indenter_fixed(atoms), control in FREE
+    if fixed and free:
+        raise ValueError(
+            f"{control} need an indenter that is free to move, but it is fixed: build "
+            "the atoms with substrate(..., fixed=False)"
+        )
+    if not (fixed or free):
+        raise ValueError(
+            f"{control} need a fixed indenter, but it is free: constrain it by "
+            "FixAtoms, or build the atoms with substrate(..., fixed=True)"
+        )
+
+
+def single_path(**paths: Any) -> tuple[str, Any]:
+    """Return name and value of the only path that is not None."""
+    given = {name: path for name, path in paths.items() if path is not None}
+    if len(given) != 1:
+        raise ValueError(
+            f"give exactly one of {', '.join(paths)}; got {', '.join(given) or 'none'}"
+        )
+    ((control, path),) = given.items()
+    return control, path

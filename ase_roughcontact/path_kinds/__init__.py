@@ -1,0 +1,1 @@
+"""Kinds of path, a folder each."""

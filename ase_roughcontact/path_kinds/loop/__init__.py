@@ -1,0 +1,1 @@
+"""Adhesion loops: approach and retraction with all instabilities."""

@@ -1,0 +1,205 @@
+"""Loops of a scene: approach and retraction, with or without a cantilever."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ase_roughcontact._util.printing import number
+from ase_roughcontact._util.units import UNITS, with_unit
+from ase_roughcontact.path_kinds.loop.cantilever import (
+    CantileverCurve,
+    CantileverJump,
+    cantilever_curve,
+)
+from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
+from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
+from ase_roughcontact.path_kinds.loop.steps import LoopSteps
+from ase_roughcontact.paths.path_steps import PathSteps
+from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.path_kind import (
+    PathKind,
+    Steps,
+    range_at,
+    stiffness_of,
+    turn_text,
+    write_curve,
+)
+from ase_roughcontact.scene.section import lengths
+from ase_roughcontact.stepping.step import Stepper
+
+_NN, _NM = UNITS["nN"], UNITS["nm"]
+
+
+@dataclass(frozen=True)
+class Loop(PathKind):
+    """``[path]`` of kind "loop": lengths in Å, or with a unit; see `adhesion_loop`."""
+
+    kind = "loop"
+    control = "height"
+    along = "penetration"
+    units = {"cantilever": "N/m"}
+    columns = {
+        "penetration": "depth",
+        "normal_force": "force",
+        "contact_stiffness": "stiffness",
+        "contact_area": "area",
+        "largest_pressure": "p max",
+        "seconds": "time",
+    }
+    captions = {
+        "loop.png": "Force of the tip held at each height; arrows: instabilities.",
+        "cantilever.png": "Force curve of the cantilever; arrows: snap-in, pull-off.",
+    }
+
+    deepest: float | str | None = None
+    step: float | str | None = None
+    tolerance: float = 1e-3
+    cantilever: float | None = None
+
+    @property
+    def stiffness(self) -> float | None:
+        """Stiffness of the cantilever (eV/Å^2); None without one."""
+        return stiffness_of(cantilever=self.cantilever)
+
+    def specification(self, bodies: Bodies) -> LoopSpecification:
+        """Return where the loop turns, its steps (Å) and the tolerance.
+
+        Raises
+        ------
+        ValueError
+            See `LoopSpecification.of`.
+        """
+        path = self.plain(["deepest", "step"], lengths(bodies.spacing), "Å")
+        if path.deepest is not None:
+            range_at(bodies, self.deepest, path.deepest)
+        return LoopSpecification.of(
+            bodies.problem,
+            path.deepest,
+            path.step,
+            tolerance=path.tolerance,
+            radius=bodies.radius,
+        )
+
+    def planned(self, bodies: Bodies) -> PathKind:
+        """Return the path of one step, to the penetration at which the loop turns."""
+        return Steps("penetration", values=(self.specification(bodies).expected,))
+
+    def certain(self, bodies: Bodies) -> PathKind:
+        """Return the path of one step, to a depth that is certainly reached."""
+        if self.deepest is not None:
+            return self.planned(bodies)
+        return Steps("penetration", values=(0.0,))
+
+    def describe(self, bodies: Bodies) -> str:
+        """Return what is planned, and what a cantilever must hold."""
+        if self.deepest is None:
+            return (
+                "The loop goes on until the tip is pressed as much as it was pulled "
+                "before; its number of steps is not known. Its deepest state, at a "
+                "depth that is an estimate:"
+            )
+        text = "The deepest state of the loop:"
+        if self.stiffness is None:
+            return text
+        depth = self.specification(bodies).expected
+        # the base at the deepest state must be lower than when the free tip jumps in
+        force = self.stiffness * max(depth, 0.0) / _NN
+        return (
+            f"Cantilever of {self.cantilever:.4g} N/m: if the contact still pulls with "
+            f"more than about {force:.2g} nN at a depth of {depth / _NM:.3g} nm, the "
+            "tip jumps in beyond it: then give a larger deepest, or a stiffer "
+            f"cantilever.\n\n{text}"
+        )
+
+    def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
+        """Return what approaches and retracts."""
+        return LoopSteps(stepper, self.specification(bodies))
+
+    def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:
+        """Return the states as branches with their instabilities."""
+        return AdhesionLoop.of(states, self.specification(bodies).smallest_step)
+
+    def extremes(
+        self, bodies: Bodies, states: Sequence[LoadStep]
+    ) -> tuple[LoadStep, float]:
+        """Return the deepest state, and the pull-off force (eV/Å)."""
+        loop = self.result(bodies, states)
+        return loop.approach[-1], loop.pull_off_force
+
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
+        """Return numbers of states and instabilities, forces and energies."""
+        loop = self.result(bodies, states)
+        jumps = len(loop.approach_jumps), len(loop.retraction_jumps)
+        lost, error = loop.dissipated_energy, loop.dissipation_error
+        found = {
+            "states": str(len(states)),
+            "instabilities": f"{jumps[0]} on approach, {jumps[1]} on retraction",
+            "pull-off force": f"{with_unit(loop.pull_off_force, 'nN')} (simulation)",
+            "turn": turn_text(loop.turn),
+            "dissipated energy": _energy(lost, error),
+        }
+        with suppress(ValueError):  # the loop itself is valid
+            curve = self._curve(loop)
+            if curve is not None:
+                found |= {
+                    "cantilever": f"{self.cantilever:.4g} N/m",
+                    "cantilever snap-in": _jump(curve.snap_in),
+                    "cantilever pull-off": _jump(curve.pull_off),
+                    "cantilever dissipation": f"{number(curve.dissipated_energy)} eV",
+                }
+        return found
+
+    def warnings(self, bodies: Bodies, states: Sequence[LoadStep]) -> tuple[str, ...]:
+        """Return why the pull-off force is a lower bound; see `PathKind.warnings`."""
+        return self.result(bodies, states).warnings
+
+    def draw(
+        self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
+    ) -> Iterator[str]:
+        """Draw force against depth, and with a cantilever its force curve."""
+        from ase_roughcontact import plot  # imports matplotlib
+
+        loop = self.result(bodies, states)
+        plot.draw_file(folder / "loop.png", plot.plot_loop, loop)
+        yield "loop.png"
+        curve = self._curve(loop)
+        if curve is not None:
+            branches = curve.approach, curve.retraction
+            names = zip(branches, ("approach", "retraction"), strict=True)
+            columns = {
+                name: np.concatenate([getattr(each, name) for each in branches])
+                for name in ("distance", "deflection", "force")
+            }
+            ways = [way for b, way in names for _ in b.force]
+            write_curve(folder / "cantilever.csv", ways, columns)
+            plot.draw_file(folder / "cantilever.png", plot.plot_cantilever, curve)
+            yield "cantilever.png"
+
+    def _curve(self, loop: AdhesionLoop) -> CantileverCurve | None:
+        """Return the force curve with the cantilever; None without one."""
+        stiffness = self.stiffness
+        return None if stiffness is None else cantilever_curve(loop, stiffness)
+
+
+def _energy(lost: float, error: float) -> str:
+    if math.isnan(error):
+        return f"{number(lost)} eV; its error is not known, as steps have no results"
+    if abs(lost) <= error:
+        return f"none within the tolerance of {number(error, 2)} eV"
+    return f"{number(lost)} ± {number(error, 2)} eV"
+
+
+def _jump(jump: CantileverJump | None) -> str:
+    if jump is None:
+        return "none"
+    return (
+        f"from {jump.force_before / _NN:.4g} to {with_unit(jump.force_after, 'nN')} "
+        f"with the base at {with_unit(jump.distance, 'nm')}"
+    )

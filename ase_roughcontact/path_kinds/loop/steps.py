@@ -1,0 +1,212 @@
+"""Adhesion loops: approach and retraction in small steps, with their instabilities.
+
+The indenter is moved in small steps and held; each state is relaxed from the last one,
+so that the surface stays in its minimum of energy until that minimum disappears. As
+long as it does, the work done on the indenter is stored, ``dE = -N dZ``. A step whose
+energy balance does not close is undone and repeated at half its size. The largest
+tension is bracketed. The loop turns at a given penetration, or else where the force is
+compressive by at least the largest tension so far: a rough indenter adheres by more
+asperities the deeper it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
+
+from ase_roughcontact._util.identity import differences
+from ase_roughcontact.contact import State
+from ase_roughcontact.path_kinds.loop.instabilities import balanced, jumped, least_force
+from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
+from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
+from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.stepping.relaxed import RelaxedStep
+
+# Normal force below which the error of the balance does not decrease further, in units
+# of E* a0^2: about that on one atom in contact.
+_SMALLEST_FORCE = 0.05
+# Part of the smallest step by which the deepest height may be missed.
+_ROUNDING = 1e-3
+# Smallest step of which parts change the heights, relative to them.
+_RESOLVED = 1e-12
+# Smallest step at a kink of the force, where no energy is lost, relative to others.
+_AT_KINK = 1 / 16
+
+
+@dataclass(frozen=True)
+class _Position:
+    """Where a loop is.
+
+    Attributes
+    ----------
+    size : float
+        Size of the next step (length).
+    least : float
+        Least force of the branch so far, at most zero.
+    retracts : bool
+        Whether it has turned.
+    """
+
+    size: float
+    least: float = 0.0
+    retracts: bool = False
+
+
+class _Reached(NamedTuple):
+    """Last state of a loop that is kept.
+
+    Attributes
+    ----------
+    position : _Position
+    state : State
+    record : LoadStep
+    """
+
+    position: _Position
+    state: State
+    record: LoadStep
+
+
+@dataclass
+class LoopSteps(PathSteps):
+    """Heights of a loop whose steps are halved until their energy balance closes.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        Its targets are heights.
+    loop : LoopSpecification
+        `AdhesionLoop.of` all steps is the loop.
+    """
+
+    loop: LoopSpecification
+
+    def __post_init__(self) -> None:
+        """Find the heights where to begin and to turn."""
+        problem, wall = self.stepper.problem, self.stepper.problem.wall
+        touching = self.stepper.windows.first_contact
+        self._top = touching + wall.cutoff - wall.contact_distance
+        self._bottom = touching - self.loop.lowest
+        resolved = _RESOLVED * max(abs(self._top), abs(touching - self.loop.expected))
+        if not self.loop.smallest_step > resolved:
+            raise ValueError(
+                f"smallest_step must be above {resolved:.2g}, the rounding of heights, "
+                f"got {self.loop.smallest_step}"
+            )
+        unit = problem.solid.contact_modulus * problem.spacing**2
+        self._smallest_force = _SMALLEST_FORCE * unit
+
+    def differences(self, path: dict[str, Any], number: int) -> list[str]:
+        """Return in what the description of a step differs; see `PathSteps`."""
+        if "loop" not in path:
+            return ["its path is not a loop"]
+        return differences(path["loop"], self.loop.todict())
+
+    def steps(
+        self, start: State, record: type[Any], last: LastStep | None = None
+    ) -> Iterator[PathStep]:
+        """Approach until the loop turns, and retract until nothing interacts."""
+        if last is None:
+            top = self._top + 0.5 * self.loop.smallest_step
+            relaxed = self.stepper.relax(start, top)
+            position = _Position(self.loop.step)
+            new = self._kept(position, relaxed, record.of(relaxed))
+            at = self._after(new)
+            yield new
+        else:
+            at = _Reached(_Position(**last.path["position"]), last.state, last.step)
+        if not at.position.retracts:
+            while not self._turns(at):
+                height = max(at.record.height - at.position.size, self._bottom)
+                new = self._moved_towards(height, at, record)
+                at = self._after(new)
+                yield new
+            least = min(at.record.normal_force, 0.0)
+            position = replace(at.position, least=least, retracts=True)
+            at = at._replace(position=position)
+        while at.record.repulsive_atoms + at.record.attractive_atoms:
+            height = at.record.height + at.position.size
+            new = self._moved_towards(height, at, record)
+            at = self._after(new)
+            yield new
+
+    def _turns(self, at: _Reached) -> bool:
+        """Return whether the loop turns at its last state.
+
+        Raises
+        ------
+        RuntimeError
+            If no depth is given and the force does not become compressive enough.
+        """
+        left = at.record.height - self._bottom
+        at_bottom = left <= _ROUNDING * self.loop.smallest_step
+        if self.loop.deepest is not None:
+            return at_bottom
+        force, tension = at.record.normal_force, -at.position.least
+        if force > 0.0 and force >= tension:
+            return True
+        if at_bottom:
+            raise RuntimeError(
+                f"the loop does not turn: at a penetration of "
+                f"{at.record.penetration:.4g} Å the force is {force:.4g} eV/Å, after "
+                f"a tension of {tension:.4g} eV/Å: give deepest, where it turns anyway"
+            )
+        return False
+
+    def _moved_towards(
+        self, height: float, at: _Reached, record: type[Any]
+    ) -> PathStep:
+        """Move to a height, or to one on the way up to which the force is known."""
+        size, halved = at.position.size, False
+        relaxed, new = self._relax(height, at, record)
+        # each height is nearer to the last one, until the step is the smallest
+        while (between := self._height_between(at, new)) is not None:
+            moved = abs(new.height - at.record.height)
+            at_kink = self._balanced(at.record, new)
+            if moved <= self.loop.smallest_step * (_AT_KINK if at_kink else 1.0):
+                if jumped(at.record, new):
+                    size, halved = self.loop.step, True  # on the new branch
+                break
+            # the rest of the step is tried next
+            size = max(abs(height - between), abs(between - at.record.height))
+            height, halved = between, True
+            relaxed, new = self._relax(height, at, record)
+        if not halved:
+            size = min(2.0 * size, self.loop.step)
+        return self._kept(replace(at.position, size=size), relaxed, new)
+
+    def _height_between(self, at: _Reached, new: LoadStep) -> float | None:
+        """Return a height at which to relax before a new state, None to accept it."""
+        if not self._balanced(at.record, new):
+            return 0.5 * (at.record.height + new.height)
+        height, force = least_force(at.record, new)
+        known = min(at.position.least, new.normal_force)
+        error = self.loop.tolerance * max(abs(force), self._smallest_force)
+        return height if force < known - error else None
+
+    def _balanced(self, last: LoadStep, new: LoadStep) -> bool:
+        return balanced(last, new, self.loop.tolerance, self._smallest_force)
+
+    def _relax(
+        self, height: float, at: _Reached, record: type[Any]
+    ) -> tuple[RelaxedStep, LoadStep]:
+        number = at.record.step + 1
+        relaxed = self.stepper.relax(at.state, height, number=number)
+        return relaxed, record.of(relaxed)
+
+    def _kept(
+        self, position: _Position, relaxed: RelaxedStep, new: LoadStep
+    ) -> PathStep:
+        """Return a state that is kept, with the description that its frame carries."""
+        position = replace(position, least=min(position.least, new.normal_force))
+        path = {
+            "target": new.height,
+            "loop": self.loop.todict(),
+            "position": asdict(position),
+        }
+        return PathStep(new, self.stepper.commit(relaxed), path)
+
+    def _after(self, new: PathStep) -> _Reached:
+        """Return where the loop is after a state that is kept."""
+        return _Reached(_Position(**new.path["position"]), new.left.state, new.record)

@@ -1,0 +1,269 @@
+"""Sliding paths of atoms, with friction."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact._util.validation import instance_of
+from ase_roughcontact.atoms.calculator import model_of
+from ase_roughcontact.atoms.grid import SurfaceGrid, on_grid, set_lateral_displacement
+from ase_roughcontact.atoms.history import (
+    check_history,
+    creep_of,
+    history_of,
+    kept_keys,
+    set_history,
+)
+from ase_roughcontact.atoms.info import LATTICE, info_of
+from ase_roughcontact.atoms.marks import set_mark
+from ase_roughcontact.atoms.sticking import (
+    STICKS,
+    SlipError,
+    Sticking,
+    check_released,
+    exceeds,
+)
+from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTION_DEPTH, TRACTIONS
+from ase_roughcontact.elasticity.lateral import LateralHalfSpace
+from ase_roughcontact.interactions.friction import FrictionLaw, check_law
+from ase_roughcontact.loading.load_path import AtomsPath, single_path
+from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
+from ase_roughcontact.paths.output import Output
+from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.results.validity import Validity
+from ase_roughcontact.solvers.lateral.friction import solve_friction
+
+
+def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
+    r"""Let the atoms in contact move sideways with the indenter, for ASE's optimizers.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        From `substrate`, with a `RoughContact` calculator, relaxed or after a sliding
+        path in which no atom slips. They get the constraint that is returned.
+    friction : FrictionLaw
+        The atoms on which it acts at the present pressure stick. Best `Tresca`: with
+        `Coulomb`, atoms at the edge, of almost no pressure, slip after a short way.
+
+    Returns
+    -------
+    Sticking
+        Constraint of ASE; its method `move` moves the indenter. Keep it in the list
+        if you set others: ``atoms.set_constraint([sticking, ...])``.
+
+    Raises
+    ------
+    ValueError
+        If there are no such atoms, they stick already, their path has coupled normal
+        and lateral motion, or a free half space has no padding; at a calculation, if
+        the constraint was removed without `release`.
+    TypeError
+        If friction is no law.
+    SlipError
+        If atoms slip.
+    NotImplementedError
+        If the solid has no lateral components.
+
+    Notes
+    -----
+    All surface atoms have lateral forces then. With the inverse K of the lateral
+    Green's function, the elastic energy of lateral displacements u and minus its
+    gradient,
+
+    .. math:: U_\text{lateral} = \frac{a_0^2}{2} \sum u \cdot K u, \qquad
+              f = -a_0^2 K u,
+
+    are part of the results. Minus the sum of the forces on the atoms that stick is the
+    ``lateral_force`` of the indenter, which `FixAtoms` or ``FixCartesian`` hold or a
+    `Hookean` pulls: under the constraint it has the forces on these atoms. Bounds of
+    friction are those of the present pressure. `release` ends it.
+
+    Examples
+    --------
+    >>> from ase.optimize import LBFGS
+    >>> from ase_roughcontact import HardWall, RoughContact, RoughSphere, Tresca
+    >>> from ase_roughcontact import load_path, stick, substrate
+    >>> from ase_roughcontact.elasticity import Isotropic
+    >>> sphere = RoughSphere(radius=500.0)
+    >>> atoms = substrate("Cu", (16, 16), sphere, spacing=2.5)
+    >>> solid = Isotropic(0.8, poisson=0.3)
+    >>> atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall())
+    >>> (step,) = load_path(atoms, penetrations=[0.5])
+    >>> stick(atoms, Tresca(0.01)).move(atoms, (0.05, 0.0))
+    >>> bool(LBFGS(atoms, logfile=None).run(fmax=1e-5))
+    True
+    """
+    check_law(friction)
+    instance_of(Atoms, atoms=atoms)
+    check_released(atoms)
+    model = model_of(atoms)
+    grid, halfspace = model.grid, model.lateral
+    if grid.shape != halfspace.grid:
+        raise ValueError(
+            "lateral forces need the padding of the half space, which the atoms do not "
+            "have: restore(snapshot(atoms), solid) has it"
+        )
+    state, history = atoms.calc.state(atoms), history_of(atoms, grid)
+    if TRACTION_DEPTH in history:
+        raise ValueError(
+            "the atoms are from a path with the coupling of normal and lateral motion, "
+            'which has no part in the energy of atoms that stick: use coupling="'
+            'neglected"'
+        )
+    bounds = friction.bounds(state.pressure, state.contact, grid.spacing, grid.origin)
+    sticks, none = bounds > 0.0, np.zeros(grid.window)
+    if not sticks.any():
+        raise ValueError(
+            "no atom is in contact so that friction acts on it: relax the atoms first, "
+            "or lower the indenter"
+        )
+    shifts = np.stack([history.get(key, none) for key in SHIFTS])
+    along = np.eye(2)[:, :, None, None] * np.ones(grid.window)
+    tractions, *changes = (
+        _tractions(halfspace, sticks, imposed) for imposed in (shifts, *along)
+    )
+    index = on_grid(sticks, grid).ravel().nonzero()[0]
+    slips = (history.get(SLIPPING, none) > 0.0) | exceeds(tractions, bounds)
+    if slips[sticks].any():
+        raise SlipError(index[slips[sticks]], len(index), "already")
+    moved = halfspace.displacement(on_grid(tractions, grid))
+    set_lateral_displacement(atoms, grid, moved)
+    for key in (*TRACTIONS, SLIPPING):  # the constraint has them
+        atoms.arrays.pop(key, None)
+    atoms.info[LATTICE] |= {"axis": atoms.positions[-1, :2].tolist(), STICKS: True}
+    sticking = Sticking(
+        atoms,
+        index,
+        grid.spacing**2 * bounds[sticks],
+        grid.spacing**2 * tractions[:, sticks].T,
+        grid.spacing**2 * np.stack([each[:, sticks].T for each in changes], axis=-1),
+    )
+    atoms.set_constraint([*atoms.constraints, sticking])
+    set_mark(atoms, len(kept_keys(atoms)))
+    return sticking
+
+
+def release(atoms: Atoms) -> None:
+    """End that atoms `stick`; they keep their friction, from which a path continues.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Changed in place: the indenter goes back above the middle of the lattice, which
+        stands for its displacement.
+    """
+    instance_of(Atoms, atoms=atoms)
+    if LATTICE not in info_of(atoms):
+        check_history(atoms)
+    grid = SurfaceGrid.of(atoms)
+    history = history_of(atoms, grid)
+    others = [c for c in atoms.constraints if not isinstance(c, Sticking)]
+    atoms.set_constraint(others)
+    set_history(atoms, grid, history, creep_of(atoms))
+
+
+def _tractions(
+    halfspace: LateralHalfSpace, sticks: np.ndarray, imposed: np.ndarray
+) -> np.ndarray:
+    """Return the tractions by which atoms that stick have a displacement."""
+    found = solve_friction(halfspace, np.where(sticks, np.inf, 0.0), imposed)
+    if not found.converged:
+        raise RuntimeError(found.message)
+    return found.tractions
+
+
+def sliding_path(
+    atoms: Atoms,
+    friction: FrictionLaw,
+    penetrations: np.ndarray | float | None = None,
+    *,
+    heights: np.ndarray | float | None = None,
+    loads: np.ndarray | float | None = None,
+    displacements: np.ndarray | None = None,
+    forces: np.ndarray | None = None,
+    bases: np.ndarray | None = None,
+    spring: float | None = None,
+    coupling: str = "neglected",
+    validity: str | Validity = "warn",
+    output: Output | None = None,
+    **options: Any,
+) -> Generator[LoadStep, None, None]:
+    """Move the indenter sideways against friction, one step after another.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        From `substrate`, with a `RoughContact` calculator whose solid has lateral
+        components: ``Isotropic(contact_modulus, poisson=...)``.
+    friction : FrictionLaw
+        `Coulomb`, `Tresca`, or a class of your own.
+    penetrations, heights, loads : array_like, shape (steps,), or float
+        Exactly one of them; see `load_path`. One number is that of all steps.
+    displacements, forces, bases : array_like, shape (steps,) or (steps, 2)
+        Exactly one of them, along x or along x and y: lateral displacements of the
+        indenter (Å), lateral forces on it (eV/Å), or displacements of the base of a
+        spring that moves it (Å).
+    spring : float, optional
+        Stiffness of the spring, for bases (eV/Å^2).
+    coupling : {"neglected", "solved"}
+        See `SlidingSteps`.
+    validity, output
+        See `load_path`. Results are of the class `SlidingStep`.
+    **options
+        `optimizer`, `fmax`, `accuracy`, `max_steps` and `window`; see `load_path`.
+
+    Yields
+    ------
+    SlidingStep
+        Also one that has not converged, as a contact that slides under a force does.
+
+    Raises
+    ------
+    ValueError
+        If not exactly one normal and one lateral path are given, the spring is missing,
+        or as `load_path` does.
+    TypeError
+        If `output.record` is not derived from `SlidingStep`.
+    NotImplementedError
+        If the solid has no lateral components.
+
+    Notes
+    -----
+    Lateral displacements leave the heights above the atoms as they are: the indenter
+    stays at its x and y. Unless the coupling is solved, they leave the pressure as it
+    is, too, which is exact for a Poisson's ratio of 1/2 (Goodman's approximation). The
+    atoms move along x and y, but energy and forces depend on z only, unless atoms
+    `stick`. They have the arrays ``traction_x``, ``traction_y`` (eV/Å^3) and
+    ``slipping`` (1 or 0), which frames have as compressed text in `info`:
+    ``ContactMap.from_frame(frame).lateral`` has them and the displacements. The
+    calculator's `results` have the ``lateral_force``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ase_roughcontact import Coulomb, HardWall, RoughContact, RoughSphere
+    >>> from ase_roughcontact import sliding_path, substrate
+    >>> from ase_roughcontact.elasticity import Isotropic
+    >>> sphere = RoughSphere(radius=500.0)
+    >>> atoms = substrate("Cu", (32, 32), sphere, spacing=2.5)
+    >>> solid = Isotropic(0.8, poisson=0.3)
+    >>> atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall())
+    >>> path = np.linspace(0.0, 2.0, 5)
+    >>> steps = list(sliding_path(atoms, Coulomb(0.3), 1.0, displacements=path))
+    >>> round(steps[-1].lateral_force_x / steps[-1].normal_force, 3)
+    0.3
+    """
+    normal, targets = single_path(
+        penetrations=penetrations, heights=heights, loads=loads
+    )
+    control, lateral = single_path(
+        displacements=displacements, forces=forces, bases=bases
+    )
+    path = AtomsPath(atoms, normal, validity=validity, output=output, **options)
+    motion = lateral, control, spring, coupling
+    return path.follow(SlidingSteps(path.stepper, targets, friction, *motion))

@@ -1,0 +1,134 @@
+r"""Coupling of the normal and the lateral motion of a contact with friction.
+
+Tractions t lift the surface by :math:`\sum_a C_a * t_a`, and the pressure displaces it
+sideways by :math:`C_a * p` (see `CrossResponse`): the pressure is that under heights
+lowered by the first, and atoms that stick resist changes of the second since the last
+step. The normal and the lateral problem are solved in turn until the depth by the
+tractions no longer changes. The next depth is extrapolated from the last ones.
+
+References
+----------
+D. G. Anderson, J. ACM 12, 547 (1965).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from ase_roughcontact.contact import Problem, State
+from ase_roughcontact.contact.state import TRACTION_DEPTH
+from ase_roughcontact.elasticity.lateral import CrossResponse
+from ase_roughcontact.elasticity.lattice import Box, carried
+from ase_roughcontact.stepping.relaxed import LateralState, RelaxedStep
+
+#: Whether a sliding path neglects the coupling (Goodman), or solves for it.
+COUPLINGS = ("neglected", "solved")
+#: Largest number of alternations of a step.
+MOST_ALTERNATIONS = 50
+# Change of the depth by the tractions, relative to the largest displacement, at which
+# normal and lateral problem agree: this part of the accuracy, or less.
+_AGREED, _LARGEST = 0.1, 1e-5
+#: Residual of the first lateral problem, and of the others relative to the change.
+FIRST_RESIDUAL = 0.1
+# Number of earlier depths that are mixed, and relative error of their weights.
+_MIXED, _RANK = 5, 1e-3
+# Number of boxes of which responses are kept.
+_KEPT = 3
+
+
+class Coupling:
+    """Displacements of the surface across the direction of what acts on it.
+
+    Parameters
+    ----------
+    problem : Problem
+    accuracy : float
+        Relative error of forces.
+
+    Attributes
+    ----------
+    agreed : float
+        Change of the depth by the tractions, relative to the largest displacement, at
+        which the normal and the lateral problem agree.
+
+    Raises
+    ------
+    NotImplementedError
+        If the solid has no coupled components.
+    """
+
+    def __init__(self, problem: Problem, accuracy: float) -> None:
+        self.agreed = min(_AGREED * accuracy, _LARGEST)
+
+        @lru_cache(_KEPT)
+        def response(shape: tuple[int, int]) -> CrossResponse:
+            return CrossResponse(
+                shape, problem.spacing, problem.solid, problem.periodic
+            )
+
+        response((2, 2))  # raises if the solid has none
+        self._response = response
+
+    def lateral(self, state: State, box: Box) -> np.ndarray:
+        """Return the lateral displacement of a box by the pressure, shape (2, n, m)."""
+        whole = state.window.union(box)
+        pressure = carried(state.pressure, state.window, whole)
+        rows, columns = box.slices_in(whole)
+        return self._response(whole.shape).lateral(pressure)[:, rows, columns]
+
+    def depth(self, tractions: np.ndarray, box: Box, window: Box) -> np.ndarray:
+        """Return the depth of a window by tractions on a box, shape (n, m)."""
+        whole = window.union(box)
+        given = np.stack([carried(each, box, whole) for each in tractions])
+        return -self._response(whole.shape).normal(given)[window.slices_in(whole)]
+
+    def change(
+        self, relaxed: RelaxedStep, lateral: LateralState
+    ) -> tuple[np.ndarray, float]:
+        """Return the depth by the tractions, and its change since the pressure."""
+        state = relaxed.state
+        depth = self.depth(lateral.solution.tractions, lateral.box, state.window)
+        change = abs(depth - state.history.get(TRACTION_DEPTH, 0.0)).max()
+        largest = 0.0 if state.displacement is None else abs(state.displacement).max()
+        return depth, float(change / largest) if largest else float(change > 0.0)
+
+
+def mixed(depths: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Return the depth from which to go on, by Anderson's mixing.
+
+    The depth that follows from another one is taken as a linear function of it: weights
+    of the earlier ones minimise the difference of both.
+
+    Parameters
+    ----------
+    depths : sequence of (ndarray, ndarray), each of shape (n, m)
+        Depths at which the normal problem was solved, and those by the tractions that
+        followed, in order.
+
+    Returns
+    -------
+    ndarray, shape (n, m)
+    """
+    used, found = depths[-1]
+    earlier = depths[-1 - _MIXED : -1]
+    others = [each for each in earlier if each[0].shape == used.shape]
+    if not others:
+        return found
+    left = (found - used).ravel()
+    differences = np.stack([left - (f - u).ravel() for u, f in others], axis=1)
+    weights, *_ = np.linalg.lstsq(differences, left, rcond=_RANK)
+    steps = zip(weights, others, strict=True)
+    return found - sum(weight * (found - f) for weight, (_, f) in steps)
+
+
+def disagreement(number: int, change: float) -> str:
+    """Return that both problems do not agree after a number of alternations."""
+    return (
+        f"normal and lateral motion do not agree after {number} alternations: the "
+        f"depth by the tractions changes by {change:.2g} of the largest displacement "
+        "(strong friction, or a bound that jumps at the edge of the contact, may have "
+        "no solution: with a shear strength, give a friction coefficient, too)"
+    )

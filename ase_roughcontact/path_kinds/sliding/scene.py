@@ -1,0 +1,270 @@
+"""Sliding paths of a scene: there and back against friction."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain, islice, zip_longest
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ase.io import read
+
+from ase_roughcontact._util.units import FORCES, UNITS, with_unit
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    finite,
+    finite_array,
+    integer,
+)
+from ase_roughcontact.analysis.path_values import loop_energies, static_friction
+from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
+from ase_roughcontact.path_kinds.sliding.steps import LATERAL_CONTROLS, SlidingSteps
+from ase_roughcontact.paths.path_records import SlidingStep
+from ase_roughcontact.paths.path_steps import PathSteps
+from ase_roughcontact.results.record import LoadStep, columns_of
+from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.path_kind import MOST_STEPS, PathKind, stiffness_of
+from ase_roughcontact.scene.section import lengths
+from ase_roughcontact.stepping.step import Stepper
+
+# Number of maps in a figure, and part of the friction below which a force is rounding.
+_MAPS, _ROUNDING = 4, 1e-6
+
+
+@dataclass(frozen=True)
+class Sliding(PathKind):
+    """``[path]`` of kind "sliding": lateral targets between which the indenter moves.
+
+    Displacements and bases are in Å, forces in nN, or with a unit. The load,
+    penetration or height has one value, or one for each lateral target.
+    """
+
+    kind = "sliding"
+    record = SlidingStep
+    units = {"spring": "N/m", "direction": "deg"}
+    in_order = True
+    captions = {
+        "friction.png": "Lateral force over displacement, and areas of stick and slip.",
+        "tractions.png": "Lateral tractions at some displacements; blue: atoms that "
+        "stick; orange: atoms that slip.",
+    }
+
+    control: str = "load"
+    values: tuple | float | str | None = None
+    displacements: tuple | None = None
+    forces: tuple | None = None
+    bases: tuple | None = None
+    spring: float | None = None
+    direction: float = 0.0
+    steps: int = 10
+
+    @property
+    def columns(self) -> dict[str, str]:  # type: ignore[override]
+        """Columns of the printed table, with their labels."""
+        spring, oblique = bool(self.bases), bool(self.direction)
+        named = {"base": "base "} if spring else {}
+        named |= {"lateral": "", "lateral_force": "force "}
+        axes = "xy" if oblique else "x"
+        found = {f"{key}_{x}": name + x for x in axes for key, name in named.items()}
+        if not oblique:
+            found["stick_area"] = "stick"
+        if not (oblique or spring):
+            found["lateral_stiffness"] = "stiffness"
+        if not (oblique and spring):
+            found["normal_force"] = "load"
+        return {**found, "slip_area": "slip", "dissipated_energy": "lost"}
+
+    @property
+    def towards(self) -> FloatArray:
+        """Unit vector along which the indenter moves."""
+        finite(direction=self.direction)
+        angle = math.radians(self.direction)
+        return np.array([math.cos(angle), math.sin(angle)])
+
+    def turns(self, bodies: Bodies) -> tuple[str, FloatArray]:
+        """Return what is prescribed laterally, and the targets (Å or eV/Å).
+
+        Raises
+        ------
+        ValueError
+            If not exactly one of the keys is given, or a value is invalid.
+        """
+        given = [key for key in LATERAL_CONTROLS if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                "give displacements, forces or bases, between which the indenter "
+                f"moves, such as displacements = [0, 5, -5, 5], got "
+                f"{' and '.join(given) or 'none of them'}"
+            )
+        (key,), unit = given, "nN" if given == ["forces"] else "Å"
+        units = FORCES if unit == "nN" else lengths(bodies.spacing)
+        values = getattr(self.plain([key], units, unit), key)
+        found = UNITS[unit] * finite_array(key, list(values))
+        if len(found) < 2:
+            raise ValueError(
+                f"{key} must be two or more, between which the indenter moves, got "
+                f"{len(found)}"
+            )
+        if integer("steps", self.steps, 1) * len(found) > MOST_STEPS:
+            raise ValueError(f"a path has at most {MOST_STEPS} steps, got more")
+        return key, found
+
+    def targets(self, bodies: Bodies) -> FloatArray:
+        """Return the normal targets of the steps; see `PathKind.targets`."""
+        unit, key = self.unit, self.control
+        if self.values is None:
+            raise ValueError(f"give values, the {key} while the indenter moves")
+        values = self.in_unit(["values"], bodies).values
+        found = UNITS[unit] * np.atleast_1d(finite_array("values", values))
+        if key == "load" and bodies.wall.hard and not bodies.wall.attractive:
+            self._check_loads(found, np.atleast_1d(np.array(self.values, object)))
+        name, turns = self.turns(bodies)
+        if len(found) not in (1, len(turns)):
+            raise ValueError(
+                f"give one {key} in values, or one for each of the {len(turns)} "
+                f"{name}, got {len(found)}"
+            )
+        return self._between(np.broadcast_to(found, turns.shape))
+
+    def _check_loads(self, loads: FloatArray, given: np.ndarray) -> None:
+        """Raise an error for a tension, which a wall without attraction can't carry."""
+        if loads.min() < 0.0:
+            least = given[loads.argmin()]
+            text = least if isinstance(least, str) else f"{least:g} {self.unit}"
+            raise ValueError(
+                "values must be loads >= 0, as a hard wall without attraction carries "
+                f"no tension, got {text}"
+            )
+
+    def _between(self, turns: FloatArray) -> FloatArray:
+        """Return the values at all steps."""
+        at = np.arange(self.steps * (len(turns) - 1) + 1) / self.steps
+        return np.interp(at, np.arange(len(turns)), turns)
+
+    @property
+    def spring_stiffness(self) -> float | None:
+        """Stiffness of the spring between base and indenter (eV/Å^2)."""
+        if (self.bases is None) != (self.spring is None):
+            raise ValueError("bases need a spring (N/m), and only they do")
+        return stiffness_of(spring=self.spring)
+
+    def check(self, bodies: Bodies) -> None:
+        """Raise an error if the solid has no friction, or no lateral response."""
+        super().check(bodies)
+        _ = self.towards, self.spring_stiffness
+        if bodies.friction is None:
+            raise ValueError(
+                'kind = "sliding" needs a section [friction]: give coefficient or '
+                "shear_strength in it"
+            )
+        try:
+            periodic = bodies.problem.periodic
+            surface = (2, 2), bodies.spacing, bodies.solid, periodic
+            LateralHalfSpace(*surface)
+            if bodies.friction.coupled:
+                CrossResponse(*surface)
+        except NotImplementedError as error:
+            raise ValueError(
+                "friction needs the lateral response of the solid, which "
+                f"{type(bodies.solid).__name__} has not: give an isotropic half space, "
+                "anisotropic = true, or a crystal whose file is of this version"
+            ) from error
+
+    def describe(self, bodies: Bodies) -> str:
+        """Return the number of steps, and what is planned."""
+        key, _ = self.turns(bodies)
+        time = "the time of friction is of the same order"
+        if bodies.friction.coupled:
+            time = "friction, coupled to the pressure, takes several times as long"
+        return (
+            f"Sliding in {self.count(bodies)} steps, {self.steps} between two of the "
+            f"{key}. The states at the normal targets are planned; {time}:"
+        )
+
+    def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
+        """Return what moves the indenter."""
+        control, turns = self.turns(bodies)
+        return SlidingSteps(
+            stepper,
+            self.targets(bodies),
+            bodies.friction.law,
+            np.outer(self._between(turns), self.towards),
+            control,
+            self.spring_stiffness,
+            bodies.friction.coupling,
+        )
+
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
+        """Return static friction, the energy of the last loop, and the stiffness."""
+        steps: Any = states
+        touching = [step for step in steps if step.repulsive_atoms]
+        if not touching:
+            return {"static friction": "none: no atom is in contact"}
+        friction, energies = static_friction(steps), loop_energies(steps)
+        found = {
+            "static friction": with_unit(friction, "nN")
+            if math.isfinite(friction)
+            else "not reached: some atoms stick in all steps",
+            "lost energy": with_unit(steps[-1].dissipated_energy, "eV"),
+        }
+        if len(energies):
+            of_loop = with_unit(energies[-1], "eV")
+            found["lost energy"] += f", {of_loop} of it in the last loop"
+        last = touching[-1]
+        if "lateral_stiffness" not in columns_of(type(last)):
+            return found
+        lateral, normal = last.lateral_stiffness, last.contact_stiffness
+        ratio = "the normal one is not defined, as the contact is at an instability"
+        if normal > 0.0:
+            ratio = f"{lateral / normal:.4g} times the normal one"
+        along = " along x" * bool(self.direction)
+        found["stiffness without slip"] = f"{with_unit(lateral, 'N/m')}{along}, {ratio}"
+        return found
+
+    def draw(
+        self, bodies: Bodies, states: Sequence[Any], folder: Path
+    ) -> Iterator[str]:
+        """Draw friction loop, areas, and maps of tractions."""
+        from ase_roughcontact import plot  # imports matplotlib
+
+        plot.draw_friction(folder / "friction.png", states, self.towards)
+        yield "friction.png"
+        shown = self.partly_slipping(states)
+        if shown:
+            frames = [read(folder / "sweep.traj", index=s.step) for s in shown]
+            titles = [self._place(state) for state in shown]
+            file = folder / "tractions.png"
+            plot.draw_tractions(file, frames, titles, bodies.scanned)
+            yield "tractions.png"
+
+    def partly_slipping(self, states: Sequence[Any]) -> list[Any]:
+        """Return a few states with tractions in order, those with most partial slip.
+
+        First one of each way between two turns, then a second one; of equal tractions
+        only one.
+        """
+        distinct = dict[tuple[str, str], Any]()
+        for state in states:
+            if state.lateral_energy:
+                force = math.hypot(state.lateral_force_x, state.lateral_force_y)
+                same = f"{force:.2g}", f"{state.stick_area:.1g}"
+                distinct.setdefault(same, state)
+        best = sorted(distinct.values(), key=lambda s: -s.stick_area * s.slip_area)
+        ways = defaultdict[int, list[Any]](list)
+        for state in best:
+            ways[(state.step - 1) // self.steps].append(state)
+        in_turn = filter(None, chain(*zip_longest(*ways.values())))
+        return sorted(islice(in_turn, _MAPS), key=lambda s: s.step)
+
+    def _place(self, state: Any) -> str:
+        """Return displacement and lateral force along the path."""
+        at = self.towards @ [state.lateral_x, state.lateral_y] / UNITS["nm"]
+        force = self.towards @ [state.lateral_force_x, state.lateral_force_y]
+        if abs(force) < _ROUNDING * state.largest_friction:
+            force = 0.0
+        text = f"{round(at, 9) + 0.0:.3g} nm, {force / UNITS['nN']:.3g} nN"
+        return text.replace("-", "\N{MINUS SIGN}")

@@ -1,0 +1,356 @@
+r"""Sliding paths: contacts with friction under lateral displacements or forces.
+
+Each step relaxes the contact along its normal, and then finds the lateral tractions at
+its pressure, see `solvers.friction`. That the tractions do not change the pressure, nor
+the pressure the lateral displacement, is exact for a Poisson's ratio of 1/2, and else
+Goodman's approximation; or both are repeated until they agree, see `coupling`. The
+indenter's heights are those before it slides: lateral displacements must be small
+compared to the roughness.
+
+References
+----------
+L. E. Goodman, J. Appl. Mech. 29, 515 (1962).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ase_roughcontact._util.validation import finite_array, one_of, positive
+from ase_roughcontact.contact import State
+from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
+from ase_roughcontact.elasticity.lateral import LateralHalfSpace
+from ase_roughcontact.elasticity.lattice import Box, carried
+from ase_roughcontact.interactions.friction import FrictionLaw, check_law
+from ase_roughcontact.path_kinds.sliding.coupling import (
+    COUPLINGS,
+    FIRST_RESIDUAL,
+    MOST_ALTERNATIONS,
+    Coupling,
+    disagreement,
+    mixed,
+)
+from ase_roughcontact.paths.path_records import SlidingStep
+from ase_roughcontact.paths.path_steps import NumberedSteps
+from ase_roughcontact.solvers.lateral.friction import (
+    Drive,
+    FrictionOptions,
+    solve_friction,
+)
+from ase_roughcontact.stepping.relaxed import LateralState, RelaxedStep
+from ase_roughcontact.stepping.retraction import relax_in_contact
+
+#: What a sliding path prescribes laterally: displacement of the indenter, force on it,
+#: or displacement of the base of a spring that moves it.
+LATERAL_CONTROLS = ("displacements", "forces", "bases")
+# Number of boxes of which half spaces are kept.
+_KEPT_HALFSPACES = 3
+# Relative difference of lateral targets that counts as rounding.
+_ROUNDING = 1e-12
+
+
+class _Move(NamedTuple):
+    """Lateral target of a step, and the end of the last step.
+
+    Attributes
+    ----------
+    target : ndarray, shape (2,)
+    at : ndarray, shape (2,), or None
+        Displacement of the indenter, None before the first step (Å).
+    origin : ndarray, shape (2,)
+        Displacement at which the indenter came down (Å).
+    dissipated : float
+        Energy lost by slip so far (eV).
+    """
+
+    target: np.ndarray
+    at: np.ndarray | None
+    origin: np.ndarray
+    dissipated: float
+
+
+@dataclass
+class SlidingSteps(NumberedSteps):
+    """Steps of a contact with friction, each from the last one.
+
+    At first the contact has no tractions, unless the stepper's state has: a first
+    displacement is where the indenter comes down. A contact that can't carry a force is
+    not converged: how far it slides is not known, and counted neither as displacement
+    nor as energy.
+
+    Parameters
+    ----------
+    stepper : Stepper
+    targets : ndarray, shape (steps,), or float
+        Of the stepper; one number is that of all steps.
+    friction : FrictionLaw
+    lateral : ndarray, shape (steps, 2) or (steps,)
+        Lateral targets along x and y, or along x alone.
+    control : {"displacements", "forces", "bases"}
+        Whether they are displacements of the indenter (length), forces on it (force),
+        or displacements of the base of a spring (length).
+    spring : float, optional
+        Stiffness of the spring, for bases (force/length).
+    coupling : {"neglected", "solved"}
+        Whether tractions leave the pressure as it is, and the pressure the lateral
+        displacement. Where atoms come into contact within a step, they stick as if they
+        had been in contact since its beginning: load in several steps.
+
+    Raises
+    ------
+    ValueError
+        If a target is not valid, or the spring is missing.
+    TypeError
+        If friction is no law.
+    NotImplementedError
+        If the solid has no lateral components.
+    """
+
+    kind = SlidingStep
+    friction: FrictionLaw
+    lateral: np.ndarray
+    control: str = "displacements"
+    spring: float | None = None
+    coupling: str = "neglected"
+
+    def __post_init__(self) -> None:
+        """Check the targets, and set up the lateral response of the solid."""
+        one_of(LATERAL_CONTROLS, control=self.control)
+        one_of(COUPLINGS, coupling=self.coupling)
+        if (self.control == "bases") != (self.spring is not None):
+            raise ValueError(
+                "bases need the stiffness of the spring, and only they do, got "
+                f"spring={self.spring}"
+            )
+        if self.spring is not None:
+            positive(spring=self.spring)
+        check_law(self.friction)
+        self._check_targets()
+        self._cross: Coupling | None = None
+        problem = self.stepper.problem
+        if self.coupling == "solved":
+            if problem.solid.coupling:  # none for a Poisson's ratio of 1/2
+                self._cross = Coupling(problem, self.stepper.accuracy)
+        elif TRACTION_DEPTH in self.stepper.start.history:
+            raise ValueError(
+                "the surface is displaced by tractions of a path with "
+                "coupling='solved': go on with that, or start from new atoms"
+            )
+
+        @lru_cache(_KEPT_HALFSPACES)
+        def halfspace(shape: tuple[int, int]) -> LateralHalfSpace:
+            return LateralHalfSpace(
+                shape, problem.spacing, problem.solid, problem.periodic
+            )
+
+        halfspace((2, 2))  # raises if the solid has no lateral components
+        self._halfspace = halfspace
+
+    def _check_targets(self) -> None:
+        """Make one pair of targets for each step."""
+        normal = finite_array(self.stepper.control, self.targets)
+        path = finite_array(self.control, self.lateral)
+        if path.ndim == 1:
+            path = np.stack([path, np.zeros(path.shape)], axis=1)
+        if path.ndim != 2 or path.shape[1] != 2 or not len(path):
+            raise ValueError(
+                f"{self.control} must be numbers along x, or rows of two along x and "
+                f"y, got an array of the shape {path.shape}"
+            )
+        if normal.shape not in ((), (len(path),)):
+            raise ValueError(
+                f"give one of {self.stepper.control} for all {len(path)} "
+                f"{self.control}, or one for each, got {normal.size}"
+            )
+        self.lateral, self.targets = path, np.broadcast_to(normal, len(path))
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Friction, spring and coupling, which a state depends on."""
+        law = {"friction": self.friction.todict(), "spring": self.spring or 0.0}
+        return law | ({"coupling": "solved"} if self.coupling == "solved" else {})
+
+    def described(self, number: int) -> dict[str, Any]:
+        """Return the description that the frame of a step carries."""
+        lateral = {self.control: self.lateral[number].tolist()}
+        return super().described(number) | {"lateral": lateral}
+
+    def differences(self, path: dict[str, Any], number: int) -> list[str]:
+        """Return in what the description of a step differs; see `PathSteps`."""
+        found = super().differences(path, number)
+        if found:
+            return found
+        old, new = path.get("lateral", {}).get(self.control), self.lateral
+        if old is None:
+            return [f"its path has no lateral {self.control}"]
+        if abs(new[number] - old).max() > _ROUNDING * np.ptp(new, axis=0).max():
+            values = [
+                ", ".join(f"{v:.12g}" for v in each) for each in (old, new[number])
+            ]
+            found = [f"{self.control}[{number}] was {values[0]}, is {values[1]}"]
+        return found
+
+    def relax(
+        self, state: State, number: int, previous: Any
+    ) -> tuple[RelaxedStep, dict[str, np.ndarray]]:
+        """Relax the contact, and then its tractions; see `NumberedSteps`."""
+        begun, target = perf_counter(), self.targets[number]
+        move = self._move(number, previous)
+        relaxed = relax_in_contact(self.stepper, state, target, number)
+        if self._cross is None:
+            lateral = self._slid(state, move, relaxed)
+        else:
+            relaxed, lateral = self._agreed(self._cross, state, move, relaxed, target)
+        relaxed = relaxed.marked(lateral.solution.message)
+        seconds = perf_counter() - begun
+        relaxed = replace(relaxed, lateral=lateral, seconds=seconds)
+        return relaxed, self._on_window(lateral, relaxed.state)
+
+    def _agreed(
+        self,
+        cross: Coupling,
+        before: State,
+        move: _Move,
+        relaxed: RelaxedStep,
+        target: float,
+    ) -> tuple[RelaxedStep, LateralState]:
+        """Solve the normal and the lateral problem in turn until they agree."""
+        lateral = self._slid(before, move, relaxed, tolerance=FIRST_RESIDUAL)
+        depths: list[tuple[np.ndarray, np.ndarray]] = []
+        for number in range(1, MOST_ALTERNATIONS + 1):
+            depth, change = cross.change(relaxed, lateral)
+            if change <= cross.agreed or not relaxed.run.converged:
+                # to the tolerance of the lateral problem itself
+                lateral = self._slid(before, move, relaxed, lateral)
+                depth, change = cross.change(relaxed, lateral)
+            if change <= cross.agreed or not relaxed.run.converged:
+                break
+            if number == MOST_ALTERNATIONS:
+                relaxed = relaxed.marked(disagreement(number, change))
+                break
+            state = relaxed.state
+            used = state.history.get(TRACTION_DEPTH, np.zeros(depth.shape))
+            depths.append((used, depth))
+            state = state.keeping(**{TRACTION_DEPTH: mixed(depths)})
+            relaxed = self.stepper.relax(
+                state, target, number=relaxed.number, again=relaxed
+            )
+            residual = FIRST_RESIDUAL * min(change, 1.0)
+            lateral = self._slid(before, move, relaxed, lateral, residual)
+        return relaxed, replace(lateral, alternations=number)
+
+    def _move(self, number: int, previous: Any) -> _Move:
+        """Return the lateral target of a step, and where the last one has ended."""
+        target, at, dissipated = self.lateral[number], None, 0.0
+        origin = np.zeros(2)
+        if self.control == "displacements":
+            origin = self.lateral[0]
+        if previous is not None:
+            at = np.array([previous.lateral_x, previous.lateral_y])
+            dissipated = previous.dissipated_energy
+        return _Move(target, at, origin, dissipated)
+
+    def _on_window(self, lateral: LateralState, state: State) -> dict[str, np.ndarray]:
+        """Return what the surface keeps of a step."""
+        window, box, found = state.window, lateral.box, lateral.solution
+        tractions, shifts = _carried(found.tractions, box, window), found.displacement
+        if box != window:
+            shifts = self._halfspace(window.shape).displacement(tractions)
+        if self._cross:
+            shifts = shifts + self._cross.lateral(state, window)
+        slipping = carried(found.slipping.astype(float), box, window)
+        return dict(zip(LATERAL, (*tractions, *shifts, slipping), strict=True))
+
+    def _slid(
+        self,
+        before: State,
+        move: _Move,
+        relaxed: RelaxedStep,
+        last: LateralState | None = None,
+        tolerance: float = 0.0,
+    ) -> LateralState:
+        """Return the tractions at a target; the last ones are at another pressure.
+
+        The tolerance is at least that of `FrictionOptions`.
+        """
+        bounds, box, start = self._on_box(relaxed, before)
+        halfspace = self._halfspace(box.shape)
+        imposed, new = halfspace.displacement(start), 0.0
+        by_pressure: np.ndarray | float = 0.0
+        if self._cross:
+            touching = bounds > 0.0  # coupled atoms have tractions
+            new = float((touching & ~start.any(axis=0)).sum()) / max(touching.sum(), 1)
+            by_pressure = self._cross.lateral(relaxed.state, box)
+            imposed = imposed + self._cross.lateral(before, box) - by_pressure
+        area, options = relaxed.fields.cell_area, FrictionOptions()
+        at, moved, drive = self._driven(move, area, last)
+        imposed = imposed + moved[:, None, None]
+        if last is not None:
+            start = _carried(last.solution.tractions, last.box, box)
+        options = replace(options, tolerance=max(tolerance, options.tolerance))
+        solution = solve_friction(
+            halfspace, bounds, imposed, start, drive=drive, options=options
+        )
+        slip = imposed + solution.shift[:, None, None] - solution.displacement
+        lost = area * float((solution.tractions * slip).sum())
+        if self.control == "forces" and not solution.converged:
+            moved, lost = np.zeros(2), 0.0  # not known
+            solution = replace(solution, shift=np.zeros(2))
+        if last is not None:
+            pairs = last.solution.pairs + solution.pairs
+            solution = replace(solution, pairs=pairs)
+        at = at + moved + solution.shift
+        return LateralState(
+            box=box,
+            halfspace=halfspace,
+            bounds=bounds,
+            displacement=at,
+            moved=at - move.origin,
+            base=move.target if self.spring else np.full(2, np.nan),
+            dissipated=move.dissipated + lost,
+            solution=solution,
+            cell_area=area,
+            by_pressure=by_pressure,
+            new_contact=new,
+        )
+
+    def _on_box(
+        self, relaxed: RelaxedStep, before: State
+    ) -> tuple[np.ndarray, Box, np.ndarray]:
+        """Return the bounds, a box of all tractions, and those before the step."""
+        window, fields = relaxed.state.window, relaxed.fields
+        problem = relaxed.problem
+        place = problem.spacing, problem.origin(window)
+        bounds = self.friction.bounds(fields.pressure, fields.contact, *place)
+        old = [before.history.get(k, np.zeros(before.window.shape)) for k in TRACTIONS]
+        box = window
+        if not problem.periodic:
+            loaded = Box.bounding(np.hypot(*old) > 0.0, before.window.start)
+            touching = Box.bounding(bounds > 0.0, window.start)
+            box = touching.union(loaded) if touching else loaded or Box((0, 0), (1, 1))
+        return carried(bounds, window, box), box, _carried(old, before.window, box)
+
+    def _driven(
+        self, move: _Move, area: float, last: LateralState | None
+    ) -> tuple[np.ndarray, np.ndarray, Drive | None]:
+        """Return where the indenter was, its known move, and what moves it further."""
+        if self.control == "displacements":
+            at = move.target if move.at is None else move.at
+            return at, move.target - at, None
+        at = np.zeros(2) if move.at is None else move.at
+        moved = np.zeros(2) if last is None else last.displacement - at
+        spring = self.spring or 0.0
+        force = spring * (move.target - at - moved) if spring else move.target
+        x, y = (force / area).tolist()
+        return at, moved, Drive((x, y), spring / area)
+
+
+def _carried(vectors: Iterable[np.ndarray], box: Box, window: Box) -> np.ndarray:
+    """Return both components of vectors on another box."""
+    return np.stack([carried(each, box, window) for each in vectors])

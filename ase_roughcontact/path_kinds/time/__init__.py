@@ -1,0 +1,1 @@
+"""Paths in time, of viscoelastic solids."""

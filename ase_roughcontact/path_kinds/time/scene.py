@@ -1,0 +1,355 @@
+"""Paths in time of a scene with a viscoelastic solid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.units import FORCES, UNITS, per_time, with_unit
+from ase_roughcontact._util.validation import (
+    finite_array,
+    nonnegative,
+    positive,
+)
+from ase_roughcontact.analysis.path_values import dynamic_stiffness
+from ase_roughcontact.path_kinds.loop.instabilities import tension_at_turn
+from ase_roughcontact.path_kinds.time.steps import TimeSteps
+from ase_roughcontact.paths.path_records import TimeStep
+from ase_roughcontact.paths.path_steps import PathSteps
+from ase_roughcontact.paths.schedule import Schedule
+from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.path_kind import (
+    PathKind,
+    Steps,
+    range_at,
+    stiffness_of,
+    turn_text,
+    write_curve,
+)
+from ase_roughcontact.stepping.step import Stepper
+from ase_roughcontact.theory import JKR, Hertz
+
+# Numbers of time steps for a change of the target, a hold and a cycle, as measured for
+# smooth spheres (13 to 69, 8 to 44 and 43 to 57); they grow below this tolerance.
+# Attraction adds hundreds to thousands, most at slow rates.
+_STEPS, _STEPS_OF_HOLD, _STEPS_OF_CYCLE = 30, 20, 45
+_USUAL_TOLERANCE = 1e-3
+# Advice for a loop with a rate and a cantilever.
+_OF_CANTILEVER = (
+    ': in place of a loop at a rate give kind = "time", control = "base" and values, '
+    'heights of the base such as ["20 nm", "-50 nm", "200 nm"]'
+)
+# What a path does while its targets press more, are the same, or press less.
+_WAYS = {1.0: "approach", 0.0: "dwell", -1.0: "retraction"}
+# Rounding of times, relative.
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Timed(PathKind):
+    """``[path]`` of kind "time": targets and times (s), or rates (nm/s, nN/s).
+
+    A rate is that of all changes of the target, or there is one for each of them.
+    """
+
+    kind = "time"
+    record = TimeStep
+    units = {"cantilever": "N/m", "times": "s", "dwell": "s", "frequency": "Hz"}
+    in_order = True
+    controls = (*PathKind.controls, "base")
+    captions = {
+        "time.png": "Force and contact area over time and over depth; arrows: "
+        "direction of the path.",
+        "cantilever.png": "Force of the cantilever over the distance of its base.",
+    }
+
+    control: str = "load"
+    values: tuple | None = None
+    deepest: float | str | None = None
+    times: tuple | None = None
+    rate: float | str | tuple | None = None
+    dwell: float = 0.0
+    amplitude: float | str | None = None
+    frequency: float | None = None
+    cycles: int = 3
+    tolerance: float = 1e-3
+    cantilever: float | None = None
+
+    @property
+    def columns(self) -> dict[str, str]:  # type: ignore[override]
+        """Columns of the printed table, with their labels."""
+        base = {"base": "base", "deflection": "deflection"}
+        return {
+            "time": "time",
+            **(base if self.control == "base" else {}),
+            "penetration": "depth",
+            "normal_force": "force",
+            "contact_area": "area",
+            **({} if self.control == "base" else {"energy": "energy"}),
+            "dissipation": "power",
+        }
+
+    @property
+    def stiffness(self) -> float | None:
+        """Stiffness of the cantilever (eV/Å^2); None without one."""
+        if (self.control == "base") != (self.cantilever is not None):
+            advice = "" if self.deepest is None else _OF_CANTILEVER
+            raise ValueError(
+                'control = "base" needs the stiffness of the cantilever, and only it'
+                f"{advice}"
+            )
+        return stiffness_of(cantilever=self.cantilever)
+
+    def check(self, bodies: Bodies) -> None:
+        """Raise an error if the solid needs another kind of path."""
+        if bodies.solid.creep is None:
+            raise ValueError(
+                "a path in time, such as a loop with a rate, needs a viscoelastic "
+                "solid: give relaxation_moduli and relaxation_times in [substrate]"
+            )
+
+    def schedule(self, bodies: Bodies) -> Schedule:
+        """Return the targets (Å or eV/Å) as a function of time (s).
+
+        Raises
+        ------
+        ValueError
+            If a key is missing or invalid.
+        """
+        unit, units = self.unit, self.units_of_targets(bodies)
+        path = self.in_unit(["values", "deepest", "amplitude"], bodies)
+        given = self._loop(bodies, path) if path.deepest is not None else path.values
+        values = (UNITS[unit] * finite_array("values", list(given or ()))).tolist()
+        if not values:
+            raise ValueError(
+                "give values, the targets between which the path goes, or for a loop "
+                "at a rate deepest, the penetration at which it turns"
+            )
+        if (self.times is None) == (self.rate is None):
+            raise ValueError("give either times, one for each value, or a rate")
+        positive(tolerance=self.tolerance)
+        nonnegative(dwell=self.dwell)
+        if self.times is None:
+            schedule = self._at_rates(values, units)
+        elif self.dwell:
+            raise ValueError("a dwell needs a rate: repeat the value in times")
+        else:
+            times = finite_array("times", list(self.times)).tolist()
+            schedule = Schedule.through(times, values)
+        if (path.amplitude is None) != (self.frequency is None):
+            raise ValueError("an oscillation needs both amplitude and frequency (Hz)")
+        if self.frequency is not None:
+            schedule = schedule.oscillate(
+                UNITS[unit] * float(path.amplitude or 0.0), self.frequency, self.cycles
+            )
+        if not schedule.duration:
+            raise ValueError(
+                "the path takes no time: give values that differ, such as [0, 20], or "
+                "later times"
+            )
+        return schedule
+
+    def _loop(self, bodies: Bodies, path: Timed) -> list[float]:
+        """Return the penetrations (Å) of a loop, from which nothing interacts."""
+        self.check(bodies)
+        if self.control != "penetration" or self.values is not None:
+            raise ValueError(
+                'a loop at a rate needs control = "penetration", and no values, which '
+                "deepest stands for"
+            )
+        wall, creep, deepest = bodies.wall, bodies.solid.creep, float(path.deepest or 0)
+        attraction = range_at(bodies, self.deepest, deepest)
+        if creep is None or not creep.relaxed or not attraction < math.inf:
+            raise ValueError(
+                "a loop at a rate needs a solid that relaxes to a modulus, and a wall "
+                "of a finite range: give values, from which to which the path goes"
+            )
+        neck = 0.0
+        if wall.attractive and bodies.radius < math.inf:
+            # of the largest work of adhesion of a crack on the relaxed solid
+            work = wall.work_of_adhesion / creep.relaxed
+            modulus = creep.relaxed * bodies.solid.contact_modulus
+            neck = -JKR(bodies.radius, modulus, work).pull_off_penetration
+        return [-attraction, deepest, -(attraction + neck)]
+
+    def _at_rates(self, values: list[float], units: Mapping[str, float]) -> Schedule:
+        """Return the schedule at given rates, with a dwell at the deepest target."""
+        changes, unit = len(values) - 1, "nN" if "nN" in units else "nm"
+        if not changes:
+            raise ValueError(
+                "a rate needs two values or more, between which the path goes, got "
+                "one: give values such as [0, 20], or times"
+            )
+        try:
+            rates = self.plain(["rate"], per_time(units), f"{unit}/s").rate
+        except ValueError as error:
+            raise ValueError(
+                f'rate must be a number ({unit}/s), or a string such as "20 {unit}/s", '
+                f"got {self.rate!r}"
+            ) from error
+        rates = rates if isinstance(rates, tuple) else (rates,) * changes
+        if len(rates) != changes:
+            raise ValueError(
+                "give one rate, or one for each change from a value to the next: "
+                f"{changes}, got {len(rates)}"
+            )
+        positive(rate=min(rates))
+        schedule = Schedule(values[0])
+        for rate, (before, value) in zip(rates, pairwise(values), strict=True):
+            schedule = schedule.ramp(value, rate=rate * UNITS[unit])
+            if self.dwell and value == self.deepest_of(values) and value != before:
+                schedule = schedule.hold(self.dwell)
+        return schedule
+
+    def planned(self, bodies: Bodies) -> PathKind:
+        """Return the path of one step, to the largest target."""
+        schedule, unit = self.schedule(bodies), UNITS[self.unit]
+        targets = [schedule.first, *(part.end for part in schedule.parts)]
+        deepest = self.deepest_of(targets)
+        if self.stiffness is None:
+            return Steps(self.control, values=(deepest / unit,))
+        # a tip on the surface, or a rigid cantilever, whichever has the smaller force
+        depth = max(bodies.wall.contact_distance - deepest, 0.0)
+        hertz = Hertz(bodies.radius, bodies.solid.contact_modulus)
+        rigid = hertz.force(hertz.contact_radius_from_penetration(depth))
+        load = min(self.stiffness * depth, float(rigid))
+        return Steps("load", values=(load / UNITS["nN"],))
+
+    def expected_count(self, bodies: Bodies) -> int:
+        """Return the number of time steps, to a factor of two without attraction."""
+        return round(1.0 + sum(self.expected_counts(bodies)))
+
+    def expected_counts(self, bodies: Bodies) -> list[float]:
+        """Return the numbers of time steps to expect in the parts of the schedule."""
+        finer = max(1.0, _USUAL_TOLERANCE / self.tolerance) ** (1 / 3)
+        found = []
+        for _, start, part in self.schedule(bodies).timed_parts():
+            if part.amplitude:
+                found.append(_STEPS_OF_CYCLE * part.frequency * part.duration)
+            else:
+                found.append(finer * (_STEPS_OF_HOLD if part.end == start else _STEPS))
+        return found
+
+    def describe(self, bodies: Bodies) -> str:
+        """Return duration and number of steps, and what is planned."""
+        creep = bodies.solid.creep
+        grows = ""
+        if self.unit in FORCES and creep is not None and creep.relaxed:
+            factor = creep.relaxed ** (-2.0 / 3.0)
+            grows = f"; under a load its area grows up to {factor:.2g} times by creep"
+        jumps = ""
+        if bodies.wall.attractive:
+            jumps = ", and where the contact snaps in or off: thousands at slow rates"
+        return (
+            f"Path of {self.schedule(bodies).duration:.4g} s, in about "
+            f"{self.expected_count(bodies)} time steps ({_STEPS} for a change of the "
+            f"target, {_STEPS_OF_HOLD} for a dwell, {_STEPS_OF_CYCLE} a cycle, more "
+            f"with a small tolerance{jumps}). All are counted as large as the deepest "
+            f"state, in a solid with the instantaneous modulus{grows}:"
+        )
+
+    def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
+        """Return what follows the schedule."""
+        return TimeSteps(stepper, self.schedule(bodies), self.tolerance)
+
+    @property
+    def springs(self) -> dict[str, Any]:
+        """Stiffness of the cantilever as it is written beside the results."""
+        return {"cantilever": self.stiffness or 0.0}
+
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
+        """Return largest forces, and the energies lost."""
+        steps: Any = states
+        forces = [step.normal_force for step in steps]
+        dissipated = sum(step.dissipated_energy for step in steps)
+        jumps = [step.lost_energy for step in steps if step.lost_energy]
+        found = {
+            "time steps": f"{len(steps) - 1}, all of which are in curve.csv",
+            "largest force": with_unit(max(forces), "nN"),
+            "pull-off force": with_unit(max(0.0, -min(forces)), "nN"),
+            "dissipated energy": f"{with_unit(dissipated, 'eV')}, by the solid",
+        }
+        if (turn := self._turn(bodies, states)) is not None:
+            found["turn"] = turn_text(turn)
+        if jumps:
+            found["lost energy"] = (
+                f"{with_unit(sum(jumps), 'eV')}, in {len(jumps)} instabilities at the "
+                "instantaneous modulus"
+            )
+        if self.frequency is not None:
+            with suppress(ValueError):  # of a path that is not finished
+                stiffness = dynamic_stiffness(steps, self.frequency)
+                found["dynamic stiffness"] = (
+                    f"storage {with_unit(stiffness.real, 'N/m')}, "
+                    f"loss {with_unit(stiffness.imag, 'N/m')}, at {self.frequency:g} Hz"
+                )
+        return found
+
+    def warnings(self, bodies: Bodies, states: Sequence[LoadStep]) -> tuple[str, ...]:
+        """Return why the pull-off force is a lower bound; see `PathKind.warnings`."""
+        turn = self._turn(bodies, states)
+        if turn is None or turn.normal_force >= 0.0:
+            return ()
+        least = min(state.normal_force for state in states)
+        return (tension_at_turn(turn, -least),)
+
+    def _turn(self, bodies: Bodies, states: Sequence[LoadStep]) -> LoadStep | None:
+        """Return the last state before the retraction with the largest tension.
+
+        None if the largest tension is not that of a retraction.
+        """
+        ways = self.ways(bodies, states)
+        forces = [state.normal_force for state in states]
+        last = int(np.argmin(forces))
+        if forces[last] >= 0.0 or ways[last] != "retraction":
+            return None
+        while last and ways[last] == "retraction":
+            last -= 1
+        return states[last]
+
+    def draw(
+        self, bodies: Bodies, states: Sequence[Any], folder: Path
+    ) -> Iterator[str]:
+        """Draw force and area over time and depth; write the force curve."""
+        from ase_roughcontact import plot  # imports matplotlib
+
+        ways = self.ways(bodies, states)
+        limits = {
+            bodies.labelled(f"{limit.name}: theory, {name} modulus"): limit
+            for name, limit in bodies.sphere_limits.items()
+        }
+        theory = bodies.forces_over_depth(limits, states)
+        plot.draw_time_path(folder / "time.png", states, ways, theory)
+        yield "time.png"
+        if self.stiffness is not None:
+            columns: dict[str, list[float]] = {
+                "time": [state.time for state in states],
+                "distance": [state.base for state in states],
+                "deflection": [state.deflection for state in states],
+                "force": [state.normal_force for state in states],
+            }
+            write_curve(folder / "cantilever.csv", ways, columns)
+            plot.draw_cantilever_path(folder / "cantilever.png", states, ways)
+            yield "cantilever.png"
+
+    def ways(self, bodies: Bodies, states: Sequence[Any]) -> list[str]:
+        """Return what the path does at each state; see `PathKind.ways`."""
+        parts = list(self.schedule(bodies).timed_parts())
+        inward = self.deepest_of([-1.0, 1.0])  # sign of targets that press more
+        names = [
+            "oscillation"
+            if part.amplitude
+            else _WAYS[np.sign(part.end - start) * inward]
+            for _, start, part in parts
+        ]
+        begins = [begin for begin, *_ in parts]
+        times = np.array([state.time for state in states]) * (1.0 - _ROUNDING)
+        return [names[i - 1] for i in np.searchsorted(begins, times).clip(1)]

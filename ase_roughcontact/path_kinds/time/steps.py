@@ -1,0 +1,437 @@
+r"""Paths in time: contacts of viscoelastic solids, in time steps of controlled error.
+
+Between two states the pressure is taken as linear in time. The error that its curvature
+leaves in the pressures :math:`q_k` that the surface remembers (see `contact.creep`) is
+
+.. math:: \epsilon = \frac{\sum_k J_k\, \kappa(\Delta t/\theta_k)\, n_k\,
+          \Delta t^2 \sum_i |\ddot p_i|}{\max_t \sum_i |p_i|}, \qquad
+          \kappa(x) = \frac{x}{12 + 2 x^2},
+
+with the second derivative from the rates of this step and of the last one: it includes
+atoms that open or close between them. Where a part of the schedule begins, the rate in
+the first half of the step stands for the last one, and the first step is as long as the
+shortest time of the solid. The errors of successive steps add up while the pressures
+bend and the surface remembers,
+
+.. math:: n_k = \max\left[1, \tfrac14 \min\left(\frac{\theta_k}{\Delta t},
+          \frac{\sum_i |\dot p_i|}{\Delta t \sum_i |\ddot p_i|}\right)\right] .
+
+As :math:`\epsilon` vanishes in steps that are much longer than the times of the series,
+the `time_balance` of the energies has an error, too: it finds contacts that jump within
+such a step. It is relative to the largest work or dissipated energy of the path. At the
+start of a path the largest pressures and energies are those of one step from rest to
+the largest target, which is relaxed for this estimate.
+
+A step of a larger error is repeated at half the duration, and so is one in which the
+pressures change much. Durations are those of a part of the schedule divided by powers
+of two, so that half spaces of few compliances are needed. The solver leaves a tenth of
+the tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ase_roughcontact._util.identity import differences
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import positive
+from ase_roughcontact.contact import State
+from ase_roughcontact.contact.creep import PRESSURE_RATE, dissipated_energy
+from ase_roughcontact.elasticity.lattice import carried
+from ase_roughcontact.path_kinds.time.balance import energy_balance, work_between
+from ase_roughcontact.paths.path_records import TimeStep
+from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
+from ase_roughcontact.paths.schedule import Part, Schedule
+from ase_roughcontact.stepping.relaxed import RelaxedStep
+
+# Powers of two by which the duration of a part is divided: at least, and at most. An
+# oscillation has at least that many steps in a cycle.
+_LEAST, _MOST = 3, 40
+_STEPS_PER_CYCLE = 32
+# Largest change of the pressures in a step, relative to their largest sum, so that
+# force and area are resolved where they change faster than the solid creeps; and power
+# of two beyond which parts are not divided for it, as the contact may jump.
+_LARGEST_CHANGE, _FINEST = 0.1, 16
+# Error that the solver of a step may leave, relative to the tolerance.
+_SOLVER_PART = 0.1
+# Creep compliance over a step below which the solid hardly creeps in it.
+_INSTANTANEOUS = 1.1
+# Controls whose smallest target presses most.
+_LOWERED = "heights", "bases"
+# Part of the errors of successive steps that add up.
+_ADDED = 0.25
+# A contact is lost if it lacks more than this part of a tension.
+_LOST_PART = 0.1
+# A step is followed by one of twice its duration if its error is below this part of the
+# tolerance: it grows eightfold.
+_GROWTH = 0.1
+
+
+@dataclass(frozen=True)
+class _Position:
+    """Where the last time step of a path has ended.
+
+    Attributes
+    ----------
+    part : int
+        Part of the schedule.
+    level, done : int
+        Steps of the part that are done, in units of ``2**-level`` of its duration.
+    may_grow : bool
+        Whether the error of the last step allows a longer one.
+    elapsed : float
+        Duration of the last step (time).
+    pressure : float
+        Largest sum of the magnitudes of the pressures so far (pressure).
+    energy : float
+        Largest work or dissipated energy so far, or estimate of it (energy).
+    work, dissipated : float
+        Work on the indenter and dissipated energy so far (energy).
+    """
+
+    part: int = -1
+    level: int = 0
+    done: int = 0
+    may_grow: bool = False
+    elapsed: float = 0.0
+    pressure: float = 0.0
+    energy: float = 0.0
+    work: float = 0.0
+    dissipated: float = 0.0
+
+
+class _Reached(NamedTuple):
+    """End of the last time step.
+
+    Attributes
+    ----------
+    position : _Position
+    state : State
+    target : float
+    record : TimeStep or None
+        Result of the step; None before the first one.
+    """
+
+    position: _Position
+    state: State
+    target: float
+    record: TimeStep | None
+
+
+@dataclass
+class TimeSteps(PathSteps):
+    """Time steps whose durations follow from an estimate of their errors.
+
+    The first state, and those at the end of each time step.
+
+    Parameters
+    ----------
+    stepper : Stepper
+    schedule : Schedule
+    tolerance : float
+        See `time_path`.
+    """
+
+    kind = TimeStep
+    schedule: Schedule
+    tolerance: float = 1e-3
+
+    def __post_init__(self) -> None:
+        """Check that the solid creeps, and let the solver leave less than the steps."""
+        positive(tolerance=self.tolerance)
+        solid = self.stepper.problem.solid
+        if solid.creep is None:
+            raise ValueError(
+                f"a path in time needs a Viscoelastic solid, got {solid!r}"
+            )
+        self.creep = solid.creep
+        self.stepper = self.stepper.limited(_SOLVER_PART * self.tolerance)
+
+    def differences(self, path: dict[str, Any], number: int) -> list[str]:
+        """Return in what the description of a step differs; see `PathSteps`."""
+        if "schedule" not in path:
+            return ["its path is not one in time"]
+        old, done = path["schedule"], path["position"]["part"] + 1
+        new = self.schedule.todict()
+        # the path may have been extended at its end
+        old, new = ({**s, "parts": list(s["parts"])[:done]} for s in (old, new))
+        return differences(
+            {"tolerance": path["tolerance"], "schedule": old},
+            {"tolerance": self.tolerance, "schedule": new},
+        )
+
+    def steps(
+        self, start: State, record: type[Any], last: LastStep | None = None
+    ) -> Iterator[PathStep]:
+        """Yield the states after the last one that is done; see `PathSteps`."""
+        if last is None:
+            at = _Reached(self._first_position(start), start, 0.0, None)
+            new = self._sudden(at, record, self.schedule.first, 0.0)
+            at = self._after(new)
+            yield new
+        else:
+            position = _Position(**last.path["position"])
+            state = self.stepper.restored(last.state).state  # with its depths
+            at = _Reached(position, state, last.path["target"], last.step)
+        for number, (begin, first, part) in enumerate(self.schedule.timed_parts()):
+            if number < at.position.part:
+                continue
+            if number > at.position.part:
+                level = self._first_level(part) if part.duration else 0
+                position = replace(at.position, part=number, level=level, done=0)
+                state = at.state.keeping(**{PRESSURE_RATE: None})
+                at = at._replace(position=position, state=state)
+                if part.duration == 0.0:
+                    at = at._replace(position=replace(position, done=1))
+                    new = self._sudden(at, record, part.end, begin)
+                    at = self._after(new)
+                    yield new
+            if part.duration > 0.0:
+                at = yield from self._part(at, record, begin, first, part)
+
+    def _part(
+        self, at: _Reached, record: type[Any], begin: float, first: float, part: Part
+    ) -> Generator[PathStep, None, _Reached]:
+        """Yield the remaining states of a part of the schedule; return its end."""
+        least = _least_level(part)
+        position = replace(at.position, level=max(at.position.level, least))
+        while position.done < 2**position.level:
+            if position.may_grow and position.level > least and position.done % 2 == 0:
+                level, done = position.level - 1, position.done // 2
+                position = replace(position, level=level, done=done, may_grow=False)
+            elapsed = part.duration / 2**position.level
+            fraction = (position.done + 1) / 2**position.level
+            target = part.target(first, fraction)
+            moment = begin + fraction * part.duration
+            state, between = at.state, 0.5 * (elapsed + position.elapsed)
+            if PRESSURE_RATE not in state.history:
+                between = 0.25 * elapsed
+                half = part.target(first, fraction - 0.5 / 2**position.level)
+                rate = self._rate_at_first(state, half, moment, elapsed)
+                state = state.keeping(**{PRESSURE_RATE: rate})
+            relaxed, result, unbalanced = self._step(
+                at._replace(state=state), record, target, moment, elapsed
+            )
+            rate = _rate(state, relaxed.state, elapsed)
+            largest = max(position.pressure, _sum_of(relaxed.state.pressure))
+            error = self._error(relaxed.state, rate, elapsed, between)
+            error = max(_part_of(error, largest), unbalanced)
+            change = 0.0
+            if state.pressure.any():
+                change = _part_of(elapsed * _sum_of(rate), largest)
+            coarse = change > _LARGEST_CHANGE and position.level < _FINEST
+            if (error > self.tolerance or coarse) and position.level < _MOST:
+                level, done = position.level + 1, 2 * position.done
+                position = replace(position, level=level, done=done, may_grow=False)
+                continue
+            self._check_held(target, result)
+            small = change < 0.5 * _LARGEST_CHANGE
+            position = replace(
+                position,
+                done=position.done + 1,
+                may_grow=error < _GROWTH * self.tolerance and small,
+                elapsed=elapsed,
+            )
+            left = self.stepper.commit(relaxed, **{PRESSURE_RATE: rate})
+            new = self._accepted(position, at.record, target, left, result)
+            at = self._after(new)
+            position = at.position
+            yield new
+        return at
+
+    def _sudden(
+        self, at: _Reached, record: type[Any], target: float, time: float
+    ) -> PathStep:
+        """Return the state after a sudden change of the target."""
+        relaxed, result, _ = self._step(at, record, target, time, 0.0)
+        self._check_held(target, result)
+        left = self.stepper.commit(relaxed)
+        return self._accepted(at.position, at.record, target, left, result)
+
+    def _accepted(
+        self,
+        position: _Position,
+        last: TimeStep | None,
+        target: float,
+        left: RelaxedStep,
+        result: TimeStep,
+    ) -> PathStep:
+        """Return a step that is kept, with the description that its frame carries."""
+        work = position.work + (work_between(last, result) if last else 0.0)
+        dissipated = position.dissipated + result.dissipated_energy
+        position = replace(
+            position,
+            pressure=max(position.pressure, _sum_of(left.state.pressure)),
+            work=work,
+            dissipated=dissipated,
+            energy=max(position.energy, abs(work), dissipated),
+        )
+        path = {
+            "target": target,
+            "schedule": self.schedule.todict(),
+            "tolerance": self.tolerance,
+            "position": asdict(position),
+        }
+        return PathStep(result, left, path)
+
+    def _after(self, new: PathStep) -> _Reached:
+        """Return the end of a step that is kept."""
+        position = _Position(**new.path["position"])
+        return _Reached(position, new.left.state, new.path["target"], new.record)
+
+    def _check_held(self, target: float, step: TimeStep) -> None:
+        """Raise `RuntimeError` if the surface does not hold the indenter at a load."""
+        lost = step.normal_force - target > _LOST_PART * abs(target)
+        if self.stepper.control != "loads" or step.converged or not lost:
+            return
+        raise RuntimeError(
+            f"the contact is lost at the time {step.time:g}: it holds no tension of "
+            f"{-target:g} eV/Å ({-target / UNITS['nN']:g} nN). The steps before are "
+            "kept; end the loads there, or give heights or the base of a cantilever"
+        )
+
+    def _step(
+        self,
+        at: _Reached,
+        record: type[Any],
+        target: float,
+        time: float,
+        elapsed: float,
+    ) -> tuple[RelaxedStep, TimeStep, float]:
+        """Return a step, its result with energies, and the error of their balance.
+
+        Energy that is missing although the solid hardly creeps in so short a step, and
+        the work is known, was lost in an instability, and is no error.
+        """
+        number = at.record.step + 1 if at.record else 0
+        relaxed = self.stepper.relax(
+            at.state, target, number=number, moment=time, elapsed=elapsed
+        )
+        result = record.of(relaxed)
+        if at.record is None:
+            return relaxed, result, 0.0
+        if elapsed:
+            energy = dissipated_energy(at.state, relaxed.state, self.creep, elapsed)
+            energy *= relaxed.halfspace.cell_area
+            result = replace(result, dissipated_energy=energy)
+        missing, uncertainty = energy_balance(
+            self.stepper, (at.target, at.record), (target, result)
+        )
+        error = _energy_error(at.position, at.record, result, missing)
+        unexplained = missing > uncertainty and error > self.tolerance
+        lost = missing if unexplained else 0.0
+        instantaneous = self.creep.compliance(elapsed) < _INSTANTANEOUS
+        known = instantaneous and uncertainty < self.tolerance * lost
+        error = 0.0 if known else error
+        return relaxed, replace(result, lost_energy=lost), error
+
+    def _rate_at_first(
+        self, state: State, target: float, moment: float, elapsed: float
+    ) -> np.ndarray:
+        """Return the rate in the first half of a step, which is relaxed.
+
+        It stands for the rate of a last step where a part of the schedule begins.
+
+        Parameters
+        ----------
+        state : State
+            State at the beginning of the step.
+        target : float
+            Target after half of the step.
+        moment, elapsed : float
+            Time at the end of the step, and its duration.
+        """
+        half = 0.5 * elapsed
+        relaxed = self.stepper.relax(state, target, moment=moment - half, elapsed=half)
+        rate = _rate(state, relaxed.state, half)
+        return carried(rate, relaxed.state.window, state.window)
+
+    def _error(
+        self, state: State, rate: np.ndarray, elapsed: float, between: float
+    ) -> float:
+        """Return the estimated error of the pressures of a step.
+
+        Parameters
+        ----------
+        state : State
+            Relaxed state, with the last rate.
+        rate : ndarray, shape (n, m)
+            Rate of the pressure in the step.
+        elapsed, between : float
+            Duration of the step, and time between both rates.
+        """
+        times = np.array(self.creep.times)
+        curvature = _sum_of(rate - state.history[PRESSURE_RATE]) / between
+        change = elapsed * _sum_of(rate)
+        bend = elapsed**2 * curvature
+        x = elapsed / times
+        steps = _part_of(change, bend)  # over which the pressures bend
+        repeated = np.maximum(_ADDED * np.minimum(1.0 / x, steps), 1.0)
+        weights = np.array(self.creep.compliances) * x / (12.0 + 2.0 * x**2)
+        weight = float(weights @ repeated)
+        weight += self.creep.flow * elapsed / 12.0 * max(_ADDED * steps, 1.0)
+        return weight * bend
+
+    def _first_position(self, start: State) -> _Position:
+        """Return the first position, with an estimate of pressures and energies.
+
+        They are those of one step that takes the surface from rest to the largest
+        target, in the time in which the path gets there.
+        """
+        sign = -1.0 if self.stepper.control in _LOWERED else 1.0
+        target, time = self.schedule.largest(sign)
+        position = _Position()
+        with suppress(ValueError, RuntimeError, MemoryError):  # of the path itself
+            relaxed = self.stepper.relax(start, target, moment=time, elapsed=time)
+            position = replace(
+                position,
+                pressure=_sum_of(relaxed.fields.pressure),
+                energy=abs(relaxed.fields.energy),
+            )
+        return position
+
+    def _first_level(self, part: Part) -> int:
+        """Return the power of two that divides a part into steps of the shortest time.
+
+        That is, of the solid, or of the part if this is shorter.
+        """
+        flow = [1.0 / self.creep.flow] if self.creep.flow else []
+        shortest = min([*self.creep.times, *flow])
+        level = math.ceil(math.log2(max(part.duration / shortest, 1.0)))
+        return min(max(level, _least_level(part)), _MOST)
+
+
+def _energy_error(
+    at: _Position, last: TimeStep, step: TimeStep, missing: float
+) -> float:
+    """Return a missing energy relative to the largest energy of the path so far."""
+    work = abs(at.work + work_between(last, step))
+    scale = max(at.energy, work, at.dissipated + step.dissipated_energy)
+    return _part_of(abs(missing), scale)
+
+
+def _rate(before: State, after: State, elapsed: float) -> np.ndarray:
+    """Return the rate of the pressure between two states, on the window of the last."""
+    return (after.pressure - before.on(after.window).pressure) / elapsed
+
+
+def _sum_of(values: np.ndarray) -> float:
+    """Return the sum of magnitudes."""
+    return float(abs(values).sum())
+
+
+def _part_of(value: float, scale: float) -> float:
+    """Return a value relative to a scale, which is zero only if the value is."""
+    return value / scale if scale else 0.0
+
+
+def _least_level(part: Part) -> int:
+    """Return the smallest power of two by which a part is divided."""
+    cycles = part.frequency * part.duration
+    return max(_LEAST, math.ceil(math.log2(max(_STEPS_PER_CYCLE * cycles, 1.0))))

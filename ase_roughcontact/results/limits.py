@@ -1,0 +1,301 @@
+"""Limits of the model: quantities of a relaxed step that must not exceed a value.
+
+The model is a linear elastic half space under small slopes, sampled by atoms. A limit
+is an entry of `CHECKS`. The column `validity` of a step lists the limits it exceeds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact.results.errors import LARGEST_PART_OF_CELL
+from ase_roughcontact.stepping.relaxed import RelaxedStep
+from ase_roughcontact.theory.maugis import edge_zone
+from ase_roughcontact.windows.fixed import at_edge
+
+#: Least width of the zone of attraction at the edge of a contact, in a0.
+LEAST_EDGE_ZONE = 7.0
+#: Largest relative error of force or area that a given `fmax` may leave.
+LARGEST_ERROR_BY_FMAX = 0.01
+# Separates the entries of the column.
+_SEPARATOR = "; "
+
+
+@dataclass(frozen=True)
+class Check:
+    """A limit of the model's validity.
+
+    Attributes
+    ----------
+    condition : str
+        ``"quantity/unit > limit"`` or ``"< limit"``, outside of the validity.
+    reason : str
+        Why it is a limit.
+    value : callable
+        Called with a `RelaxedStep`; returns the quantity, NaN if it is not defined.
+    constant : bool
+        Whether the quantity is the same in all steps of a path, apart from a local
+        work of adhesion.
+    attractive : bool or None
+        Whether it is a limit of walls with attraction, of others, or of all.
+    """
+
+    condition: str
+    reason: str
+    value: Callable[[RelaxedStep], float]
+    constant: bool = False
+    attractive: bool | None = None
+
+    @property
+    def name(self) -> str:
+        """The quantity, divided by its unit."""
+        return self.condition.rsplit(" ", 2)[0]
+
+    def violation(self, step: RelaxedStep) -> str:
+        """Return ``"quantity = value > limit"``; empty if the limit is kept."""
+        if self.attractive not in (None, step.contact.interaction.attractive):
+            return ""
+        name, sign, limit = self.condition.rsplit(" ", 2)
+        value = self.value(step)
+        exceeds = value > float(limit) if sign == ">" else value < float(limit)
+        return f"{name} = {value:.3g} {sign} {limit}" if exceeds else ""
+
+
+def violations(step: RelaxedStep) -> str:
+    """Return the limits that a relaxed step exceeds, with values; empty if none."""
+    return _SEPARATOR.join(filter(None, (check.violation(step) for check in CHECKS)))
+
+
+def failed_checks(validity: str) -> dict[str, Check]:
+    """Return the checks in a column `validity`, by their entries in it.
+
+    Parameters
+    ----------
+    validity : str
+        As `violations` returns it.
+
+    Returns
+    -------
+    dict of Check
+    """
+    checks = {check.name: check for check in CHECKS}
+    entries = validity.split(_SEPARATOR) if validity else []
+    return {entry: checks[entry.partition(" = ")[0]] for entry in entries}
+
+
+def _mean_pressure(step: RelaxedStep) -> float:
+    # rounding may make the mean of equal pressures larger than any of them
+    pressure = min(step.mean_pressure, float(step.fields.pressure.max()))
+    return pressure / step.options.hardness
+
+
+def _contact_radius(step: RelaxedStep) -> float:
+    """Return the largest distance from the axis over R, for a paraboloid."""
+    facts = step.problem.facts
+    if facts.profile != "paraboloid":
+        return math.nan
+    return step.contact_radius / facts.radius
+
+
+def _patch_width(step: RelaxedStep) -> float:
+    """Return the width in pixels of squares with the area and perimeter of patches."""
+    if not step.touches:
+        return math.nan
+    area, sides = step.fields.contact_area, step.perimeter
+    width = 4.0 * area / sides if sides else math.inf
+    return width / step.problem.facts.pixel
+
+
+def _smallest_gap(step: RelaxedStep) -> float:
+    core = getattr(step.contact.interaction, "core", math.nan)
+    return float(step.fields.gap.min()) / core
+
+
+def _slope(step: RelaxedStep) -> float:
+    """Return the largest slope between an atom in contact and its neighbours."""
+    contact, heights = step.fields.contact.copy(), step.contact.heights
+    contact[-1] = contact[:, -1] = False
+    atoms = contact.ravel().nonzero()[0]
+    here, right, above = (heights.take(atoms + k) for k in (0, 1, contact.shape[1]))
+    right -= here
+    above -= here
+    largest = (right * right + above * above).max(initial=0.0)
+    return math.sqrt(largest) / step.halfspace.spacing
+
+
+def _tension(step: RelaxedStep) -> float:
+    halfspace = step.halfspace
+    load = 0.0
+    if not step.run.support.fixed:
+        load = step.run.support.load / halfspace.cell_area
+    return max(-float(step.fields.pressure.min()), -load) / halfspace.contact_modulus
+
+
+def _tip_zone(step: RelaxedStep) -> float:
+    """Return the radius around a point contact in which the wall attracts, in a0."""
+    reach = step.problem.facts.radius * step.contact.interaction.attraction_range
+    return math.sqrt(2.0 * reach) / step.halfspace.spacing
+
+
+def _part_of_period(step: RelaxedStep) -> float:
+    """Return the cell over the period of the indenter, if the edges touch."""
+    halfspace = step.halfspace
+    if not (halfspace.periodic and at_edge(step.fields.contact)):
+        return math.nan
+    sides = halfspace.spacing * np.array(halfspace.shape)
+    return step.problem.facts.part_of_period(sides)
+
+
+def _edge_zone(step: RelaxedStep) -> float:
+    """Return the smallest width of Dugdale's zone at the edge of a contact, in a0."""
+    wall, halfspace = step.contact.interaction, step.halfspace
+    adhesion = step.contact.adhesion  # relative, None if it is uniform
+    work = wall.work_of_adhesion * (1.0 if adhesion is None else adhesion.max())
+    creep = step.problem.solid.creep  # the zone is narrowest in the relaxed solid
+    modulus = halfspace.contact_modulus * (creep.relaxed if creep else 1.0)
+    return edge_zone(modulus, work, wall.attraction_range) / halfspace.spacing
+
+
+def _coupling(step: RelaxedStep) -> float:
+    neglected = step.lateral is not None and not step.lateral.alternations
+    if not neglected or not step.fields.normal_force > 0.0:
+        return math.nan
+    tractions = float(np.hypot(*step.lateral.solution.tractions).sum())
+    friction = tractions * step.fields.cell_area / step.fields.normal_force
+    return step.problem.solid.coupling * friction
+
+
+def _slip(step: RelaxedStep) -> float:
+    """Return the largest slip over the shortest wave; without one, over the radius."""
+    if step.lateral is None or not step.touches:
+        return math.nan
+    shortest = step.problem.facts.short_wavelength
+    length = step.contact_radius if math.isnan(shortest) else shortest
+    return step.lateral.slip / length if length else math.nan
+
+
+def _error_by_fmax(step: RelaxedStep) -> float:
+    """Return the relative error of force or area that a given `fmax` leaves.
+
+    Force relative to all forces of the wall, area beyond one atom.
+    """
+    fields, errors = step.fields, step.relaxation
+    if step.options.fmax is None or not step.touches:
+        return math.nan
+    force = errors.force
+    if not step.run.support.fixed:
+        force = errors.height * abs(step.response.force)
+    area = max(errors.area - fields.cell_area, 0.0)
+    return max(force / fields.total_magnitude, area / fields.contact_area)
+
+
+#: Limits of the model.
+CHECKS = (
+    Check(
+        "mean pressure/hardness > 1",
+        "the contact deforms plastically: its area is about load over hardness",
+        _mean_pressure,
+    ),
+    Check(
+        "largest pressure/hardness > 1",
+        "the highest asperities deform plastically",
+        lambda s: float(s.fields.pressure.max()) / s.options.hardness,
+    ),
+    Check(
+        "contact radius/R > 0.2",
+        "a paraboloid is lower than the sphere of its curvature, by 1 % at this limit",
+        _contact_radius,
+    ),
+    Check(
+        "R/a0 < 1",
+        "the sphere is smaller than the spacing of the atoms: lengths are in Å",
+        lambda s: s.problem.facts.radius / s.halfspace.spacing,
+        constant=True,
+    ),
+    Check(
+        "slope > 0.5",
+        "slopes must be small: the true area is 12 % above its projection at this "
+        "limit, and pressures act along z only",
+        _slope,
+    ),
+    Check(
+        "atoms in contact < 10",
+        "the area of fewer atoms depends on where the lattice lies below the indenter",
+        lambda s: s.fields.repulsive_atoms or math.nan,
+    ),
+    Check(
+        "width of contact patches/pixel < 3",
+        "patches of few pixels depend on heights between them that were not measured, "
+        "and on noise",
+        _patch_width,
+    ),
+    Check(
+        f"error by fmax > {LARGEST_ERROR_BY_FMAX:g}",
+        "the forces that fmax allows change the force or the area by this part: give "
+        "accuracy, or the fmax of fmax_for(atoms, error)",
+        _error_by_fmax,
+    ),
+    Check(
+        "smallest gap/core < 1",
+        "the potential of the wall is extrapolated below its core",
+        _smallest_gap,
+    ),
+    Check(
+        "tension/E* > 0",
+        "nothing holds the surfaces together without adhesion",
+        _tension,
+        attractive=False,
+    ),
+    Check(
+        f"adhesive contact/cell > {LARGEST_PART_OF_CELL:g}",
+        "the contact nearly touches its periodic images, and may be in another state "
+        "than a single one",
+        lambda s: s.part_of_cell,
+        attractive=True,
+    ),
+    Check(
+        "cell/period of the roughness < 1",
+        "heights jump at the edges of the periodic cell, and atoms touch there",
+        _part_of_period,
+    ),
+    Check(
+        "adhesive zone at the tip/a0 < 5",
+        "the atoms do not resolve sqrt(2 R D), the radius in which a sphere in point "
+        "contact attracts, and the pull-off force may be wrong by more than 1 %",
+        _tip_zone,
+        constant=True,
+        attractive=True,
+    ),
+    Check(
+        f"adhesive zone at the edge/a0 < {LEAST_EDGE_ZONE:g}",
+        "the atoms do not resolve pi E* D^2/(4 w), the width of Dugdale's zone at the "
+        "edge of a contact, and the pull-off force may be wrong by more than 1 %",
+        _edge_zone,
+        constant=True,
+        attractive=True,
+    ),
+    Check(
+        "coupling by friction > 0.1",
+        "(1 - 2 nu)/(2 - 2 nu) times the friction over the load: tractions lift the "
+        "surface, which is neglected unless coupling is 'solved'; at this limit a "
+        "smooth sphere that slides has its center of pressure off by 5 % of its "
+        "radius, and the load by 0.2 %",
+        _coupling,
+    ),
+    Check(
+        "new area/contact area > 0.1",
+        "coupled atoms stick as if in contact since the beginning of the step, a "
+        "smooth sphere in an area 8 % too small about this limit: load in more steps",
+        lambda s: s.lateral.new_contact if s.lateral else math.nan,
+    ),
+    Check(
+        "slip/shortest wavelength > 0.1",
+        "heights below the indenter are those before it slides, and the shortest waves "
+        "(of a smooth sphere, its contact) have moved",
+        _slip,
+    ),
+)

@@ -1,0 +1,523 @@
+"""Result of a load step: its attributes are output columns.
+
+A column is one entry of `LoadStep`, see `paths.column`. The CSV file, the trajectory,
+JSON lines and tables of columns follow from it. A subclass adds columns: ::
+
+    from dataclasses import dataclass
+    from ase_roughcontact import LoadStep, Output, column, load_path
+
+    @dataclass(frozen=True)
+    class MyStep(LoadStep):
+        largest_gap: float = column(
+            lambda s: float(s.fields.gap.max()), "largest gap in the window", "Å"
+        )
+
+    load_path(atoms, depths, output=Output(record=MyStep, csv="curve.csv"))
+
+A column that needs a solution of its own is on request, `column_on_request`: a class of
+results has it where it is asked for, see `LoadStep.with_columns`.
+"""
+
+from __future__ import annotations
+
+import copyreg
+import math
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import Field, dataclass, field, fields, make_dataclass
+from functools import lru_cache
+from typing import Any, ClassVar, TypeVar, get_type_hints
+
+from ase_roughcontact._util.validation import lookup
+from ase_roughcontact.results.column import (
+    EVERYWHERE,
+    Column,
+    ColumnOnRequest,
+    Range,
+    column,
+    column_on_request,
+)
+from ase_roughcontact.results.errors import continuum_area_error
+from ase_roughcontact.results.limits import violations
+from ase_roughcontact.solvers.conductance import region_conductance
+from ase_roughcontact.solvers.relaxation import SolverRelaxer
+from ase_roughcontact.stepping.relaxed import RelaxedStep
+from ase_roughcontact.theory.counted_area import continuum_area
+from ase_roughcontact.windows.memory import memory_of
+
+#: States in which an atom is in contact.
+IN_CONTACT = Range("steps in contact", lambda s: s.touches)
+_HARD = Range("hard walls", lambda s: s.contact.interaction.hard, constant=True)
+_WITH_HARDNESS = Range(
+    "walls with a hardness", lambda s: s.contact.interaction.plastic, constant=True
+)
+_STABLE = Range(
+    "states that are a minimum of the energy, if no constraint holds atoms of the "
+    "surface",
+    lambda s: not (s.run.constrained or math.isnan(s.response.force)),
+)
+# a step has its own reason why they are NaN
+_OF_ERRORS = Range(
+    "states that are a minimum of the energy, see `unknown_errors`",
+    lambda s: True,
+)
+_OF_SOLVERS = Range(
+    "the solvers NewtonKrylov and ActiveSet",
+    lambda s: s.options.relaxer is None or isinstance(s.options.relaxer, SolverRelaxer),
+    constant=True,
+)
+
+
+def text_of(shape: tuple[int, ...]) -> str:
+    """Return a shape as written in the columns: ``"128x96"``."""
+    return "x".join(map(str, shape))
+
+
+def size_of(text: str) -> int:
+    """Return the number of points of a shape as written in the columns."""
+    return math.prod(map(int, text.split("x")))
+
+
+def _continuum_area(step: RelaxedStep) -> float:
+    area = step.fields.contact_area
+    if step.edge_area is not None:
+        area = step.edge_area.area
+    elif step.contact.interaction.hard:
+        area = continuum_area(area, step.perimeter, step.halfspace.spacing)
+    # with plastic contact to the edge there is nothing to correct, and A >= N/H
+    return max(area, step.fields.normal_force / step.fields.hardness)
+
+
+def _continuum_area_error(step: RelaxedStep) -> float:
+    if step.options.continuum:
+        return step.errors.area
+    return step.errors.area + continuum_area_error(step)
+
+
+def _mean_pressure(step: RelaxedStep) -> float:
+    if step.options.continuum and (area := _continuum_area(step)):
+        return step.mean_pressure * step.fields.contact_area / area
+    return step.mean_pressure
+
+
+def _memory(step: RelaxedStep) -> float:
+    problem = step.problem
+    points = problem.facts.points(problem.spacing)
+    shape, periodic = step.halfspace.shape, problem.periodic
+    return memory_of(
+        shape, problem.wall, problem.solid, points=points, periodic=periodic
+    )
+
+
+Step = TypeVar("Step", bound="LoadStep")
+
+#: Value that stands for a missing one, by type.
+MISSING: dict[type, Any] = {str: "", float: math.nan, int: -1, bool: False}
+
+
+@dataclass(frozen=True)
+class LoadStep:
+    """Result of one load step; its attributes are the output columns.
+
+    `load_path` and the other paths make them. Forces are in eV/Å, areas in Å^2; the
+    guide lists all columns, `columns_of` their descriptions and units.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (8, 8), sphere, fixed=False)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.9)
+    >>> (step,) = load_path(atoms, loads=[10.0], window='auto')
+    >>> step.repulsive_atoms, step.window, step.converged
+    (89, '14x14', True)
+    >>> print(f'{step.continuum_area:.0f} ± {step.continuum_area_error:.0f} Å^2')
+    580 ± 12 Å^2
+    """
+
+    #: Names of the columns on request that paths have by default.
+    default_columns: ClassVar[tuple[str, ...]] = ()
+    #: Names of the columns that a file did not have; see `from_columns`.
+    _missing: ClassVar[Set[str]] = frozenset()
+
+    step: int = column(lambda s: s.number, "number of the step, from zero")
+    height: float = column(lambda s: s.height, "height of the indenter", "Å", "height")
+    penetration: float = column(
+        lambda s: s.first_contact - s.height,
+        "distance that the indenter has moved down since it first repels the flat "
+        "substrate",
+        "Å",
+        "depth",
+    )
+    normal_force: float = column(
+        lambda s: s.fields.normal_force,
+        "force of the wall on the indenter, positive in compression; 1 nN is 0.624 "
+        "eV/Å",
+        "eV/Å",
+        "load",
+    )
+    contact_area: float = column(
+        lambda s: s.fields.contact_area,
+        "number of repelled atoms times the area per atom",
+        "Å^2",
+        "area",
+    )
+    continuum_area: float = column(
+        _continuum_area,
+        "area of the continuum: the count under soft walls; under hard walls by the "
+        "fields at the edge if the continuum is asked for, otherwise the count less a "
+        "part of the perimeter; at least load over hardness",
+        "Å^2",
+        "area",
+    )
+    area_column: str = column(
+        lambda s: "continuum_area" if s.options.continuum else "contact_area",
+        "which of the two areas is asked for, and has the `area_error`",
+    )
+    area_error: float = column(
+        lambda s: s.errors.area,
+        "estimated error of the area that `area_column` names; the true error is below "
+        "twice the estimate in nine of ten cases",
+        "Å^2",
+        where=_OF_ERRORS,
+    )
+    continuum_area_error: float = column(
+        _continuum_area_error,
+        "estimated error of `continuum_area`; the `area_error` if that is asked for",
+        "Å^2",
+        where=_OF_ERRORS,
+    )
+    force_error: float = column(
+        lambda s: s.errors.force,
+        "estimated error of the force; under a load what its balance lacks",
+        "eV/Å",
+        where=_OF_ERRORS,
+    )
+    height_error: float = column(
+        lambda s: s.errors.height,
+        "estimated error of the height; zero at a given height or penetration",
+        "Å",
+        where=_OF_ERRORS,
+    )
+    penetration_error: float = column(
+        lambda s: s.errors.penetration,
+        "estimated error of the penetration: that of the height, and for the continuum "
+        "that of the lowest point of the indenter; zero at a given penetration",
+        "Å",
+        where=_OF_ERRORS,
+    )
+    unknown_errors: str = column(
+        lambda s: s.errors.unknown, "why errors are not known (nan), else empty"
+    )
+    perimeter: float = column(
+        lambda s: s.perimeter,
+        "length of the boundary between repelled atoms and others, along the grid",
+        "Å",
+    )
+    contact_stiffness: float = column(
+        lambda s: 0.0 - s.response.force,
+        "derivative of the force to the penetration of the relaxed contact, to within "
+        "1 %: on loading under a wall with a hardness, of a viscoelastic solid the "
+        "instantaneous one, under friction at fixed tractions",
+        "eV/Å^2",
+        where=_STABLE,
+    )
+    conductance = column_on_request(
+        lambda s: region_conductance(s.halfspace, s.fields.contact),
+        "electrical or thermal conductance of the contact region, times the sum of the "
+        "resistivities of both bodies: 4 a for a circle of radius a; infinite in full "
+        "contact of a periodic cell",
+        "Å",
+    )
+    mean_pressure: float = column(
+        _mean_pressure,
+        "mean pressure on the repelled atoms; if the continuum is asked for, their "
+        "force over `continuum_area`",
+        "eV/Å^3",
+        where=IN_CONTACT,
+    )
+    largest_pressure: float = column(
+        lambda s: float(max(s.fields.pressure.max(), 0.0)),
+        "largest pressure, zero where nothing is pressed",
+        "eV/Å^3",
+    )
+    repulsive_atoms: int = column(
+        lambda s: s.fields.repulsive_atoms, "number of atoms that the wall repels"
+    )
+    attractive_atoms: int = column(
+        lambda s: s.fields.attractive_atoms, "number of atoms that the wall attracts"
+    )
+    plastic_atoms: float = column(
+        lambda s: s.fields.plastic_atoms,
+        "number of atoms in plastic contact, at the hardness of the wall",
+        where=_WITH_HARDNESS,
+    )
+    plastic_depth: float = column(
+        lambda s: float(s.fields.plastic_depth.max()),
+        "largest depth by which the surface has flowed",
+        "Å",
+        where=_WITH_HARDNESS,
+    )
+    energy: float = column(
+        lambda s: s.run.energy,
+        "energy of solid, wall and load, with the work of plastic flow",
+        "eV",
+    )
+    max_force: float = column(
+        lambda s: s.run.max_force,
+        "largest remaining force on any atom",
+        "eV/Å",
+    )
+    gap_error: float = column(
+        lambda s: s.gap_error,
+        "largest gap of an atom in contact, or overlap of one out of plastic contact",
+        "Å",
+        where=_HARD,
+    )
+    converged: bool = column(
+        lambda s: s.run.converged,
+        "whether the optimizer has converged, and forces and gaps confirm it",
+    )
+    message: str = column(lambda s: s.run.message, "why it did not, else empty")
+    validity: str = column(
+        violations, "limits of the model that the step exceeds, else empty"
+    )
+    tolerance: float = column(
+        lambda s: s.run.tolerance, "tolerance of the force on any atom", "eV/Å"
+    )
+    iterations: int = column(lambda s: s.run.iterations, "steps of the optimizer")
+    pairs: float = column(
+        lambda s: s.run.pairs,
+        "forward/inverse FFT pairs, normalised to one full-grid pair",
+    )
+    window: str = column(
+        lambda s: text_of(s.halfspace.shape),
+        'shape of the window of atoms, a text like "128x96"',
+    )
+    grid: str = column(lambda s: text_of(s.halfspace.grid), "shape of the FFT grid")
+    precision: str = column(
+        lambda s: s.halfspace.dtype.name,
+        "floating-point type of the FFTs",
+    )
+    memory: float = column(
+        _memory,
+        "estimated peak memory, between 3/4 and 4/3 of the actual one if Python and "
+        "its libraries need 165 MB",
+        "bytes",
+        where=_OF_SOLVERS,
+    )
+    seconds: float = column(
+        lambda s: s.seconds, "wall-clock time of the step", "s", "time"
+    )
+
+    @classmethod
+    def with_columns(
+        cls: type[Step], columns: Sequence[str] | None = None
+    ) -> type[Step]:
+        """Return the class of results with columns that are on request.
+
+        Parameters
+        ----------
+        columns : sequence of str, optional
+            Names of any columns; by default `default_columns`.
+
+        Returns
+        -------
+        type
+
+        Raises
+        ------
+        ValueError
+            If there is no such column.
+        TypeError
+            If the names are one string.
+
+        Examples
+        --------
+        >>> from ase_roughcontact import LoadStep
+        >>> from ase_roughcontact.results.record import columns_of
+        >>> asked = LoadStep.with_columns(['conductance'])
+        >>> 'conductance' in columns_of(asked), 'conductance' in columns_of(LoadStep)
+        (True, False)
+        """
+        if isinstance(columns, str):
+            raise TypeError(f"columns must be a list of names, got {columns!r}")
+        original, added = vars(cls).get("_made_from", (cls, ()))
+        known, on_request = columns_of(original), columns_on_request(original)
+        for name in cls.default_columns if columns is None else columns:
+            if name not in known:
+                lookup(name, on_request, "column on request")
+                added = tuple(dict.fromkeys([*added, name]))
+        return _with_columns(original, added) if added else cls
+
+    @classmethod
+    def of(cls: type[Step], relaxed: RelaxedStep) -> Step:
+        """Calculate the columns of relaxed atoms.
+
+        Parameters
+        ----------
+        relaxed : RelaxedStep
+
+        Returns
+        -------
+        LoadStep
+            Of the class that it is called on. Forces, energy and gaps are calculated
+            from the positions, not taken from the optimizer.
+
+        Raises
+        ------
+        AttributeError
+            If the function of a column asks for what a step does not have.
+        """
+        values = {}
+        for name, each in columns_of(cls).items():
+            try:
+                values[name] = each.of(relaxed)
+            except AttributeError as error:
+                raise AttributeError(
+                    f"column {name!r}: {error}. Its function is called with a "
+                    "RelaxedStep; fields and sums, such as contact_area, are those of "
+                    "step.fields"
+                ) from error
+        return cls(**values)
+
+    @property
+    def not_known(self) -> dict[str, str]:
+        """Reasons why columns are NaN, by their names."""
+        values = {name: getattr(self, name) for name in columns_of(type(self))}
+        unknown = [name for name, value in values.items() if value != value]
+        return {name: self._why_not_known(name) for name in unknown}
+
+    def _why_not_known(self, name: str) -> str:
+        column = columns_of(type(self))[name]
+        if name in self._missing:
+            return "the run that calculated the step did not have it"
+        if column.where is _OF_ERRORS and self.unknown_errors:
+            return self.unknown_errors
+        if column.where in (EVERYWHERE, _OF_ERRORS):
+            return "its function returned nan"
+        return f"it is defined for {column.where.text}"
+
+    @classmethod
+    def from_columns(cls: type[Step], columns: Mapping[str, Any]) -> Step:
+        """Return the result that a file of this or another version has.
+
+        Parameters
+        ----------
+        columns : mapping
+            Values by column. Missing ones are NaN, -1, False or empty; others than
+            those of the class are ignored.
+
+        Returns
+        -------
+        LoadStep
+            Of the class that it is called on.
+
+        Raises
+        ------
+        KeyError
+            If the columns have no number of the step.
+        """
+        # one object for NaN, so that equal results compare as equal
+        known = {k: math.nan if v != v else v for k, v in columns.items()}
+        known = {name: known[name] for name in columns_of(cls) if name in known}
+        missing = missing_values(cls)
+        found = cls(**missing | known | {"step": columns["step"]})
+        object.__setattr__(found, "_missing", missing.keys() - known.keys())
+        return found
+
+
+def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
+    """Return the columns of a class of results by name, in the order of output.
+
+    Parameters
+    ----------
+    record : type
+        `LoadStep` or a subclass with more columns.
+
+    Returns
+    -------
+    dict of Column
+
+    Raises
+    ------
+    TypeError
+        If the class is not a dataclass of columns.
+    """
+    return dict(_columns(record))  # type: ignore[arg-type]
+
+
+def missing_values(record: type[LoadStep] = LoadStep) -> dict[str, Any]:
+    """Return what stands for a missing value in each column; see `MISSING`."""
+    types = get_type_hints(record)
+    return {name: MISSING.get(types[name]) for name in columns_of(record)}
+
+
+def columns_on_request(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
+    """Return the columns that a class of results has where they are asked for."""
+    found = {name: getattr(record, name, None) for name in dir(record)}
+    return {k: v.column for k, v in found.items() if isinstance(v, ColumnOnRequest)}
+
+
+@lru_cache
+def _with_columns(record: Any, added: tuple[str, ...]) -> Any:
+    """Return a class of results with columns on request."""
+    on_request = columns_on_request(record)
+    made = make_dataclass(
+        record.__name__,
+        [(k, float, field(metadata={"column": on_request[k]})) for k in added],
+        bases=(record,),
+        frozen=True,
+        namespace={
+            "__module__": record.__module__,
+            "__doc__": record.__doc__,
+            "_made_from": (record, added),
+        },
+    )
+    copyreg.pickle(made, _reduced)
+    return made
+
+
+def _reduced(step: Any) -> tuple:
+    """Return function, arguments and state that make a result again."""
+    return _empty, step._made_from, vars(step)
+
+
+def _empty(record: type, added: tuple[str, ...]) -> Any:
+    """Return a result without values."""
+    return object.__new__(_with_columns(record, added))
+
+
+@lru_cache
+def _columns(record: Any) -> dict[str, Column]:
+    for parent in record.__mro__:
+        if any(isinstance(value, Field) for value in vars(parent).values()):
+            raise TypeError(
+                f"{parent.__name__} has new columns, but is not a dataclass: decorate "
+                "it with @dataclass(frozen=True)"
+            )
+    others = [each.name for each in fields(record) if "column" not in each.metadata]
+    if others:
+        raise TypeError(
+            f"every field of {record.__name__} must be a column(function, description),"
+            f" got {', '.join(others)}"
+        )
+    return {each.name: each.metadata["column"] for each in fields(record)}
+
+
+def units_of(record: type[LoadStep] = LoadStep) -> dict[str, str]:
+    """Return the units of the columns that have one, by name; see `columns_of`."""
+    return {name: each.unit for name, each in columns_of(record).items() if each.unit}
+
+
+def _attributes(record: type[LoadStep]) -> str:
+    """Return the section on attributes of a class of results, for its docstring."""
+    lines = ["", "", "    Attributes", "    ----------"]
+    types = {each.name: each.type for each in fields(record)}
+    for name, entry in (columns_of(record) | columns_on_request(record)).items():
+        unit = f" ({entry.unit})" if entry.unit else ""
+        kind = types.get(name, "float, on request")
+        lines += [f"    {name} : {kind}", f"        {entry.description}{unit}"]
+    return "\n".join(lines)
+
+
+LoadStep.__doc__ = f"{LoadStep.__doc__}{_attributes(LoadStep)}"

@@ -1,0 +1,282 @@
+r"""Errors of results by the scan that is pressed: pixels, noise, edges and filter.
+
+Copies of the scan are pressed at a few targets of the path, on a grid of the accuracy
+"fast", when the first error is asked for. Errors at other normal forces are
+interpolated, those of area and force relative to them.
+
+- *Pixels.* With the results :math:`A_1, A_2, A_4` of the scan, of half and of a quarter
+  of its pixels, the error is what further halvings of the pixels would change, each a
+  part r of the one before:
+
+  .. math:: \frac{r}{1 - r}\, \Delta, \quad
+            \Delta = \max\left(|A_1 - A_2|, \tfrac{1}{8} |A_2 - A_4|\right), \quad
+            r = \min\left(\frac{\Delta}{|A_2 - A_4|}, \tfrac{1}{2}\right).
+
+  This assumes that the surface has little roughness beyond that at the pixels: waves
+  that were not measured are not known.
+- *Noise.* Mean squares of slopes add up, and areas under light loads are in proportion
+  to the inverse of the rms slope. With results :math:`A_n` of copies with as much noise
+  again, the area without noise is about :math:`(2 A_1^{-2} - \langle A_n^{-2}
+  \rangle)^{-1/2}`, taken as four times :math:`A_1` if it would be larger. Forces and
+  heights change by as much again. The error is this change and the standard deviation
+  of the copies, added in squares.
+- *Edges* of a periodic scan that do not fit each other: the change by a copy whose
+  edges do, without a `smooth_component`.
+- *Filter.* The area changes in proportion to the part of the rms slope, without noise,
+  that it removed.
+
+They add up in squares. examples/benchmarks/scan_errors.py compares them with the
+true errors of synthetic scans.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import count
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.contact import Problem
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.results.errors import Errors
+from ase_roughcontact.results.record import columns_of
+from ase_roughcontact.stepping.options import StepOptions
+from ase_roughcontact.stepping.relaxed import RelaxedStep
+from ase_roughcontact.stepping.retraction import relax_in_contact
+from ase_roughcontact.stepping.step import Stepper
+from ase_roughcontact.topography.measurement import HALVINGS, NOISY
+from ase_roughcontact.windows.footprint import BeyondSurfaceError
+
+_LOGGER = logging.getLogger(__name__)
+#: Number of targets at which copies are pressed, and what a plan says of them.
+TARGETS = 3
+COPIES_LEFT_OUT = (
+    f"the time of up to {NOISY + HALVINGS + 1} copies of the scan, which are pressed "
+    f"for the errors at {TARGETS} steps, on a grid that is often coarser"
+)
+# Smallest and largest ratio of the changes by two halvings of the pixels.
+_LEAST_RATIO, _LARGEST_RATIO = 0.125, 0.5
+# Largest area without noise over that with it.
+_LARGEST_AREA = 4.0
+# Indices of the area and the force in results and errors, and their number.
+_AREA, _FORCE, _COUNT = 0, 1, 4
+# Quantities, in the order of `Errors`, that a path prescribes and that have no error.
+_PRESCRIBED = {"loads": [1], "heights": [2], "penetrations": [2, 3]}
+# Columns of what a path prescribes.
+_CONTROLLED = {
+    "loads": "normal_force",
+    "heights": "height",
+    "penetrations": "penetration",
+}
+# The scan and kinds of copies, in reasons for errors that are not known.
+_PRESSED = {
+    "given": "the scan, on the grid for its errors",
+    "coarser": "copies of the scan with fewer pixels",
+    "noisy": "copies of the scan with more noise",
+    "seamless": "a copy of the scan with edges that fit each other",
+}
+_NO_CONTACT = "the scan does not touch at the steps at which its copies are pressed"
+
+
+@dataclass(frozen=True, eq=False)
+class ScanErrors:
+    """Errors by a scan, at any normal force of a path.
+
+    Parameters
+    ----------
+    problem : Problem
+        With the scan as roughness of a `RoughSphere`.
+    control : {"penetrations", "heights", "loads"}
+    start : Box
+        Window of all steps, or of the first one.
+    options : StepOptions
+        Of the path.
+    targets : sequence of float
+        Of the path.
+    """
+
+    problem: Problem
+    control: str
+    start: Box
+    options: StepOptions
+    targets: Sequence[float]
+
+    def __call__(self, step: RelaxedStep) -> Errors:
+        """Return the errors of a relaxed step.
+
+        They are not known if too few copies could be relaxed at the nearest target.
+        """
+        if not step.touches:
+            return Errors(0.0, 0.0, 0.0, 0.0)
+        if not self._at_targets:
+            return Errors.not_known(_NO_CONTACT)
+        force, area = step.fields.normal_force, step.fields.contact_area
+        target = columns_of()[_CONTROLLED[self.control]].value(step)
+        nearest = min(self._at_targets, key=lambda each: abs(each.target - target))
+        if nearest.unknown:
+            return Errors.not_known(nearest.unknown)
+        known = [each for each in self._at_targets if not each.unknown]
+        known.sort(key=lambda each: each.force)
+        forces = [each.force for each in known]
+        errors = np.transpose([each.errors for each in known])
+        found = [float(np.interp(force, forces, each)) for each in errors]
+        scales = area, abs(force), 1.0, 1.0
+        return Errors(*np.multiply(found, scales).tolist())
+
+    @cached_property
+    def _at_targets(self) -> list[_AtTarget]:
+        """Errors at the targets at which the scan touches or can't be pressed."""
+        rough = self.problem.facts.roughness
+        chosen = np.linspace(0, len(self.targets) - 1, TARGETS).round().astype(int)
+        # a path may have one target only, as one of sliding
+        targets = list(dict.fromkeys(np.asarray(self.targets)[chosen].tolist()))
+        groups = {"given": [rough], **rough.copies()}
+        number, total = count(1), sum(map(len, groups.values()))
+        results: dict[str, list[list[_Result]]] = {kind: [] for kind in groups}
+        for kind, maps in groups.items():
+            for each in maps:
+                _LOGGER.info("errors of the scan: copy %d of %d", next(number), total)
+                results[kind].append(self._results(each, targets))
+        found = []
+        for i, target in enumerate(targets):
+            at_target = {k: [copy[i] for copy in results[k]] for k in results}
+            if at_target["given"][0].values[_AREA] != 0.0:
+                found.append(self._errors(target, at_target))
+        return found
+
+    def _errors(
+        self, target: float, results: Mapping[str, Sequence[_Result]]
+    ) -> _AtTarget:
+        """Return the errors at a target by the results of scan and copies there."""
+        (scan,) = results["given"]
+        given = np.array(scan.values)
+        force = target if self.control == "loads" else float(given[_FORCE])
+        if scan.failure:
+            return _AtTarget(
+                target, force, given, f"{_PRESSED['given']}: {scan.failure}"
+            )
+        errors, unknown = np.zeros(_COUNT), ""
+        for kind, change in _CHANGES.items():
+            if not results[kind]:
+                continue
+            of_kind = change(given, np.array([each.values for each in results[kind]]))
+            if np.isnan(of_kind).any():
+                failures = (each.failure for each in results[kind] if each.failure)
+                unknown = unknown or f"{_PRESSED[kind]}: {next(failures, 'no numbers')}"
+            errors = np.hypot(errors, of_kind)
+        errors[_PRESCRIBED[self.control]] = 0.0
+        scales = abs(given[[_AREA, _FORCE]])
+        errors[[_AREA, _FORCE]] /= np.where(scales > 0.0, scales, 1.0)
+        lost = self.problem.facts.roughness.measurement.lost_slope
+        errors[_AREA] = np.hypot(errors[_AREA], lost)
+        return _AtTarget(target, force, errors, unknown)
+
+    def _results(self, rough: Any, targets: Sequence[float]) -> list[_Result]:
+        """Return the results of a map at the targets."""
+        indenter: Any = self.problem.indenter
+        stepper = Stepper(
+            replace(self.problem, indenter=replace(indenter, roughness=rough)),
+            self.control,
+            self.start,
+            replace(self.options, relaxer=None, fmax=None, scan_errors=None),
+        )
+        results, state = [], stepper.start
+        for number, target in enumerate(targets):
+            try:
+                relaxed = relax_in_contact(stepper, state, target, number)
+                results.append(_Result.of(relaxed))
+                state = stepper.commit(relaxed).state
+            except BeyondSurfaceError as error:
+                results.append(_Result(failure=error.problem))
+            except (ValueError, RuntimeError) as error:
+                results.append(_Result(failure=str(error)))
+        return results
+
+
+@dataclass(frozen=True)
+class _Result:
+    """Area and others of a relaxed step, in the order of `Errors`.
+
+    `failure` is the reason why they are NaN, or empty.
+    """
+
+    values: tuple[float, ...] = (math.nan,) * _COUNT
+    failure: str = ""
+
+    @classmethod
+    def of(cls, step: RelaxedStep) -> _Result:
+        if not step.run.converged:
+            return cls(failure=f"not converged: {step.run.message}")
+        area = "continuum_area" if step.options.continuum else "contact_area"
+        names, columns = (area, "normal_force", "height", "penetration"), columns_of()
+        return cls(tuple(columns[name].value(step) for name in names))
+
+
+@dataclass(frozen=True, eq=False)
+class _AtTarget:
+    """Errors at a target of the path.
+
+    Attributes
+    ----------
+    target : float
+        Penetration, height or load.
+    force : float
+        Normal force of the scan; NaN if it is not known (eV/Å).
+    errors : ndarray, shape (4,)
+        Of area and force relative to them, of height and penetration in Å.
+    unknown : str
+        Why some are not known; else empty.
+    """
+
+    target: float
+    force: float
+    errors: FloatArray
+    unknown: str
+
+
+def _pixels(given: FloatArray, coarser: FloatArray) -> FloatArray:
+    """Return the errors by pixels of results, and those of fewer pixels.
+
+    Without a result of a quarter of the pixels the ratio is 1/2. Without a result of
+    half of the pixels it is 1/2, too, and the error a third of the other change.
+    """
+    half = coarser[0]
+    quarter = coarser[1] if len(coarser) > 1 else np.full_like(half, np.nan)
+    before = abs(half - quarter)
+    last = np.fmax(abs(given - half), _LEAST_RATIO * before)
+    last = np.where(np.isnan(half), abs(given - quarter) / 3.0, last)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.fmin(last / before, _LARGEST_RATIO)
+    return last * ratio / (1.0 - ratio)
+
+
+def _noise(given: FloatArray, noisy: FloatArray) -> FloatArray:
+    """Return the errors by noise, from results of the scan and of noisy copies.
+
+    They are NaN if fewer than two copies have results.
+    """
+    noisy = noisy[~np.isnan(noisy).any(axis=1)]
+    if len(noisy) < 2:
+        return np.full_like(given, np.nan)
+    change = noisy.mean(axis=0) - given
+    with np.errstate(divide="ignore"):
+        square = given[_AREA] ** -2.0
+        without = 2.0 * square - np.mean(noisy[:, _AREA] ** -2.0)
+        without = max(without, square / _LARGEST_AREA**2)
+        change[_AREA] = without**-0.5 - given[_AREA]
+    return np.hypot(change, noisy.std(axis=0, ddof=1))
+
+
+def _edges(given: FloatArray, seamless: FloatArray) -> FloatArray:
+    """Return the errors by edges that do not fit of results, and those without."""
+    return abs(seamless[0] - given)
+
+
+# Errors by the results of each kind of copies.
+_CHANGES = {"coarser": _pixels, "noisy": _noise, "seamless": _edges}

@@ -1,0 +1,161 @@
+"""Steps outside of the validity of the model, and the hardness to compare with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact._util.callers import warn
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import instance_of, one_of, positive
+from ase_roughcontact.contact import Problem
+from ase_roughcontact.elasticity import Layer
+from ase_roughcontact.elasticity.material import HARDNESS, fcc_spacing
+from ase_roughcontact.results.limits import failed_checks
+from ase_roughcontact.windows.regrid import GridChange, lost_text
+
+# Relative difference of a spacing from that of the crystal of its name.
+_SAME_SPACING = 0.02
+
+
+class ValidityWarning(UserWarning):
+    """A result is outside of the validity of the model."""
+
+
+@dataclass(frozen=True)
+class Validity:
+    """What to do if a step exceeds a limit of the model.
+
+    In any case the column `validity` lists the limits.
+
+    Attributes
+    ----------
+    action : {"warn", "raise", "ignore"}
+        A `ValidityWarning`, once for each limit, an error after the step is written, or
+        nothing.
+    hardness : float, optional
+        Hardness of the substrate, with which pressures are compared (eV/Å^3): infinity
+        for a solid that is elastic by intent, NaN if it is not known. By default that
+        of the element in `HARDNESS`, if the spacing is that of its crystal and the
+        solid is not a `Layer`, and else none.
+
+    Raises
+    ------
+    ValueError
+        If the action is unknown.
+    TypeError
+        If the hardness is no number.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughContact, RoughSphere, Validity
+    >>> from ase_roughcontact import load_path, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (8, 8), sphere, fixed=False)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.9)
+    >>> soft = Validity('ignore', hardness=0.01)  # eV/Å^3
+    >>> (step,) = load_path(atoms, loads=[2.0], window='auto', validity=soft)
+    >>> step.validity
+    'largest pressure/hardness = 1.73 > 1'
+    """
+
+    action: str = "warn"
+    hardness: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the action."""
+        one_of(("warn", "raise", "ignore"), validity=self.action)
+        if self.hardness is not None:
+            instance_of((int, float, np.number), hardness=self.hardness)
+
+
+class ValidityReport:
+    """Reports the limits that the steps of a path exceed, each of them once.
+
+    Parameters
+    ----------
+    action : {"warn", "raise", "ignore"}
+
+    Raises
+    ------
+    ValueError
+        If the action is unknown.
+    """
+
+    def __init__(self, action: str) -> None:
+        self._action = Validity(action).action
+        self._reported: set[str] = set()
+
+    def __call__(self, number: int, validity: str) -> None:
+        """Report a step.
+
+        Parameters
+        ----------
+        number : int
+            Of the step.
+        validity : str
+            Its column `validity`.
+
+        Raises
+        ------
+        RuntimeError
+            If it exceeds a limit and the action is "raise".
+        """
+        new = {
+            entry: check
+            for entry, check in failed_checks(validity).items()
+            if check.name not in self._reported
+        }
+        if not new or self._action == "ignore":
+            return
+        self._reported |= {check.name for check in new.values()}
+        text = f"step {number} is outside of the validity of the model: " + "; ".join(
+            f"{entry} ({check.reason})" for entry, check in new.items()
+        )
+        if self._action == "raise":
+            raise RuntimeError(text)
+        warn(text, ValidityWarning)
+
+
+def warn_of_lost_slope(lost: float, change: GridChange | None, action: str) -> None:
+    """Warn of the part of the slope that a coarser grid loses, unless ignored."""
+    if change and lost and action != "ignore":
+        warn(lost_text(change, lost))
+
+
+def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -> float:
+    """Return the hardness with which the pressures of a problem are compared (eV/Å^3).
+
+    It is that of the wall, if it has one, or the given one; else that of the element,
+    unless the solid is a layer.
+
+    Raises
+    ------
+    ValueError
+        If the hardness is not positive.
+    """
+    if problem.wall.plastic:  # what is plastic is within the model
+        return problem.wall.hardness
+    if hardness is None:
+        layer = isinstance(problem.solid.elastic, Layer)
+        return math.nan if layer else _hardness_of(symbol, problem.spacing)
+    if hardness != math.inf and not math.isnan(hardness):
+        positive(hardness=hardness)
+    return hardness
+
+
+def _hardness_of(symbol: str, spacing: float) -> float:
+    """Return the hardness of an element in `HARDNESS` (eV/Å^3).
+
+    NaN if it is not known, or if the spacing is not that of the element's crystal, as
+    in other units.
+    """
+    try:
+        crystal = fcc_spacing(symbol)
+    except ValueError:  # neither fcc nor diamond: any spacing may be meant
+        crystal = spacing
+    if not math.isclose(spacing, crystal, rel_tol=_SAME_SPACING):
+        return math.nan
+    return HARDNESS.get(symbol, math.nan) * UNITS["GPa"]

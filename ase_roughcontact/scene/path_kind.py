@@ -1,0 +1,411 @@
+"""Kinds of path: the section [path] of a scene, and what is done along the path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+
+from ase_roughcontact._util.files import write_table
+from ase_roughcontact._util.units import FORCES, PRESSURES, QUANTITY, UNITS, with_unit
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    finite,
+    finite_array,
+    integer,
+    lookup,
+    positive,
+)
+from ase_roughcontact.paths.path_records import TimeStep
+from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
+from ase_roughcontact.paths.schedule import Schedule
+from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.section import Problems, Section, kind_of, lengths
+from ase_roughcontact.stepping.step import Stepper
+
+#: Largest number of steps of a path, all of which are kept in memory.
+MOST_STEPS = 1_000_000
+_UNITS = {"load": "nN", "penetration": "Å", "height": "Å", "base": "Å"}
+# Columns of force curves, and their units.
+_OF_CURVES = {"time": "s", "distance": "nm", "deflection": "nm", "force": "nN"}
+
+AnyPath = TypeVar("AnyPath", bound="PathKind")
+
+#: Kinds of path by their `kind`; filled by the definition of a subclass of `PathKind`.
+PATHS: dict[str, type[PathKind]] = {}
+
+
+@dataclass(frozen=True)
+class PathKind(Section):
+    """Base class of the kinds of path.
+
+    A subclass with a `kind` can be used in scene files: its fields are the keys of
+    ``[path]``. It defines `control` and `targets`, from which plan, preview, table and
+    pictures follow; a path that chooses its targets as it runs defines `planned` and
+    `steps_of` instead, and whatever it has beyond a sequence of states.
+
+    Attributes
+    ----------
+    kind : str
+        Name in scene files.
+    record : type
+        Class of the results.
+    columns : mapping of str to str
+        Columns of the printed table, with their labels; by default load, depth, area,
+        the area relative to theory, the largest pressure, and the time.
+    captions : mapping of str to str
+        Names of the pictures that `draw` makes, with their captions.
+    in_order : bool
+        Whether states depend on those before: a preview has all of them, and area over
+        load and force over depth are not drawn.
+    controls : tuple of str
+        Values that `control` may have.
+    """
+
+    title = "path"
+    kind: ClassVar[str] = "steps"
+    record: ClassVar[type[LoadStep]] = LoadStep
+    columns: ClassVar[Mapping[str, str]] = {}
+    captions: ClassVar[Mapping[str, str]] = {}
+    in_order: ClassVar[bool] = False
+    controls: ClassVar[tuple[str, ...]] = ("load", "penetration", "height")
+
+    def __init_subclass__(cls) -> None:
+        """Make the kind known to scene files."""
+        super().__init_subclass__()
+        if "kind" in vars(cls):
+            PATHS[cls.kind] = cls
+
+    @classmethod
+    def of(cls, entries: Mapping[str, Any]) -> Any:
+        """Return the path with the given entries; see `Section.of`.
+
+        Keys of other kinds are ignored at their defaults, which older files contain.
+        """
+        kind = kind_of(cls.title, entries, PathKind.kind, PATHS, "path")
+        if kind.kind == "loop" and entries.get("rate") is not None:
+            kind = PATHS["time"]  # of penetrations
+            entries = {"control": "penetration", **entries}
+        problems, types = Problems(), kind.types()
+        given, foreign = {}, dict[str, list[str]]()
+        for key, value in entries.items():
+            owners = [each for each in PATHS.values() if key in each.types()]
+            if key in types or not owners:
+                given[key] = value
+            elif all(value != getattr(each, key) for each in owners):
+                foreign[key] = [each.kind for each in owners]
+        given.pop("kind", None)
+        if foreign:
+            keys = ", ".join(foreign)
+            of_all = [k for k in PATHS if all(k in each for each in foreign.values())]
+            other = of_all[0] if of_all else next(iter(foreign.values()))[0]
+            with problems.of(cls.title):
+                raise ValueError(
+                    f'{keys} need kind = "{other}", got "{kind.kind}": omit {keys}, or '
+                    f'give kind = "{other}"'
+                )
+        with problems.of(cls.title):
+            path = super(PathKind, kind).of(given)
+        problems.check()
+        return path
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Values that are not the default; see `Section.given`."""
+        kind = {} if self.kind == PathKind.kind else {"kind": self.kind}
+        return kind | super().given
+
+    def entries(self) -> dict[str, Any]:
+        """Return the values by key; see `Section.entries`."""
+        return {"kind": self.kind, **super().entries()}
+
+    def changed(self, name: str, value: Any) -> Any:
+        """Return the path with another value; another kind has only its own keys."""
+        kind = PATHS.get(str(value), PathKind) if name == "kind" else type(self)
+        kept = {k: v for k, v in self.entries().items() if k in kind.types()}
+        if name == "kind":  # what is not given has the default of the new kind
+            kept = {k: v for k, v in kept.items() if v is not None}
+        return self.of({**kept, "kind": self.kind, name: value})
+
+    @property
+    def control(self) -> str:
+        """Controlled quantity, one of `CONTROLS` of a path without its "s"."""
+        raise NotImplementedError
+
+    @property
+    def unit(self) -> str:
+        """Unit of the targets, one of `UNITS`."""
+        units = {control: _UNITS[control] for control in self.controls}
+        return lookup(self.control, units, "control")
+
+    def units_of_targets(self, bodies: Bodies) -> Mapping[str, float]:
+        """Return the units in which targets may be given, with their values."""
+        if self.unit not in FORCES:
+            return lengths(bodies.spacing)
+        area = bodies.nominal_area
+        pressures = {} if math.isnan(area) else PRESSURES
+        return FORCES | {name: area * p for name, p in pressures.items()}
+
+    def in_unit(self: AnyPath, keys: Iterable[str], bodies: Bodies) -> AnyPath:
+        """Return the path with targets that are numbers in `unit`.
+
+        Raises
+        ------
+        ValueError
+            See `Section.plain`; with the control that targets in other units need.
+        """
+        found, units = self.unit, self.units_of_targets(bodies)
+        try:
+            return self.plain(keys, units, found)
+        except ValueError as error:
+            control, of = "load", "forces"
+            if found in FORCES:
+                control, of = "penetration", "lengths"
+            other = self.changed("control", control)
+            with suppress(ValueError):
+                other.plain(keys, other.units_of_targets(bodies), other.unit)
+                error.args = (f'{error}; {of} need control = "{control}"',)
+            raise
+
+    @property
+    def along(self) -> str:
+        """Column against which the force is drawn."""
+        return "height" if self.control == "height" else "penetration"
+
+    @property
+    def stiffness(self) -> float | None:
+        """Stiffness of a cantilever on which the tip is (eV/Å^2); None without one."""
+        return None
+
+    def check(self, bodies: Bodies) -> None:
+        """Raise an error if the solid or the wall needs another kind of path."""
+        if bodies.solid.creep is not None and not issubclass(self.record, TimeStep):
+            raise ValueError(
+                'the solid of relaxation_moduli is viscoelastic: give kind = "time"'
+                ", or rate in a loop"
+            )
+
+    def targets(self, bodies: Bodies) -> FloatArray:
+        """Return loads (eV/Å), penetrations or heights (Å) of the steps.
+
+        Raises
+        ------
+        ValueError
+            If a key is missing or invalid, or the path chooses them as it runs.
+        """
+        raise ValueError(
+            f'kind = "{self.kind}" chooses its steps as it runs: run it, or give kind '
+            '= "steps"'
+        )
+
+    def count(self, bodies: Bodies) -> int | None:
+        """Return the number of states; None if the path chooses them as it runs."""
+        known = type(self).targets is not PathKind.targets
+        return len(self.targets(bodies)) if known else None
+
+    def schedule(self, bodies: Bodies) -> Schedule | None:
+        """Return the targets as a function of time (s); None without times."""
+        return None
+
+    def target_of(self, bodies: Bodies, state: Any) -> float:
+        """Return the target of a state."""
+        schedule = self.schedule(bodies)
+        if schedule is None:
+            return float(self.targets(bodies)[state.step])
+        return schedule.at(state.time)
+
+    def deepest_of(self, targets: Iterable[float]) -> float:
+        """Return the target at which the contact is pressed most."""
+        return min(targets) if self.control in ("height", "base") else max(targets)
+
+    def planned(self, bodies: Bodies) -> PathKind:
+        """Return the path of known targets whose steps are planned and previewed.
+
+        Raises
+        ------
+        ValueError
+            If a key is missing or invalid.
+        """
+        self.targets(bodies)
+        return self
+
+    def certain(self, bodies: Bodies) -> PathKind:
+        """Return the path of known targets which are certainly reached."""
+        return self.planned(bodies)
+
+    def expected_count(self, bodies: Bodies) -> int:
+        """Return the number of states for which each planned step stands."""
+        return 1
+
+    def expected_counts(self, bodies: Bodies) -> list[float]:
+        """Return the numbers of time steps to expect in the parts of the schedule."""
+        return []
+
+    def describe(self, bodies: Bodies) -> str:
+        """Return a description of the path, printed above its plan."""
+        return ""
+
+    def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
+        """Return what relaxes the states, one after the other."""
+        targets = targets_of(stepper.control, self.targets(bodies))
+        return NumberedSteps(stepper, targets)
+
+    @property
+    def springs(self) -> dict[str, Any]:
+        """Springs of the path as they are written beside its results."""
+        return {"springs": []}
+
+    def ways(self, bodies: Bodies, states: Sequence[LoadStep]) -> list[str]:
+        """Return what the path does at each state, "approach" for instance."""
+        depths = np.array([state.penetration for state in states])
+        approaches = np.diff(depths, prepend=-np.inf) > 0.0
+        if self.in_order or approaches.all():
+            return [""] * len(states)
+        return np.where(approaches, "approach", "retraction").tolist()
+
+    def extremes(
+        self, bodies: Bodies, states: Sequence[LoadStep]
+    ) -> tuple[LoadStep, float]:
+        """Return the last state of the loading, and the largest tension (eV/Å)."""
+        return states[-1], max(0.0, -min(state.normal_force for state in states))
+
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> Mapping[str, str]:
+        """Return characteristic values by their names; none by default."""
+        return {}
+
+    def warnings(self, bodies: Bodies, states: Sequence[LoadStep]) -> tuple[str, ...]:
+        """Return what restricts the characteristic values; nothing by default."""
+        return ()
+
+    def draw(
+        self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
+    ) -> Iterator[str]:
+        """Draw the pictures in `captions` into a folder, and yield their names.
+
+        Raises
+        ------
+        ValueError
+            If one of them has no data.
+        """
+        return iter(())
+
+
+@dataclass(frozen=True)
+class Steps(PathKind):
+    """``[path]``: given loads in nN, penetrations or heights in Å, or with a unit.
+
+    Loads of a rough flat may also be nominal pressures, such as ``"10 MPa"``.
+    """
+
+    kind = "steps"
+
+    control: str = "load"
+    first: float | str | None = None
+    last: float | str | None = None
+    steps: int | None = None
+    scale: str = "geometric"
+    values: tuple | None = None
+
+    def targets(self, bodies: Bodies) -> FloatArray:
+        """Return the targets of the steps; see `PathKind.targets`."""
+        path = self.in_unit(["first", "last", "values"], bodies)
+        return UNITS[self.unit] * path._numbers()
+
+    def _numbers(self) -> FloatArray:
+        """Return the targets in the units of the file."""
+        keys = "values", "first", "last", "steps"
+        given = [key for key in keys if getattr(self, key) is not None]
+        if given == ["first", "last", "steps"]:
+            return self._interval()
+        if given != ["values"]:
+            raise ValueError(
+                "give either values, or first, last and steps, got "
+                f"{', '.join(given) or 'none of them'}"
+            )
+        targets = finite_array("values", list(self.values or ()))
+        if not targets.size:
+            raise ValueError("values must have at least one step, got none")
+        return targets
+
+    def _interval(self) -> FloatArray:
+        """Return the targets from the first to the last one."""
+        ends: Any = self.first, self.last
+        first, last = ends
+        steps = integer("steps", self.steps, 1)
+        if steps > MOST_STEPS:
+            raise ValueError(f"steps must be at most {MOST_STEPS}, got {steps}")
+        finite(first=first, last=last)
+        scales = {"geometric": np.geomspace, "linear": np.linspace}
+        scale = lookup(self.scale, scales, "scale")
+        if self.scale == "geometric" and not (first and last and first * last > 0):
+            raise ValueError(
+                "a geometric path needs first and last of one sign and not zero, got "
+                f"{first} and {last}"
+            )
+        return scale(*np.array(ends, dtype=float), steps)
+
+
+def write_curve(
+    file: Path, ways: Sequence[str], columns: Mapping[str, Iterable[float]]
+) -> None:
+    """Write the force curve of a cantilever as CSV, with the branch of each point.
+
+    Parameters
+    ----------
+    file : path
+    ways : sequence of str, length n
+        Names of the branches.
+    columns : mapping of str to iterable of float, length n
+        Some of time (s), distance, deflection (Å), and force (eV/Å).
+    """
+    units = {name: _OF_CURVES[name] for name in columns}
+    heads = ("branch", *(f"{name} ({unit})" for name, unit in units.items()))
+    scaled = (
+        [f"{value / UNITS[units[name]]:.8g}" for value in values]
+        for name, values in columns.items()
+    )
+    write_table(file, heads, zip(ways, *scaled, strict=True))
+
+
+def turn_text(turn: LoadStep) -> str:
+    """Return force and depth at which a retraction begins, as they are printed."""
+    force, depth = turn.normal_force, turn.penetration
+    return f"at {with_unit(force, 'nN')} and a depth of {with_unit(depth, 'nm')}"
+
+
+def stiffness_of(**given: float | None) -> float | None:
+    """Return a stiffness that a key gives in N/m (eV/Å^2); None if it gives none."""
+    (stiffness,) = given.values()
+    if stiffness is None:
+        return None
+    positive(**given)
+    return stiffness * UNITS["N/m"]
+
+
+def range_at(bodies: Bodies, given: Any, deepest: float) -> float:
+    """Return the range of the wall (Å); raise an error for a loop that ends above it.
+
+    Parameters
+    ----------
+    bodies : Bodies
+    given : float or str
+        Deepest penetration of the loop as given, whose unit an error has.
+    deepest : float
+        The same in Å.
+    """
+    attraction = bodies.wall.cutoff - bodies.wall.contact_distance
+    if not -attraction < deepest < math.inf:
+        found = QUANTITY.fullmatch(str(given))
+        unit = found[2] if found else "Å"
+        value = lengths(bodies.spacing)[unit]
+        raise ValueError(
+            f"deepest must be a penetration above {-attraction / value:.4g} {unit}, "
+            f"where the wall begins to act, got {deepest / value:g} {unit}"
+        )
+    return attraction

@@ -1,0 +1,1 @@
+"""Hard walls: pressure as the unknown of a complementarity problem."""

@@ -1,0 +1,55 @@
+"""Pressures from which the solvers start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.solvers.hard.bounds import with_sum
+
+# Growth of the compliance of springs with the root of the number of atoms in contact,
+# which displace each other: that of a smooth circle is 0.85, and roughness leaves less.
+_GROWTH = 0.3
+
+
+def initial_pressure(
+    contact: Contact, load: float | None, start: np.ndarray | None
+) -> np.ndarray:
+    """Return an initial pressure for a hard wall; with a load one that carries it.
+
+    Without a start, it is that of independent springs under the load, and zero if the
+    height is given.
+    """
+    hardness, halfspace = contact.interaction.hardness, contact.halfspace
+    compliance = halfspace.self_compliance
+    if start is None:
+        start = np.zeros(contact.heights.shape)
+    if load is None:
+        return np.minimum(start, hardness)
+    total = load / halfspace.cell_area
+    if not start.any():
+        above = contact.heights - contact.heights.min()
+        depth = winkler_depth(above, total, compliance)
+        start = np.maximum(depth - above, 0.0) / compliance
+    if not contact.interaction.plastic:
+        return start * (total / start.sum())
+    push = contact.heights / -compliance
+    return with_sum(np.minimum(start, hardness), total, hardness, push)
+
+
+def winkler_depth(above: np.ndarray, total: float, compliance: float) -> float:
+    """Return the depth at which springs carry a total pressure.
+
+    At the depth ``d`` the pressures are ``max(d - h, 0)`` over the compliance of a
+    spring, with the heights ``h`` above the lowest point. Of few atoms it is the given
+    one. Newton's method, which begins with all springs in contact, approaches the depth
+    from above: each step ends with fewer springs in contact, or is the last one.
+    """
+    depth, new = np.inf, np.finfo(float).max
+    while new < depth:
+        depth, touching = new, above < new
+        count = np.count_nonzero(touching)
+        softer = max(1.0 + _GROWTH * (count**0.5 - 2.0), 1.0)
+        needed = total * softer * compliance + float(above.sum(where=touching))
+        new = needed / count
+    return depth

@@ -1,0 +1,1 @@
+"""Friction: tractions below their bounds."""

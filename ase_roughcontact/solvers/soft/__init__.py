@@ -1,0 +1,1 @@
+"""Soft walls: heights as the unknowns of an energy."""

@@ -1,0 +1,1 @@
+"""One relaxed step of a path."""

@@ -1,0 +1,158 @@
+r"""Relaxation of a step to the tolerance that it requires, and a check of it.
+
+The tolerance of forces is relative to the mean magnitude of those in contact,
+
+.. math:: f_\max = \max\left(t \, \frac{\sum_{i \le n} |p_i| a_0^2}{n},\,
+          10^{-13} E^* a_0^2\right)
+
+with the relative tolerance :math:`t` and the :math:`n` atoms in contact, some of which
+are under tension if a hard wall attracts, or all atoms on which the wall acts if their
+mean force is larger.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.solvers.relaxation import Run, Start, Support, largest_error
+from ase_roughcontact.solvers.soft.newton import default_relaxer
+from ase_roughcontact.stepping.accuracy import accuracy_of, tolerance_for
+from ase_roughcontact.stepping.options import StepOptions
+from ase_roughcontact.stepping.relaxed import RelaxedStep
+
+# Force on an atom in contact before any is known, in units of E* a0^2: about that on
+# self-affine surfaces of a rms slope of 0.1.
+_TYPICAL_FORCE = 0.05
+# A tolerance is this part of the one that the mean force in the last state requires,
+# since that of the next state may be smaller. A reduced tolerance is this part of the
+# required one, so that the next state does not need another reduction.
+_MARGIN, _REDUCTION = 0.8, 0.5
+# A load counts as not carried if rounding leaves more than this part of it.
+_UNCARRIED_PART = 0.1
+# A step has not converged if a force, or the force that would close a gap, is above the
+# first times the tolerance plus the second, for rounding, times all forces of the wall.
+# The second is the smallest tolerance, too, in units of E* a0^2.
+_EXCESS, _ROUNDING = 2.0, 1e-13
+
+
+class StepRelaxer:
+    """Relaxes steps to a given tolerance, or to that which the states require.
+
+    Parameters
+    ----------
+    problem : Problem
+    options : StepOptions
+    """
+
+    def __init__(self, problem: Problem, options: StepOptions) -> None:
+        self._relaxer = options.relaxer or default_relaxer(problem.wall)
+        self._given, self._max_steps = options.fmax, options.max_steps
+        usual = accuracy_of(options.accuracy, options.continuum).tolerance
+        self._relative = min(usual, tolerance_for(options.solver_error))
+        unit = problem.solid.contact_modulus * problem.spacing**2
+        self._typical_force, self._smallest = _TYPICAL_FORCE * unit, _ROUNDING * unit
+
+    def __call__(
+        self,
+        contact: Contact,
+        state: State,
+        support: Support,
+        earlier: Run | None = None,
+        start: Start | None = None,
+    ) -> Run:
+        """Relax a contact from a state; the cost is that of earlier runs, too."""
+        mean_force = state.mean_force
+        if math.isnan(mean_force):
+            mean_force = self._typical_force
+        # a single atom carries no more than the load
+        load = support.load if support.load > 0.0 else math.inf
+        tolerance = self._given or self._for(min(_MARGIN * mean_force, load))
+        while True:
+            run = self._relaxer(
+                contact, state, support, tolerance, self._max_steps, start
+            )
+            run = earlier = _with_cost_of(earlier, run, tolerance)
+            state, required = run.state, self.required(run.fields)
+            if run.fields.repulsive_atoms:
+                state = replace(state, mean_force=_mean_force(run.fields))
+                run = earlier = replace(run, state=state)
+            if self._given or not run.converged or tolerance <= required:
+                return run
+            # less than half of the last one, until it is the smallest that is required
+            tolerance, start = max(_REDUCTION * required, self._smallest), None
+
+    def required(self, fields: ContactState) -> float:
+        """Return the tolerance that the accuracy requires in a state.
+
+        Parameters
+        ----------
+        fields : ContactState
+
+        Returns
+        -------
+        float
+            Infinity without an atom in contact.
+        """
+        return self._for(_mean_force(fields)) if fields.repulsive_atoms else math.inf
+
+    def _for(self, mean_force: float) -> float:
+        return max(self._relative * mean_force, self._smallest)
+
+    def checked(self, relaxed: RelaxedStep, softness: float) -> RelaxedStep:
+        """Return a step, marked if its forces, gaps or load are not as required.
+
+        Over a time step the solid is softer than between steps.
+        """
+        if self._given is None:
+            relaxed = relaxed.marked(_lost_load(relaxed))
+        return relaxed.marked(_remaining_force(relaxed, softness))
+
+
+def _mean_force(fields: ContactState) -> float:
+    """Return the mean force of the wall on an atom in contact, or on all it acts on."""
+    # atoms that are about to lose contact carry nothing
+    magnitude = abs(fields.pressure)
+    mean = float(magnitude.sum()) / max(int(np.count_nonzero(magnitude)), 1)
+    return max(fields.contact_pressure, mean) * fields.cell_area
+
+
+def _with_cost_of(earlier: Run | None, run: Run, tolerance: float) -> Run:
+    """Return a run to a tolerance with the cost of an earlier one added."""
+    if earlier is None:
+        return replace(run, tolerance=tolerance)
+    iterations, pairs = run.iterations + earlier.iterations, run.pairs + earlier.pairs
+    return replace(run, tolerance=tolerance, iterations=iterations, pairs=pairs)
+
+
+def _lost_load(relaxed: RelaxedStep) -> str:
+    """Return that a load is lost in the rounding of forces; empty if it is not."""
+    load, unbalanced = abs(relaxed.run.support.load), relaxed.run.unbalanced
+    carried = relaxed.run.tolerance <= _UNCARRIED_PART * load
+    if carried or not 0.0 < _UNCARRIED_PART * load < unbalanced:
+        return ""
+    return (
+        f"a load of {relaxed.run.support.load:.3g} is below the rounding of forces: "
+        f"{unbalanced:.3g} of it is not carried"
+    )
+
+
+def _remaining_force(relaxed: RelaxedStep, softness: float) -> str:
+    """Return that forces or gaps are above the tolerance; empty if they are not."""
+    halfspace, state = relaxed.halfspace, relaxed.fields
+    stiffness = halfspace.cell_area / (softness * halfspace.self_compliance)
+    limit = relaxed.run.tolerance
+    if not relaxed.contact.interaction.hard and state.pressure.any():
+        limit = min(limit, largest_error(relaxed.contact, state.pressure))
+    left = max(relaxed.run.max_force, stiffness * relaxed.gap_error)
+    rounding = _ROUNDING * state.total_magnitude
+    if left <= _EXCESS * limit + rounding:
+        return ""
+    return (
+        f"a force of {left:.3g} remains, more than the {limit:.3g} that the tolerance "
+        "and the forces of the wall allow, although the optimizer has converged: lower "
+        "fmax"
+    )

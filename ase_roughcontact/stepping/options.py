@@ -1,0 +1,80 @@
+"""Options of the steps of a path, and what a path prescribes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from ase_roughcontact._util.validation import integer, one_of, positive
+from ase_roughcontact.contact import Contact, State
+from ase_roughcontact.solvers.relaxation import Run, Start, Support
+from ase_roughcontact.stepping.accuracy import accuracy_of
+
+#: What a path prescribes: that of the indenter, or of the base of its cantilever.
+CONTROLS = ("penetrations", "heights", "loads", "bases")
+#: Those under which the indenter is free to move.
+FREE = ("loads", "bases")
+#: Relaxes a contact from a state, to a tolerance in at most some steps; see
+#: `SolverRelaxer`.
+Relaxer: TypeAlias = Callable[
+    [Contact, State, Support, float, int, "Start | None"], Run
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepOptions:
+    """Options of the steps of a path; see `load_path`.
+
+    Attributes
+    ----------
+    relaxer : Relaxer, optional
+        By default that of the recommended solver for the wall.
+    fmax, accuracy, max_steps, window
+        See `load_path`.
+    hardness : float
+        Hardness with which pressures are compared; infinity or NaN for none (pressure).
+    continuum : bool
+        Whether the continuum is asked for, and not the model of atoms.
+    lost_slope : float
+        Part of the rms slope that the grid can't resolve, and that is lost.
+    cantilever : float
+        Stiffness of the spring between the indenter and a base whose height is given
+        (force/length).
+    solver_error : float
+        Largest error of the normal force that the solver may leave, relative to the
+        forces in contact, if it is smaller than that of `accuracy`.
+    scan_errors : ScanErrors, optional
+        Returns the errors of a `RelaxedStep` by the scan that is pressed.
+
+    Raises
+    ------
+    ValueError
+        If an option is not valid.
+    """
+
+    relaxer: Relaxer | None = None
+    fmax: float | None = None
+    accuracy: str | float = "normal"
+    max_steps: int = 10_000
+    window: str = "fixed"
+    hardness: float = math.nan
+    continuum: bool = False
+    lost_slope: float = 0.0
+    cantilever: float = 0.0
+    solver_error: float = math.inf
+    scan_errors: Callable[[Any], Any] | None = None
+
+    def __post_init__(self) -> None:
+        """Check the options."""
+        one_of(("fixed", "unchecked", "auto"), window=self.window)
+        if self.fmax is not None:
+            positive(fmax=self.fmax)
+        integer("max_steps", self.max_steps, 1)
+        accuracy_of(self.accuracy, self.continuum)
+
+    @property
+    def keeps_window(self) -> bool:
+        """Whether the window is that of the first state."""
+        return self.window != "auto"

@@ -1,0 +1,177 @@
+r"""Errors of area, force and height that the relaxation of a step leaves.
+
+With the changes :math:`\lambda = dg/dZ` and :math:`x = dp/dZ` of a relaxed contact by a
+unit of height, the forces :math:`f_i` and gaps :math:`g_i` that the relaxation leaves
+change the normal force at a fixed height to first order by
+
+.. math:: \delta N = \sum_i f_i\,(1 - \lambda_i) + a_0^2 \sum_\text{touching} x_i\, g_i,
+
+the second sum under hard walls only. The first order suffices if the magnitudes of
+these terms, those of the forces :math:`f_i`, and the force that the indenter's balance
+lacks, are below 0.001 of the magnitudes of all forces of the wall. Atoms that these
+forces and gaps could bring into contact or out of it are an error of the area.
+
+Otherwise the solver for the wall goes on from the state until the remaining forces are
+a hundredth, and the errors are the differences to what it finds. So it is where long
+waves have not relaxed: forces that are small on every atom, but of one sign on many.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ase_roughcontact._util.kernels import max_abs, total, total_abs
+from ase_roughcontact.contact import Contact, ContactState
+from ase_roughcontact.solvers.relaxation import Run, force_per_gap
+from ase_roughcontact.solvers.response import HeightResponse
+from ase_roughcontact.solvers.soft.newton import default_relaxer
+
+# Largest change of the force, relative to the forces of the wall, to first order.
+_FIRST_ORDER = 1e-3
+# Remaining forces at which the solver stops, relative to those of the state, and its
+# largest number of steps.
+_REDUCTION, _STEPS = 0.01, 200
+# Reasons for errors that are not known.
+_HELD = "constraints hold atoms of the surface, which the solver would let go"
+_NO_SOLUTION = "forces are left, and the solver that goes on from there has stopped"
+# Relative rounding error of the sum of the forces, and that of a force in E* a0^2.
+_ROUNDING = 1e-13
+
+
+class RelaxationErrors(NamedTuple):
+    """Errors by the relaxation; NaN where they are not known.
+
+    Attributes
+    ----------
+    area : float
+        Of the contact area (Å^2).
+    force : float
+        Of the normal force; at a load, of the force at the height reached (eV/Å).
+    height : float
+        Of the height of a free indenter (Å).
+    unknown : str
+        Why they are not known; else empty.
+    """
+
+    area: float
+    force: float
+    height: float
+    unknown: str = ""
+
+    @classmethod
+    def not_known(cls, reason: str) -> RelaxationErrors:
+        """Return errors that are NaN, for a reason."""
+        return cls(math.nan, math.nan, math.nan, reason)
+
+
+def relaxation_errors(
+    contact: Contact, run: Run, response: HeightResponse, gap_error: float
+) -> RelaxationErrors:
+    """Return the errors that a relaxation leaves.
+
+    Parameters
+    ----------
+    contact : Contact
+    run : Run
+    response : HeightResponse
+        Of the state that was reached.
+    gap_error : float
+        Largest gap in contact with a hard wall, or overlap with it (Å).
+
+    Returns
+    -------
+    RelaxationErrors
+        NaN at an instability, if constraints hold atoms of the surface, and if the
+        solver does not converge.
+    """
+    if run.constrained:
+        return RelaxationErrors.not_known(_HELD)
+    fields, halfspace = run.fields, contact.halfspace
+    of_wall, remaining = fields.total_magnitude, 0.0
+    if fields.forces.any():
+        remaining = total_abs(fields.forces)
+    if not (of_wall or remaining):
+        return RelaxationErrors(0.0, 0.0, 0.0)
+    change, magnitude = _change_of_force(contact, fields, response)
+    magnitude = max(magnitude, remaining)
+    largest = max(run.max_force, force_per_gap(halfspace) * gap_error)
+    rounding = _ROUNDING * halfspace.contact_modulus * fields.cell_area
+    if largest > rounding and magnitude + run.unbalanced > _FIRST_ORDER * of_wall:
+        return _to_solution(contact, run, _REDUCTION * largest)
+    force = abs(change) + _ROUNDING * of_wall
+    softness = 1.0 / abs(response.force) if response.force else math.inf
+    moved = gap_error + (magnitude * softness if magnitude else 0.0)
+    area = area_of_force(fields, force) + _undecided_area(contact, fields, moved)
+    return RelaxationErrors(area, force, (force + run.unbalanced) * softness)
+
+
+def area_of_force(fields: ContactState, force: float) -> float:
+    """Return the area that carries a force, at most all of the contact (Å^2)."""
+    area, pressure = fields.contact_area, fields.contact_pressure
+    # the attraction of a wall may cancel its reaction
+    return force / pressure if force < pressure * area else area
+
+
+def _change_of_force(
+    contact: Contact, fields: ContactState, response: HeightResponse
+) -> tuple[float, float]:
+    """Return the change of the force to first order, and the magnitudes of its terms.
+
+    The latter are added (eV/Å).
+    """
+    change = magnitude = 0.0
+    if np.isinf(response.force):  # full contact of a hard wall: no atom can open
+        return change, magnitude
+    if fields.forces.any():
+        terms = 1.0 - response.gap  # displacement by a unit of height
+        if fields.forces.shape != terms.shape:  # with the padding
+            terms = contact.halfspace.grid_displacement(response.pressure)
+        terms *= fields.forces
+        change, magnitude = total(terms), total_abs(terms)
+    if contact.interaction.hard:
+        touching = fields.contact
+        terms = response.pressure[touching] * fields.gap[touching]
+        change += fields.cell_area * total(terms)
+        magnitude += fields.cell_area * total_abs(terms)
+    return change, magnitude
+
+
+def _undecided_area(contact: Contact, fields: ContactState, moved: float) -> float:
+    """Return the area of atoms that could come into contact or out of it (Å^2).
+
+    The remaining forces move them, and a distance changes their gaps as well.
+    """
+    (n, m), area = fields.gap.shape, fields.cell_area
+    forces, compliance = fields.forces[:n, :m], contact.halfspace.self_compliance / area
+    error = compliance * max_abs(forces) + moved
+    if not error:
+        return 0.0
+    if contact.interaction.hard:
+        margin = area * fields.pressure
+        margin += forces
+        if contact.interaction.attractive:
+            margin -= area * contact.wall(np.maximum(fields.gap, 0.0))[1]
+        margin *= compliance
+        margin -= fields.gap
+    else:
+        margin = fields.gap - contact.interaction.contact_distance
+    return area * float(np.count_nonzero(np.abs(margin, out=margin) <= error))
+
+
+def _to_solution(contact: Contact, run: Run, tolerance: float) -> RelaxationErrors:
+    """Return the differences to the state that the solver finds from here."""
+    # the displacement of the pressure on the window, without forces on the padding
+    start = replace(run.state, displacement=None)
+    relaxer = default_relaxer(contact.interaction)
+    solved = relaxer(contact, start, run.support, tolerance, _STEPS)
+    if not solved.converged:
+        return RelaxationErrors.not_known(f"{_NO_SOLUTION}: {solved.message}")
+    return RelaxationErrors(
+        area=abs(solved.fields.contact_area - run.fields.contact_area),
+        force=abs(solved.fields.normal_force - run.fields.normal_force),
+        height=abs(solved.state.height - run.state.height),
+    )

@@ -1,0 +1,151 @@
+"""Variants of a scene that `tradeoff` compares: choices, and the most accurate ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
+from ase_roughcontact.path_kinds.loop.scene import Loop
+from ase_roughcontact.scene.config import InteractionConfig
+from ase_roughcontact.scene.scene import Scene
+from ase_roughcontact.stepping.accuracy import LEVELS, OF_ATOMS
+from ase_roughcontact.topography import SelfAffine
+
+#: Number of realisations from which their spread is estimated; plans are checked on the
+#: one after them.
+PILOT = 4
+#: Optimizers of this package, which need no tolerance of their own.
+SOLVERS = NewtonKrylov, ActiveSet
+# Sides of periodic cells in diameters of a smooth contact, as multiples of atoms that
+# any grid divides.
+_CELLS, _MULTIPLE = (2, 4), 16
+# Errors for which a grid is chosen, between those of the levels.
+_BETWEEN = (0.03, 0.02, 0.005)
+# Relative errors of the energy balance of a loop, the smallest one the most accurate.
+_LOOPS, _FINEST_LOOP = (1e-2, 1e-3), 1e-4
+# Tolerances of optimizers of ASE, in units of E* a0^2.
+_FMAX = (1e-3, 1e-4, 1e-5)
+# Loose and tight tolerance of the model of atoms.
+_LOOSE, _TIGHT = 1e-1, 1e-8
+# Error of the continuum that the finest grid is chosen for: half that of "high".
+_FINEST = LEVELS["high"] / 2.0
+# Tolerance of the solver against which optimizers are compared, and radius of the
+# sphere on which the plan of a loop is checked, relative to the given one.
+_ACCURATE, _OTHER = 1e-3, 1.1
+# Cutoffs of the 9-3 wall in units of the spacing, and that of the most accurate scene.
+_CUTOFFS, _LARGEST_CUTOFF = (3.0, 5.0, 10.0, 20.0), 30.0
+
+
+def most_accurate(scene: Scene) -> Scene:
+    """Return the scene with the most accurate numerical choices."""
+    values: dict[str, Any] = {
+        "solver.optimizer": None,
+        "solver.fmax": None,
+        "solver.accuracy": "high" if scene.is_continuum else _TIGHT,
+    }
+    is_given = "cutoff" in scene.interaction.entries()
+    if "cutoff" in scene.wall.parameters and not is_given:
+        values["interaction.cutoff"] = _LARGEST_CUTOFF
+    if scene.substrate.periodic and scene.radius < math.inf:
+        values |= {"substrate.periodic": False, "substrate.shape": "auto"}
+    if isinstance(scene.path, Loop):
+        values["path.tolerance"] = _FINEST_LOOP
+    return scene.with_values(values).with_grid(None)
+
+
+def of_continuum(best: Scene) -> Scene | None:
+    """Return the most accurate scene of the continuum for one that counts atoms.
+
+    None if it is of the continuum itself, or the solid is a lattice of atoms.
+    """
+    if best.is_continuum or best.substrate.of_atoms:
+        return None
+    return most_accurate(best.with_values({"substrate.model": "continuum"}))
+
+
+def with_optimizers(scene: Scene) -> tuple[Scene, list[tuple[str, dict[str, Any]]]]:
+    """Return a scene with the built-in solver, and choices of its optimizer of ASE.
+
+    The choices, labels and settings, are none for a solver of this package.
+    """
+    solved: dict[str, Any] = {"solver.optimizer": None, "solver.fmax": None}
+    accurate = scene.with_values({**solved, "solver.accuracy": _ACCURATE})
+    if scene.is_continuum:
+        accurate = accurate.with_grid(scene.grid_change)
+    name = scene.solver.optimizer
+    if name is None or scene.optimizer in SOLVERS:
+        return accurate, []
+    choices = [("built-in solver", solved)]
+    for fmax in _FMAX:
+        settings = {"solver.optimizer": name, "solver.fmax": fmax}
+        choices.append((f"{name}, fmax = {fmax:g}", settings))
+    return accurate, choices
+
+
+def finest_grid(best: Scene) -> Scene:
+    """Return the scene on a grid finer than that of any choice, if the memory allows.
+
+    The error of the most accurate choice is then only known by its own estimate.
+    """
+    if not best.is_continuum:
+        return best
+    finest = best.with_values({"solver.accuracy": _FINEST})
+    try:
+        finest.check()
+    except MemoryError:
+        return best
+    return finest
+
+
+def with_one_field(*scenes: Scene) -> tuple[Scene, ...]:
+    """Return scenes with the period of the last one's local work of adhesion."""
+    field = getattr(scenes[-1].local_adhesion, "pattern", None)
+    if not isinstance(field, SelfAffine):
+        return scenes
+    domain = f"{field.side / scenes[-1].spacing:.12g} a0"
+    return tuple(s.with_values({"heterogeneity.domain": domain}) for s in scenes)
+
+
+def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield source, label and settings of the choices that are calculated."""
+    if best.is_continuum:
+        for level in LEVELS:
+            yield "grid", level, {"solver.accuracy": level}
+        for error in _BETWEEN:
+            yield "grid", f"{100 * error:g} %", {"solver.accuracy": error}
+    else:
+        for error in (_LOOSE, OF_ATOMS):
+            yield "tolerance", f"{error:g}", {"solver.accuracy": error}
+    if isinstance(best.path, Loop):
+        for tolerance in _LOOPS:
+            yield "steps", f"{tolerance:g}", {"path.tolerance": tolerance}
+    free: dict[str, Any] = {"substrate.periodic": False, "substrate.shape": "auto"}
+    if best.interaction.entries().get("cutoff") == _LARGEST_CUTOFF:
+        for cutoff in _CUTOFFS:
+            yield "cutoff", f"{cutoff:g} a0", {"interaction.cutoff": cutoff}
+    if best.radius < math.inf:
+        yield "boundary", "free", free
+    if best.radius < math.inf and best.control == "loads":
+        largest = float(best.hertz_area(best.targets.max()))
+        diameter = 2.0 * math.sqrt(largest / math.pi) / best.spacing
+        for ratio in _CELLS:
+            side = _MULTIPLE * math.ceil(ratio * diameter / _MULTIPLE)
+            cells = {"substrate.periodic": True, "substrate.shape": (side, side)}
+            yield "boundary", f"cell of {ratio} diameters", cells
+    other = "repulsive" if best.wall.hard or best.wall.attractive else "hard"
+    yield "wall", f"{other} instead", {"interaction": InteractionConfig(other)}
+
+
+def unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[float]]:
+    """Return another surface, or for a smooth one other targets; a loop's radius."""
+    if scene.roughness is not None:
+        seed = scene.roughness.seed + PILOT
+        return scene.with_values({"roughness.seed": seed}), targets
+    if isinstance(scene.path, Loop):
+        return scene.with_values({"sphere.radius": f"{_OTHER * scene.radius} Å"}), []
+    between = np.unique([*targets, 0.9 * targets[-1]])
+    return scene, list((between[1:] + between[:-1]) / 2.0)
