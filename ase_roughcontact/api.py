@@ -37,8 +37,9 @@ from ase_roughcontact.optimize.tolerance import fmax_for
 from ase_roughcontact.path_kinds.loop.atoms import adhesion_loop
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
 from ase_roughcontact.path_kinds.sliding.atoms import release, sliding_path, stick
+from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.paths.output import Output
-from ase_roughcontact.paths.path_records import SlidingStep, TimeStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.column import column
 from ase_roughcontact.results.record import LoadStep

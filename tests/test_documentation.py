@@ -14,8 +14,10 @@ import pytest
 from ase_roughcontact import LoadStep, __version__
 from ase_roughcontact import __all__ as public_names
 from ase_roughcontact.cli.parser import make_parser
-from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
+from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.results.column import EVERYWHERE
+from ase_roughcontact.results.flat_record import FlatStep
 from ase_roughcontact.results.record import columns_of, columns_on_request
 
 ROOT = Path(__file__).resolve().parents[1]

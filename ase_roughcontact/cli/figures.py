@@ -21,7 +21,7 @@ from ase_roughcontact.fitting.least_squares import Fit
 from ase_roughcontact.fitting.smooth_fit import SmoothFit
 from ase_roughcontact.loading.trajectory import read_frames
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
-from ase_roughcontact.paths.path_records import TimeStep
+from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
 from ase_roughcontact.plot.surfaces import map_panels

@@ -13,7 +13,9 @@ import numpy as np
 from ase_roughcontact._util.files import PathName, check_different, write_table
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
-from ase_roughcontact.paths.path_records import FlatStep, SlidingStep, TimeStep
+from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+from ase_roughcontact.path_kinds.time.record import TimeStep
+from ase_roughcontact.results.flat_record import FlatStep
 from ase_roughcontact.results.record import (
     MISSING,
     LoadStep,

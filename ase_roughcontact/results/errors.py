@@ -70,11 +70,12 @@ from __future__ import annotations
 
 import math
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ase_roughcontact.stepping.relaxation_errors import area_of_force
-from ase_roughcontact.stepping.relaxed_contact import RelaxedContact
+from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.theory.counted_area import continuum_area, grid_error, open_sides
 from ase_roughcontact.topography.lowest_point import lowest_point_error
 
@@ -149,12 +150,27 @@ class Errors(NamedTuple):
         return Errors(area, force, height, penetration, "; ".join(reasons))
 
 
-def estimated_errors(step: RelaxedContact) -> Errors:
+# Errors of relaxed steps that several columns ask for.
+_ESTIMATED: WeakKeyDictionary[RelaxedStep, Errors] = WeakKeyDictionary()
+
+
+def errors_of(step: RelaxedStep) -> Errors:
+    """Return the estimated errors of a step, with the errors by a scan.
+
+    They are estimated once for each step.
+    """
+    if step not in _ESTIMATED:
+        errors, by_scan = estimated_errors(step), step.options.scan_errors
+        _ESTIMATED[step] = errors.plus(by_scan(step)) if by_scan else errors
+    return _ESTIMATED[step]
+
+
+def estimated_errors(step: RelaxedStep) -> Errors:
     """Return the estimated errors of area, force, height and penetration.
 
     Parameters
     ----------
-    step : RelaxedContact
+    step : RelaxedStep
 
     Returns
     -------
@@ -203,7 +219,7 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     return Errors(_within_cell(step, area), step.relaxation.force + force, 0.0, lowest)
 
 
-def _within_cell(step: RelaxedContact, area: float) -> float:
+def _within_cell(step: RelaxedStep, area: float) -> float:
     """Return an error of the area, at most that of a periodic cell (Å^2)."""
     if not step.halfspace.periodic:
         return area
@@ -217,7 +233,7 @@ def _force_change(shift: float, compliance: float) -> float:
     return shift / compliance if compliance else math.inf
 
 
-def continuum_area_error(step: RelaxedContact) -> float:
+def continuum_area_error(step: RelaxedStep) -> float:
     """Return the error of the area of the continuum that the grid makes (Å^2)."""
     if step.edge_area is not None:
         of_grid = step.edge_area.error
@@ -229,7 +245,7 @@ def continuum_area_error(step: RelaxedContact) -> float:
     return of_grid + step.options.lost_slope * step.fields.contact_area
 
 
-def _unknown_surroundings(step: RelaxedContact) -> float:
+def _unknown_surroundings(step: RelaxedStep) -> float:
     """Return the error of the area by the edges of a scan without a period (Å^2)."""
     halfspace, count = step.halfspace, step.fields.gap.size
     removed, force = step.problem.facts.edge_change, step.fields.normal_force
@@ -242,7 +258,7 @@ def _unknown_surroundings(step: RelaxedContact) -> float:
     return _EDGE_FACTOR * min(area, nominal - area) * part / math.sqrt(patches)
 
 
-def _grid_height(step: RelaxedContact, softness: float) -> float:
+def _grid_height(step: RelaxedStep, softness: float) -> float:
     """Return the error of the height under a load by the grid (Å)."""
     error, halfspace = _edge_force(step) * softness, step.halfspace
     if halfspace.periodic:
@@ -250,7 +266,7 @@ def _grid_height(step: RelaxedContact, softness: float) -> float:
     return error + _grid_force(step) * softness
 
 
-def _grid_force(step: RelaxedContact) -> float:
+def _grid_force(step: RelaxedStep) -> float:
     """Return the error of the force at a given height by the grid (eV/Å)."""
     fields, halfspace, spacing = step.fields, step.halfspace, step.halfspace.spacing
     (area, perimeter), periodic = _loaded_area(step), halfspace.periodic
@@ -266,7 +282,7 @@ def _grid_force(step: RelaxedContact) -> float:
     return error * fields.total_magnitude
 
 
-def _loaded_area(step: RelaxedContact) -> tuple[float, float]:
+def _loaded_area(step: RelaxedStep) -> tuple[float, float]:
     """Return area and perimeter of the contact, without it of the attracted atoms."""
     if step.touches:
         return step.fields.contact_area, step.perimeter
@@ -276,7 +292,7 @@ def _loaded_area(step: RelaxedContact) -> tuple[float, float]:
     return area, sides * halfspace.spacing
 
 
-def _edge_force(step: RelaxedContact) -> float:
+def _edge_force(step: RelaxedStep) -> float:
     """Return the error of the force that does not follow from a smooth edge (eV/Å)."""
     fields, edge = step.fields, step.edge_area
     error = _attraction_force(step)
@@ -287,7 +303,7 @@ def _edge_force(step: RelaxedContact) -> float:
     return error
 
 
-def _attraction_force(step: RelaxedContact) -> float:
+def _attraction_force(step: RelaxedStep) -> float:
     """Return the error of the force where an attraction ends between points (eV/Å)."""
     wall, fields = step.contact.interaction, step.fields
     if not wall.attractive or (step.touches and not wall.hard):
@@ -298,7 +314,7 @@ def _attraction_force(step: RelaxedContact) -> float:
     return _ATTRACTION_FACTOR * math.sqrt(points) * float(largest) * fields.cell_area
 
 
-def _kept_shape(step: RelaxedContact) -> float:
+def _kept_shape(step: RelaxedStep) -> float:
     """Return the error of the height by a plastic shape from earlier steps (Å)."""
     fields, halfspace = step.fields, step.halfspace
     if fields.kept_depth is None or not fields.kept_depth.any():
@@ -310,7 +326,7 @@ def _kept_shape(step: RelaxedContact) -> float:
     return float(error) / (halfspace.contact_modulus * width)
 
 
-def _profile_factor(step: RelaxedContact) -> float:
+def _profile_factor(step: RelaxedStep) -> float:
     """Return by how much the error of the force is larger than under a sphere."""
     fields, wall = step.fields, step.contact.interaction
     if not wall.purely_hard or wall.plastic:
@@ -323,20 +339,20 @@ def _profile_factor(step: RelaxedContact) -> float:
     return max(1.0, 1.0 / (3.0 * max(1.0 - fields.normal_force / linear, finest)))
 
 
-def _lowest_point(step: RelaxedContact) -> float:
+def _lowest_point(step: RelaxedStep) -> float:
     """Return the error of the lowest point of the indenter by the grid (Å)."""
     if not step.options.continuum:
         return 0.0
     return lowest_point_error(step.contact.heights, step.halfspace.periodic)
 
 
-def _cell_compliance(step: RelaxedContact) -> float:
+def _cell_compliance(step: RelaxedStep) -> float:
     """Return the shift of the height by the images of a cell per force (Å^2/eV)."""
     modulus = step.halfspace.contact_modulus
     return _SUM_OF_INVERSES / (math.pi * modulus * step.cell_side)
 
 
-def _cell_shift(step: RelaxedContact) -> float:
+def _cell_shift(step: RelaxedStep) -> float:
     """Return the shift of the height by the images of a cell (Å)."""
     fields, side = step.fields, step.cell_side
     if side == math.inf:
@@ -348,7 +364,7 @@ def _cell_shift(step: RelaxedContact) -> float:
     return abs(float(forces)) / (math.pi * step.halfspace.contact_modulus)
 
 
-def _cell_area(step: RelaxedContact) -> float:
+def _cell_area(step: RelaxedStep) -> float:
     """Return the area that the images of a periodic cell take (Å^2)."""
     side = step.cell_side
     if side == math.inf:

@@ -36,7 +36,7 @@ from ase_roughcontact.results.column import (
     column,
     column_on_request,
 )
-from ase_roughcontact.results.errors import continuum_area_error
+from ase_roughcontact.results.errors import continuum_area_error, errors_of
 from ase_roughcontact.results.limits import violations
 from ase_roughcontact.solvers.conductance import region_conductance
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
@@ -89,8 +89,8 @@ def _continuum_area(step: RelaxedStep) -> float:
 
 def _continuum_area_error(step: RelaxedStep) -> float:
     if step.options.continuum:
-        return step.errors.area
-    return step.errors.area + continuum_area_error(step)
+        return errors_of(step).area
+    return errors_of(step).area + continuum_area_error(step)
 
 
 def _mean_pressure(step: RelaxedStep) -> float:
@@ -174,7 +174,7 @@ class LoadStep:
         "which of the two areas is asked for, and has the `area_error`",
     )
     area_error: float = column(
-        lambda s: s.errors.area,
+        lambda s: errors_of(s).area,
         "estimated error of the area that `area_column` names; the true error is below "
         "twice the estimate in nine of ten cases",
         "Å^2",
@@ -187,26 +187,26 @@ class LoadStep:
         where=_OF_ERRORS,
     )
     force_error: float = column(
-        lambda s: s.errors.force,
+        lambda s: errors_of(s).force,
         "estimated error of the force; under a load what its balance lacks",
         "eV/Å",
         where=_OF_ERRORS,
     )
     height_error: float = column(
-        lambda s: s.errors.height,
+        lambda s: errors_of(s).height,
         "estimated error of the height; zero at a given height or penetration",
         "Å",
         where=_OF_ERRORS,
     )
     penetration_error: float = column(
-        lambda s: s.errors.penetration,
+        lambda s: errors_of(s).penetration,
         "estimated error of the penetration: that of the height, and for the continuum "
         "that of the lowest point of the indenter; zero at a given penetration",
         "Å",
         where=_OF_ERRORS,
     )
     unknown_errors: str = column(
-        lambda s: s.errors.unknown, "why errors are not known (nan), else empty"
+        lambda s: errors_of(s).unknown, "why errors are not known (nan), else empty"
     )
     perimeter: float = column(
         lambda s: s.perimeter,

@@ -21,7 +21,7 @@ from ase_roughcontact._util.validation import (
     lookup,
     positive,
 )
-from ase_roughcontact.paths.path_records import TimeStep
+from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.record import LoadStep

@@ -22,10 +22,11 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.loading.path_atoms import ProblemAtoms, relaxer_of
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
 from ase_roughcontact.path_kinds.loop.scene import Loop
+from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.paths.output import Output, follow
-from ase_roughcontact.paths.path_records import FlatStep, SlidingStep
 from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.planned_steps import Plan
+from ase_roughcontact.results.flat_record import FlatStep
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.scan_errors import ScanErrors
 from ase_roughcontact.results.validity import (

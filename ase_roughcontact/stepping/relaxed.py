@@ -1,119 +1,185 @@
-"""Relaxed step of a path with its errors, and its lateral state."""
+"""Relaxed step of a path: what its results, errors and limits are calculated from."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.elasticity.lateral import LateralHalfSpace
-from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.results.errors import Errors, estimated_errors
-from ase_roughcontact.solvers.lateral.friction import (
-    FrictionOptions,
-    FrictionSolution,
-    solve_friction,
+from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.solvers.relaxation import Run
+from ase_roughcontact.solvers.response import HeightResponse, height_response
+from ase_roughcontact.stepping.options import StepOptions
+from ase_roughcontact.stepping.relaxation_errors import (
+    RelaxationErrors,
+    relaxation_errors,
 )
-from ase_roughcontact.stepping.relaxed_contact import RelaxedContact
+from ase_roughcontact.theory.counted_area import open_sides
+from ase_roughcontact.theory.edge_area import EdgeArea, edge_area
+from ase_roughcontact.windows.fixed import at_edge
 
-# Residual of the tractions from which the lateral stiffness follows.
-_OF_STIFFNESS = FrictionOptions(tolerance=1e-3)
+# Relative residual of the equations for the contact stiffness; see `height_response`.
+_RESIDUAL = 1e-2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LateralState:
-    """Lateral state of a contact with friction, on a box of the surface.
+class RelaxedStep:
+    """Relaxed contact of a step of a path.
 
     Attributes
     ----------
-    box : Box
-    halfspace : LateralHalfSpace
-        On the box.
-    bounds : ndarray, shape (n, m)
-        Of the tractions (eV/Å^3).
-    displacement, moved, base : ndarray, shape (2,)
-        Displacement of the indenter along x and y, since it came down, and of the base
-        of its spring, NaN without one (Å).
-    dissipated : float
-        Energy lost by slip since the beginning (eV).
-    solution : FrictionSolution
-    cell_area : float
-        Area of an atom (Å^2).
-    by_pressure : ndarray, shape (2, n, m), or float
-        Lateral displacement by the pressure, zero if it is neglected (Å).
-    alternations : int
-        How often the normal and the lateral problem were solved in turn; 0 if their
-        coupling is neglected.
-    new_contact : float
-        Part of the atoms with friction that had no tractions before the step: under
-        coupling, that came into contact in it.
+    problem : Problem
+    contact : Contact
+        On the window of the state.
+    run : Run
+        State, fields and forces, what holds the indenter, and what it cost.
+    control : {"penetrations", "heights", "loads", "bases"}
+        What the path prescribes.
+    options : StepOptions
+        Of the path, such as whether the continuum is asked for.
+    number : int
+        Number of the step, from zero.
+    first_contact : float
+        Height at which the indenter begins to repel the flat substrate (Å).
+    seconds : float
+        Wall-clock time of the relaxation.
+    time : float
+        Of the step, NaN unless the solid creeps.
+    base : float
+        Height of the base of the cantilever; NaN without one (Å).
+    lateral : LateralState or None
+        Under friction, of a sliding path.
     """
 
-    box: Box
-    halfspace: LateralHalfSpace
-    bounds: np.ndarray
-    displacement: np.ndarray
-    moved: np.ndarray
-    base: np.ndarray
-    dissipated: float
-    solution: FrictionSolution
-    cell_area: float
-    by_pressure: np.ndarray | float = 0.0
-    alternations: int = 0
-    new_contact: float = 0.0
+    problem: Problem
+    contact: Contact
+    run: Run
+    control: str = "heights"
+    options: StepOptions = field(default_factory=StepOptions)
+    number: int = 0
+    first_contact: float = math.nan
+    seconds: float = 0.0
+    time: float = math.nan
+    base: float = math.nan
+    lateral: Any = None  # so that the columns of sliding paths need no check
 
     @property
-    def force(self) -> np.ndarray:
-        """What acts on the indenter along x and y to hold it (eV/Å)."""
-        return self.cell_area * self.solution.tractions.sum(axis=(1, 2))
+    def state(self) -> State:
+        """Relaxed state; after `Stepper.commit` the one the next step starts from."""
+        return self.run.state
 
     @property
-    def bound(self) -> float:
-        """Largest magnitude of the force, if all atoms slip in one direction."""
-        return self.cell_area * float(self.bounds.sum())
+    def height(self) -> float:
+        """Height of the indenter (Å)."""
+        return self.state.height
 
     @cached_property
-    def stiffness(self) -> float:
-        """Lateral force per displacement along x, if all atoms stuck (eV/Å^2)."""
-        imposed = np.zeros((2, *self.bounds.shape))
-        imposed[0] = 1.0
-        bounds = np.where(self.bounds > 0.0, np.inf, 0.0)
-        stuck = solve_friction(self.halfspace, bounds, imposed, options=_OF_STIFFNESS)
-        return self.cell_area * float(stuck.tractions[0].sum())
-
-    @property
-    def sticking(self) -> int:
-        """Number of atoms with a positive bound that stick."""
-        return int(np.count_nonzero((self.bounds > 0.0) & ~self.solution.slipping))
-
-    @property
-    def slipping(self) -> int:
-        """Number of atoms with a positive bound that slip."""
-        return int(np.count_nonzero(self.solution.slipping))
-
-    @property
-    def slip(self) -> float:
-        """Largest distance that an atom in contact has slipped (Å)."""
-        surface = self.solution.displacement + self.by_pressure
-        slips = np.hypot(*(self.moved[:, None, None] - surface))
-        return float(slips[self.bounds > 0.0].max(initial=0.0))
-
-    @property
-    def energy(self) -> float:
-        """Elastic energy of the tractions and of their coupling to pressure (eV)."""
-        work = self.solution.displacement + 2.0 * self.by_pressure
-        return 0.5 * self.cell_area * float((self.solution.tractions * work).sum())
-
-
-class RelaxedStep(RelaxedContact):
-    """Relaxed contact of a step, with the estimated errors of its results."""
+    def fields(self) -> ContactState:
+        """Forces, gaps and pressures, calculated from the displacement."""
+        return self.run.fields
 
     @cached_property
-    def errors(self) -> Errors:
-        """Estimated errors, those by the scan that is pressed included."""
-        errors, of_scan = estimated_errors(self), self.options.scan_errors
-        return errors.plus(of_scan(self)) if of_scan else errors
+    def halfspace(self) -> HalfSpace:
+        """The elastic half space, with the shapes of window and FFT grid."""
+        return self.contact.halfspace
+
+    @cached_property
+    def touches(self) -> bool:
+        """Whether the wall repels an atom."""
+        return self.fields.repulsive_atoms > 0
+
+    @cached_property
+    def gap_error(self) -> float:
+        """Largest gap in contact with a hard wall, or overlap not plastic (Å)."""
+        if not self.contact.interaction.hard:
+            return 0.0
+        fields, gap = self.fields, self.fields.gap
+        closed = gap.max(initial=0.0, where=fields.contact)
+        return float(max(closed, -gap.min(initial=0.0, where=~fields.plastic)))
+
+    @cached_property
+    def perimeter(self) -> float:
+        """Length of the boundary of the contact along the lines of the grid (Å)."""
+        sides = open_sides(self.fields.contact, self.halfspace.periodic)
+        return float(sides.sum()) * self.halfspace.spacing
+
+    @cached_property
+    def edge_area(self) -> EdgeArea | None:
+        """Area of the continuum by the fields at the edge of the contact.
+
+        None unless the continuum is asked for, and this is the contact of a hard wall
+        that does not end at the edge of a free window.
+        """
+        contact, fields, halfspace = self.contact, self.fields, self.halfspace
+        if not (self.options.continuum and contact.interaction.hard and self.touches):
+            return None
+        if not halfspace.periodic and at_edge(fields.contact):
+            return None
+        _, attraction = contact.wall(np.zeros(fields.gap.shape))
+        return edge_area(
+            np.where(fields.contact, fields.pressure - attraction, 0.0),
+            fields.gap,
+            halfspace.spacing,
+            float(halfspace.solid.wave_modulus(math.pi / halfspace.spacing)),
+            halfspace.periodic,
+            fields.hardness,
+        )
+
+    @cached_property
+    def mean_pressure(self) -> float:
+        """Mean pressure on the repelled atoms, zero without any (eV/Å^3)."""
+        pressures = self.fields.pressure[self.fields.contact]
+        return float(pressures.mean()) if pressures.size else 0.0
+
+    @property
+    def positions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Positions x and y of the rows of atoms, from the axis (Å)."""
+        spacing, shape = self.problem.spacing, self.fields.gap.shape
+        origin = self.problem.origin(self.run.state.window)
+        x, y = (
+            start + spacing * np.arange(count)
+            for start, count in zip(origin, shape, strict=True)
+        )
+        return x, y
+
+    @property
+    def contact_radius(self) -> float:
+        """Largest distance of an atom in contact from the axis, zero without (Å)."""
+        x, y = self.positions
+        rows = self.fields.contact.any(axis=1)
+        contact = self.fields.contact[rows]
+        ends = contact.argmax(axis=1), -1 - contact[:, ::-1].argmax(axis=1)
+        return float(np.hypot(x[rows], [y[end] for end in ends]).max(initial=0.0))
+
+    @cached_property
+    def cell_side(self) -> float:
+        """Side of a periodic cell under a sphere (Å).
+
+        Infinite without images, and under a flat surface, whose images are meant.
+        """
+        if not self.halfspace.periodic or self.problem.facts.radius == math.inf:
+            return math.inf
+        return min(self.halfspace.shape) * self.halfspace.spacing
+
+    @property
+    def part_of_cell(self) -> float:
+        """Diameter of the contact over the side of the cell; see `cell_side`."""
+        side = self.cell_side
+        return 2.0 * self.contact_radius / side if side < math.inf else 0.0
+
+    @cached_property
+    def response(self) -> HeightResponse:
+        """Change of the relaxed contact by a unit of height."""
+        return height_response(self.contact, self.fields, _RESIDUAL)
+
+    @cached_property
+    def relaxation(self) -> RelaxationErrors:
+        """Errors that the relaxation leaves."""
+        return relaxation_errors(self.contact, self.run, self.response, self.gap_error)
 
     def marked(self, message: str) -> RelaxedStep:
         """Return the step, which has not converged for a reason that is not empty."""

@@ -15,7 +15,7 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.results.errors import estimated_errors
 from ase_roughcontact.solvers.relaxation import Run, Support
 from ase_roughcontact.stepping.options import StepOptions
-from ase_roughcontact.stepping.relaxed_contact import RelaxedContact
+from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.theory import Hertz
 
@@ -81,7 +81,7 @@ def test_force_that_the_indenter_lacks_is_an_error_of_the_height():
     load = Support(fixed=False, load=step.normal_force + 0.1)
     run = Run.of(relaxed.state, relaxed.fields, load)
     contact = {"problem": problem, "contact": relaxed.contact, "run": run}
-    errors = estimated_errors(RelaxedContact(**contact, control="loads"))
+    errors = estimated_errors(RelaxedStep(**contact, control="loads"))
     assert errors.force == pytest.approx(0.1)
     assert errors.height == pytest.approx(0.1 / step.contact_stiffness, rel=1e-3)
 

@@ -15,7 +15,7 @@ from small_scene import SMALL
 import ase_roughcontact as rc
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.cli import main
-from ase_roughcontact.paths.path_records import FlatStep
+from ase_roughcontact.results.flat_record import FlatStep
 from ase_roughcontact.results.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.theory import Hertz

@@ -16,6 +16,7 @@ import ase_roughcontact as rc
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.cli.common import json_line
 from ase_roughcontact.loading.trajectory import read_steps
+from ase_roughcontact.results.errors import errors_of
 from ase_roughcontact.results.record import columns_of, units_of
 
 # A column from outside the package: one entry of a subclass
@@ -114,11 +115,11 @@ def test_own_columns_use_the_errors_that_were_estimated_once():
     @dataclass(frozen=True)
     class StepWithErrors(rc.LoadStep):
         relative_error: float = rc.column(
-            lambda s: seen.append(s.errors) or s.errors.force / s.fields.normal_force,
+            lambda s: seen.append(errors_of(s)) or errors_of(s).force / s.fields.normal_force,
             "error of the force, relative to it",
         )
         errors: int = rc.column(
-            lambda s: seen.append(s.errors) or 3, "number of errors"
+            lambda s: seen.append(errors_of(s)) or 3, "number of errors"
         )
 
     (step,) = written_path(make_atoms(), [0.4], record=StepWithErrors)

@@ -22,7 +22,8 @@ from ase_roughcontact.contact import Problem, State
 from ase_roughcontact.contact.state import TRACTION_DEPTH
 from ase_roughcontact.elasticity.lateral import CrossResponse
 from ase_roughcontact.elasticity.lattice import Box, carried
-from ase_roughcontact.stepping.relaxed import LateralState, RelaxedStep
+from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
+from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 #: Whether a sliding path neglects the coupling (Goodman), or solves for it.
 COUPLINGS = ("neglected", "solved")

@@ -22,8 +22,8 @@ from ase_roughcontact._util.validation import (
 )
 from ase_roughcontact.analysis.path_values import loop_energies, static_friction
 from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
+from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.steps import LATERAL_CONTROLS, SlidingSteps
-from ase_roughcontact.paths.path_records import SlidingStep
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene.bodies import Bodies

@@ -36,14 +36,15 @@ from ase_roughcontact.path_kinds.sliding.coupling import (
     disagreement,
     mixed,
 )
-from ase_roughcontact.paths.path_records import SlidingStep
+from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
+from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.paths.path_steps import NumberedSteps
 from ase_roughcontact.solvers.lateral.friction import (
     Drive,
     FrictionOptions,
     solve_friction,
 )
-from ase_roughcontact.stepping.relaxed import LateralState, RelaxedStep
+from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.retraction import relax_in_contact
 
 #: What a sliding path prescribes laterally: displacement of the indenter, force on it,

@@ -8,7 +8,7 @@ path.
 
 from __future__ import annotations
 
-from ase_roughcontact.paths.path_records import TimeStep
+from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.stepping.step import Stepper
 
 

@@ -20,8 +20,8 @@ from ase_roughcontact._util.validation import (
 )
 from ase_roughcontact.analysis.path_values import dynamic_stiffness
 from ase_roughcontact.path_kinds.loop.instabilities import tension_at_turn
+from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
-from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.record import LoadStep

@@ -45,7 +45,7 @@ from ase_roughcontact.contact import State
 from ase_roughcontact.contact.creep import PRESSURE_RATE, dissipated_energy
 from ase_roughcontact.elasticity.lattice import carried
 from ase_roughcontact.path_kinds.time.balance import energy_balance, work_between
-from ase_roughcontact.paths.path_records import TimeStep
+from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
 from ase_roughcontact.paths.schedule import Part, Schedule
 from ase_roughcontact.stepping.relaxed import RelaxedStep

@@ -23,9 +23,9 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths import output
-from ase_roughcontact.paths.path_records import TimeStep
 from ase_roughcontact.paths.path_steps import NumberedSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")

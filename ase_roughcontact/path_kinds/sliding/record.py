@@ -1,30 +1,19 @@
-"""Output columns of sliding paths, of paths in time, and of nominally flat contacts."""
+"""Output columns of sliding paths."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact.contact import State
-from ase_roughcontact.contact.creep import creep_energy, dissipation_rate
-from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.results.column import Range, column, column_on_request
 from ase_roughcontact.results.record import LoadStep, columns_of
-from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.windows.memory import friction_memory
 
 _WITH_SPRING = Range(
     "paths with a spring", lambda s: not np.isnan(s.lateral.base).any(), constant=True
 )
 _WITH_FRICTION = Range("contacts with friction", lambda s: s.lateral.bound > 0.0)
-_IN_TIME = Range("paths in time", lambda s: not math.isnan(s.time), constant=True)
-_ON_CANTILEVER = Range(
-    "the base of a cantilever", lambda s: not math.isnan(s.base), constant=True
-)
-_PERIODIC = Range("periodic cells", lambda s: s.halfspace.periodic, constant=True)
 
 
 @dataclass(frozen=True)
@@ -126,79 +115,4 @@ class SlidingStep(LoadStep):
         lambda s: s.lateral.alternations,
         "solutions in turn of the normal and the lateral problem until they agree, 0 "
         "without coupling",
-    )
-
-
-def _of_creep(step: RelaxedStep, density: Callable[[State, Creep], float]) -> float:
-    creep = step.problem.solid.creep
-    return step.fields.cell_area * density(step.run.state, creep) if creep else 0.0
-
-
-@dataclass(frozen=True)
-class TimeStep(LoadStep):
-    """Result of one time step; its attributes are the output columns.
-
-    Errors are those of the contact; those of the time steps come in addition.
-    """
-
-    time: float = column(
-        lambda s: s.time, "time since the beginning", "s", "time", _IN_TIME
-    )
-    energy: float = column(
-        lambda s: s.run.energy + _of_creep(s, creep_energy),
-        "energy of solid, wall and load that is stored",
-        "eV",
-    )
-    dissipation: float = column(
-        lambda s: _of_creep(s, dissipation_rate),
-        "power that the solid dissipates",
-        "eV/s",
-        where=_IN_TIME,
-    )
-    dissipated_energy: float = column(
-        lambda s: 0.0,
-        "energy that the solid has dissipated since the last step",
-        "eV",
-        where=_IN_TIME,
-    )
-    lost_energy: float = column(
-        lambda s: 0.0,
-        "energy lost since the last step in an instability at the instantaneous "
-        "modulus; zero below the tolerance of the time steps",
-        "eV",
-        where=_IN_TIME,
-    )
-    base: float = column(
-        lambda s: s.base,
-        "height of the base of the cantilever",
-        "Å",
-        where=_ON_CANTILEVER,
-    )
-    deflection: float = column(
-        lambda s: s.height - s.base,
-        "deflection of the cantilever, positive in compression",
-        "Å",
-        where=_ON_CANTILEVER,
-    )
-
-
-@dataclass(frozen=True)
-class FlatStep(LoadStep):
-    """Result for a nominally flat indenter; its attributes are the output columns."""
-
-    default_columns = ("conductance",)
-
-    nominal_pressure: float = column(
-        lambda s: s.fields.normal_force / (s.fields.gap.size * s.fields.cell_area),
-        "force over the area of the periodic cell",
-        "eV/Å^3",
-        "pressure",
-        _PERIODIC,
-    )
-    mean_gap: float = column(
-        lambda s: float(np.maximum(s.fields.gap, 0.0).mean()),
-        "mean distance of the surfaces over the periodic cell",
-        "Å",
-        "mean gap",
-        _PERIODIC,
     )
