@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
@@ -23,6 +22,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.atoms.calculator import RoughContact, contact_of, problem_of
 from ase_roughcontact.atoms.constraints import surface_held
@@ -117,6 +117,11 @@ def compare_optimizers(
         )
     reference = _Reference.of(atoms)
     fmax = reference.fmax(accuracy)
+    if reference.error_of(atoms) <= accuracy:
+        warn(
+            "the atoms are relaxed to the accuracy already, so that no optimizer has "
+            "anything to do: compare on atoms as `substrate` makes them"
+        )
     results = []
     for name, optimizer in _named(atoms, optimizers).items():
         run = _Followed(name, atoms, reference)
@@ -180,6 +185,13 @@ class _Reference:
         """Mask of the atoms in contact, shape (n, m)."""
         return self.run.fields.contact
 
+    def error_of(self, atoms: Atoms) -> float:
+        """Return the error of a state of atoms, infinite inside of a hard wall."""
+        try:
+            return self.errors(atoms)["error"]
+        except ValueError:
+            return math.inf
+
     def errors(self, atoms: Atoms) -> dict[str, Any]:
         """Return the columns of `OptimizerResult` with errors of a state of atoms."""
         solved, state = self.run.fields, atoms.calc.state(atoms)
@@ -239,12 +251,15 @@ class _Followed:
             converged = bool(self._optimizer.run(fmax=fmax, steps=max_steps))
             self._follow()
         except Exception as error:  # whatever an optimizer does wrong is its result
-            kind = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
-            reason = f"{kind}{error}"
+            kind, text = type(error).__name__, str(error)
+            reason = text if isinstance(error, ValueError) else f"{kind}: {text}"
+            reason = reason or kind
         if not (converged or reason):
             reason = f"not converged after {self._optimizer.nsteps} steps"
             reason = getattr(self._optimizer, "message", reason)
-        if converged and self._errors["changed_atoms"] > 1 + accuracy * self._count:
+        if converged and not self._errors:
+            converged, reason = False, "atoms are inside the hard wall at the end"
+        elif converged and self._changed > 1 + accuracy * self._count:
             reason = self._other_state()
         costs: dict[str, Any] = {}
         if self._history:
@@ -269,6 +284,10 @@ class _Followed:
     def _count(self) -> int:
         return self._reference.run.fields.repulsive_atoms
 
+    @property
+    def _changed(self) -> int:
+        return self._errors["changed_atoms"]
+
     def _counts(self) -> np.ndarray:
         """Return evaluations, pairs and the time."""
         run, evaluations = self._optimizer, self.atoms.calc.evaluations
@@ -284,8 +303,11 @@ class _Followed:
         self._spent += self._counts() - self._before
         for _ in self._optimizer.optimizable.iterimages():
             pass  # moves the atoms if the optimizer works on other coordinates
-        with suppress(ValueError):  # where atoms overlap with a hard wall
+        try:
             self._errors = self._reference.errors(self.atoms)
+        except ValueError:  # atoms inside a hard wall have no energy
+            self._errors = {}
+        else:
             evaluations, pairs, seconds = self._spent.tolist()
             steps, error = int(self._optimizer.nsteps), self._errors["error"]
             progress = Progress(steps, round(evaluations), pairs, seconds, error)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from ase.constraints import FixAtoms
 from ase.optimize import LBFGS
+from ase.optimize.optimize import Optimizer
 from built import atoms_under
 from matplotlib import pyplot
 
@@ -101,22 +102,65 @@ def test_a_hard_wall_has_its_own_solver(fixed):
 
 def test_errors_are_differences_to_the_relaxed_state():
     atoms = atoms_of(n=10, periodic=False, depth=0.5)
-    before = atoms.positions.copy()
-    loose = rc.compare_optimizers(atoms, ["LBFGS"], accuracy=0.3)
+    before, followed = atoms.positions.copy(), []
+
+    def loose_lbfgs(atoms, logfile=None):
+        followed.append(atoms)
+        return LBFGS(atoms, logfile=logfile)
+
+    compared = rc.compare_optimizers(atoms, {"LBFGS": loose_lbfgs}, accuracy=0.3)
     assert np.array_equal(atoms.positions, before)
+    (left,), (result,) = followed, compared.results
+    loose = left.calc.state(left)
     modes = rc.FourierModes(atoms)
     assert LBFGS(modes, alpha=1.0, logfile=None).run(fmax=1e-9)
-    assert loose.energy == pytest.approx(atoms.get_potential_energy(), abs=1e-9)
-    state = atoms.calc.state(atoms)
-    assert loose.normal_force == pytest.approx(state.normal_force, rel=1e-7)
-    assert loose.contact_atoms == state.repulsive_atoms
-    (result,) = loose.results
-    assert 1e-8 < result.energy_error < 0.1
-    assert result.area_error == pytest.approx(
-        abs(result.area_error * state.repulsive_atoms) / state.repulsive_atoms
-    )
+    exact = atoms.calc.state(atoms)
+    energy = atoms.get_potential_energy()
+    assert compared.energy == pytest.approx(energy, abs=1e-9)
+    assert compared.normal_force == pytest.approx(exact.normal_force, rel=1e-7)
+    assert compared.contact_atoms == exact.repulsive_atoms
+    above = left.get_potential_energy() - energy
+    assert result.energy_error == pytest.approx(above, rel=1e-4) and above > 0.0
+    atoms_more = abs(loose.repulsive_atoms - exact.repulsive_atoms)
+    assert result.area_error == atoms_more / exact.repulsive_atoms
+    assert result.changed_atoms == (loose.contact ^ exact.contact).sum()
+    force = abs(loose.normal_force - exact.normal_force)
+    scale = np.abs(exact.pressure).sum() * exact.cell_area
+    assert result.force_error == pytest.approx(force / scale, rel=1e-4)
     last = result.history[-1]
     assert last.error == result.error >= result.force_error > 0.0
+
+
+class Pusher(Optimizer):
+    """Moves the surface up by 1 Å and calls it done."""
+
+    def run(self, fmax, steps):
+        self.atoms.positions[:-1, 2] += 1.0
+        return True
+
+
+class Failing(Optimizer):
+    """Fails without a word."""
+
+    def run(self, fmax, steps):
+        raise ValueError
+
+
+@pytest.mark.parametrize(
+    "optimizer, reason", [(Pusher, "inside the hard wall"), (Failing, "ValueError")]
+)
+def test_optimizers_that_end_without_a_state_say_why(optimizer, reason):
+    atoms = atoms_of("hard")
+    (result,) = rc.compare_optimizers(atoms, {"own": optimizer}).results
+    assert not result.converged and reason in result.reason
+    assert result.changed_atoms == -1 and np.isnan(result.error)
+
+
+def test_atoms_that_are_relaxed_already_are_named():
+    atoms = atoms_of()
+    rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
+    with pytest.warns(UserWarning, match="relaxed"):
+        rc.compare_optimizers(atoms, ["LBFGS"])
 
 
 def test_costs_are_of_the_optimizer_alone(compared):
