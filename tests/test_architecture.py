@@ -75,7 +75,10 @@ def test_modules_import_only_from_their_own_layer_or_below():
         for other in imports(module):
             assert other, f"{module} must import from a module, not from {PACKAGE}"
             above, below = (name.partition(".")[0] for name in (module, other))
-            if LAYER_OF[below] > LAYER_OF[above] and below in ("path_kinds", "tradeoff"):
+            if LAYER_OF[below] > LAYER_OF[above] and below in (
+                "path_kinds",
+                "tradeoff",
+            ):
                 continue  # until their imports from below are cut
             assert above == below or LAYER_OF[below] < LAYER_OF[above], (
                 f"{module} imports {other}"

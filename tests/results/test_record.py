@@ -115,7 +115,9 @@ def test_own_columns_use_the_errors_that_were_estimated_once():
     @dataclass(frozen=True)
     class StepWithErrors(rc.LoadStep):
         relative_error: float = rc.column(
-            lambda s: seen.append(errors_of(s)) or errors_of(s).force / s.fields.normal_force,
+            lambda s: (
+                seen.append(errors_of(s)) or errors_of(s).force / s.fields.normal_force
+            ),
             "error of the force, relative to it",
         )
         errors: int = rc.column(
