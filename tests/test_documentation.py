@@ -251,7 +251,9 @@ def test_cheat_sheet_has_all_commands():
 def test_reference_lists_all_packages_and_public_names():
     page = (GUIDE / "reference" / "index.rst").read_text()
     modules = (GUIDE / "reference" / "modules.rst").read_text()
-    folders = (path for path in ROOT.glob("ase_roughcontact/[a-z]*") if path.is_dir())
-    packages = {path.name for path in folders} | {"contact"}
-    assert set(re.findall(r"^   ase_roughcontact\.(\w+)$", modules, re.M)) == packages
+    package = ROOT / "ase_roughcontact"
+    folders = (file.parent for file in package.glob("[a-z]*/**/__init__.py"))
+    packages = {".".join(folder.relative_to(package).parts) for folder in folders}
+    listed = re.findall(r"^   ase_roughcontact\.([\w.]+)$", modules, re.M)
+    assert set(listed) == packages
     assert set(re.findall(r":(?:class|func):`\.(\w+)`", page)) == set(public_names)
