@@ -14,7 +14,7 @@ from ase_roughcontact.atoms.info import INDENTER_KEY, LATTICE
 from ase_roughcontact.atoms.marks import set_mark
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.topography.facts import surface_id
+from ase_roughcontact.topography.base import surface_id
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
 

@@ -18,7 +18,7 @@ from ase_roughcontact.atoms.info import (
 from ase_roughcontact.atoms.marks import check_indenter
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.topography import Surface
-from ase_roughcontact.topography.facts import sampled_heights, surface_id
+from ase_roughcontact.topography.base import sampled_heights, surface_id
 
 # Largest distance of an atom from its lattice site, in spacings: text formats round
 # positions.

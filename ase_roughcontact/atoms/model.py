@@ -34,7 +34,7 @@ from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.viscoelastic import Scaled
 from ase_roughcontact.interactions import LennardJones93
-from ase_roughcontact.topography.facts import surface_id
+from ase_roughcontact.topography.base import surface_id
 
 # Largest values of any solid, with their units in tables and here: diamond has a
 # modulus of 1200 GPa and a hardness of about 100 GPa.

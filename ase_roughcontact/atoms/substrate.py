@@ -30,7 +30,8 @@ from ase_roughcontact.atoms.info import INDENTER_KEY
 from ase_roughcontact.atoms.marks import set_mark
 from ase_roughcontact.elasticity.material import check_element, fcc_spacing
 from ase_roughcontact.topography import Surface
-from ase_roughcontact.topography.facts import IndenterFacts, surface_id
+from ase_roughcontact.topography.base import surface_id
+from ase_roughcontact.topography.known import Topography, topography_of
 
 
 def substrate(
@@ -123,9 +124,9 @@ def substrate(
             f"a window of {n} x {m} atoms does not fit into the memory: give a smaller "
             "shape, and window='auto' to load_path, which enlarges it where needed"
         ) from error
-    facts = IndenterFacts(indenter)
-    if periodic and facts.radius == math.inf:
-        _check_period(facts, (n, m), a0)
+    topography = topography_of(indenter)
+    if periodic and topography.apex_radius == math.inf:
+        _check_period(topography, (n, m), a0)
     return supported(atoms, indenter, fixed)
 
 
@@ -140,9 +141,7 @@ def supported(atoms: Atoms, indenter: Surface, fixed: bool) -> Atoms:
     return atoms
 
 
-def _check_period(
-    indenter: IndenterFacts, shape: tuple[int, int], spacing: float
-) -> None:
+def _check_period(indenter: Topography, shape: tuple[int, int], spacing: float) -> None:
     """Warn if a flat indenter does not continue across the edges of a periodic cell."""
     sides = spacing * np.array(shape)
     if indenter.part_of_period(sides) < 1.0:

@@ -30,7 +30,7 @@ def bodies(scene: Scene) -> dict[str, str]:
     if scene.is_flat:
         n, m = (k * scene.spacing / nm for k in scene.bodies.cell or ())
         found["indenter"] = f"rough flat, periodic cell of {n:.4g} x {m:.4g} nm"
-        if removed := scene.bodies.problem.facts.edge_change:
+        if removed := scene.bodies.problem.topography.rough.edge_change:
             found["indenter"] += (
                 f"; a smooth surface (rms height {removed / nm:.3g} nm) is subtracted, "
                 "which makes it periodic (Moisan 2011); the errors of areas include it"

@@ -22,7 +22,8 @@ from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.interactions.consistency import check_wall
 from ase_roughcontact.topography import Heterogeneity, Surface
-from ase_roughcontact.topography.facts import IndenterFacts, sampled_heights
+from ase_roughcontact.topography.base import sampled_heights
+from ase_roughcontact.topography.known import Topography, topography_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +87,9 @@ class Problem:
             )
 
     @cached_property
-    def facts(self) -> IndenterFacts:
-        """Radius, periods and wavelengths of the indenter, where they are known."""
-        return IndenterFacts(self.indenter)
+    def topography(self) -> Topography:
+        """What is known about the indenter: its radius, periods and wavelengths."""
+        return topography_of(self.indenter)
 
     def origin(self, window: Box) -> tuple[float, float]:
         """Return the position of the first atom of a window from the axis (length)."""

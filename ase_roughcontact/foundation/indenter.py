@@ -19,7 +19,7 @@ from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.interactions.consistency import check_wall
 from ase_roughcontact.topography import Surface
-from ase_roughcontact.topography.facts import IndenterFacts
+from ase_roughcontact.topography.known import topography_of
 
 # Samples of the shape per spacing, between which it is interpolated.
 _SAMPLES = 4
@@ -181,10 +181,10 @@ class RigidIndenter(PropertiesCalculator):
     def _interpolate(self, cell: np.ndarray) -> None:
         """Sample the shape over a cell around the axis."""
         half = abs(cell).sum(axis=0) / 2
-        facts = IndenterFacts(self.indenter)
-        periodic = facts.radius == math.inf and np.allclose(facts.periods, 2 * half)
-        extent = math.inf if periodic else getattr(self.indenter, "extent", math.inf)
-        known = np.minimum(half, extent)
+        indenter = topography_of(self.indenter)
+        flat = indenter.apex_radius == math.inf
+        periodic = flat and np.allclose(indenter.periods, 2 * half)
+        known = half if periodic else np.minimum(half, indenter.extent)
         number = np.floor(known / self._step * (1 + _ROUNDING)).astype(int)
         whole = periodic and np.allclose(half, self._step * number)
         if not whole:  # beyond the cell, for the slopes at its border

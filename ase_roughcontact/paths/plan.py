@@ -69,7 +69,7 @@ def plan_path(
     """
     wall, solid = problem.wall, problem.solid
     indenter: Any = problem.indenter
-    points = problem.facts.points(problem.spacing)
+    points = problem.topography.points(problem.spacing)
     seconds = step_timer(problem.halfspace(start.shape), wall)
     left_out = _left_out(problem, window)
     if window == "auto" and not problem.periodic:
@@ -91,7 +91,9 @@ def plan_path(
         try:
             shape, grid = shapes(target)
         except BeyondSurfaceError as error:
-            beyond.append(BeyondSurfaceError(indenter, problem.spacing, error.radius))
+            beyond.append(
+                BeyondSurfaceError(problem.topography, problem.spacing, error.radius)
+            )
             steps.append(PlannedStep(target, count, problem=beyond[-1].problem))
             continue
         except ValueError as error:
@@ -159,7 +161,7 @@ def _contact_width(
 
     Zero also if the rigid indenter is in the range of the wall only inside the window.
     """
-    wall, radius = problem.wall, problem.facts.radius
+    wall, radius = problem.wall, problem.topography.apex_radius
     if radius == math.inf:
         return 0.0
     if control == "loads":

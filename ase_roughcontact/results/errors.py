@@ -248,7 +248,7 @@ def continuum_area_error(step: RelaxedStep) -> float:
 def _unknown_surroundings(step: RelaxedStep) -> float:
     """Return the error of the area by the edges of a scan without a period (Å^2)."""
     halfspace, count = step.halfspace, step.fields.gap.size
-    removed, force = step.problem.facts.edge_change, step.fields.normal_force
+    removed, force = step.problem.topography.rough.edge_change, step.fields.normal_force
     if not (removed and step.touches):
         return 0.0
     nominal, area = count * step.fields.cell_area, step.fields.contact_area
@@ -369,7 +369,7 @@ def _cell_area(step: RelaxedStep) -> float:
     side = step.cell_side
     if side == math.inf:
         return 0.0
-    radius = step.problem.facts.radius
+    radius = step.problem.topography.apex_radius
     curvature = (
         _SUM_OF_CUBES * abs(step.fields.normal_force) / (2.0 * math.pi * side**3)
     )

@@ -95,10 +95,10 @@ def _mean_pressure(step: RelaxedStep) -> float:
 
 def _contact_radius(step: RelaxedStep) -> float:
     """Return the largest distance from the axis over R, for a paraboloid."""
-    facts = step.problem.facts
-    if facts.profile != "paraboloid":
+    indenter = step.problem.topography
+    if indenter.profile != "paraboloid":
         return math.nan
-    return step.contact_radius / facts.radius
+    return step.contact_radius / indenter.apex_radius
 
 
 def _patch_width(step: RelaxedStep) -> float:
@@ -107,7 +107,7 @@ def _patch_width(step: RelaxedStep) -> float:
         return math.nan
     area, sides = step.fields.contact_area, step.perimeter
     width = 4.0 * area / sides if sides else math.inf
-    return width / step.problem.facts.pixel
+    return width / step.problem.topography.rough.pixel
 
 
 def _smallest_gap(step: RelaxedStep) -> float:
@@ -137,7 +137,9 @@ def _tension(step: RelaxedStep) -> float:
 
 def _tip_zone(step: RelaxedStep) -> float:
     """Return the radius around a point contact in which the wall attracts, in a0."""
-    reach = step.problem.facts.radius * step.contact.interaction.attraction_range
+    reach = (
+        step.problem.topography.apex_radius * step.contact.interaction.attraction_range
+    )
     return math.sqrt(2.0 * reach) / step.halfspace.spacing
 
 
@@ -147,7 +149,7 @@ def _part_of_period(step: RelaxedStep) -> float:
     if not (halfspace.periodic and at_edge(step.fields.contact)):
         return math.nan
     sides = halfspace.spacing * np.array(halfspace.shape)
-    return step.problem.facts.part_of_period(sides)
+    return step.problem.topography.part_of_period(sides)
 
 
 def _edge_zone(step: RelaxedStep) -> float:
@@ -173,7 +175,7 @@ def _slip(step: RelaxedStep) -> float:
     """Return the largest slip over the shortest wave; without one, over the radius."""
     if step.lateral is None or not step.touches:
         return math.nan
-    shortest = step.problem.facts.short_wavelength
+    shortest = step.problem.topography.rough.shortest_wavelength
     length = step.contact_radius if math.isnan(shortest) else shortest
     return step.lateral.slip / length if length else math.nan
 
@@ -213,7 +215,7 @@ CHECKS = (
     Check(
         "R/a0 < 1",
         "the sphere is smaller than the spacing of the atoms: lengths are in Å",
-        lambda s: s.problem.facts.radius / s.halfspace.spacing,
+        lambda s: s.problem.topography.apex_radius / s.halfspace.spacing,
         constant=True,
     ),
     Check(

@@ -101,7 +101,7 @@ def _mean_pressure(step: RelaxedStep) -> float:
 
 def _memory(step: RelaxedStep) -> float:
     problem = step.problem
-    points = problem.facts.points(problem.spacing)
+    points = problem.topography.points(problem.spacing)
     shape, periodic = step.halfspace.shape, problem.periodic
     return memory_of(
         shape, problem.wall, problem.solid, points=points, periodic=periodic

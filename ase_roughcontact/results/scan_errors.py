@@ -132,7 +132,7 @@ class ScanErrors:
     @cached_property
     def _at_targets(self) -> list[_AtTarget]:
         """Errors at the targets at which the scan touches or can't be pressed."""
-        rough = self.problem.facts.roughness
+        rough: Any = self.problem.topography.rough
         chosen = np.linspace(0, len(self.targets) - 1, TARGETS).round().astype(int)
         # a path may have one target only, as one of sliding
         targets = list(dict.fromkeys(np.asarray(self.targets)[chosen].tolist()))
@@ -173,8 +173,8 @@ class ScanErrors:
         errors[_PRESCRIBED[self.control]] = 0.0
         scales = abs(given[[_AREA, _FORCE]])
         errors[[_AREA, _FORCE]] /= np.where(scales > 0.0, scales, 1.0)
-        lost = self.problem.facts.roughness.measurement.lost_slope
-        errors[_AREA] = np.hypot(errors[_AREA], lost)
+        rough: Any = self.problem.topography.rough
+        errors[_AREA] = np.hypot(errors[_AREA], rough.measurement.lost_slope)
         return _AtTarget(target, force, errors, unknown)
 
     def _results(self, rough: Any, targets: Sequence[float]) -> list[_Result]:

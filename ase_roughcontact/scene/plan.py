@@ -78,7 +78,7 @@ def _spacing_warnings(scene: Any) -> list[str]:
         return []
     areas = scene.planned.expected_areas
     radius = math.sqrt(areas.max(initial=0.0) / math.pi)
-    wave = getattr(rough, "short_wavelength", 0.0)
+    wave = rough.short_wavelength
     advised = float(f"{wave / _PER_WAVE / UNITS['nm']:.1g}")  # one digit
     grid = scene.grid_change.spacing(scene.spacing)
     if radius < _WIDE * grid or advised * UNITS["nm"] < 2.0 * grid:

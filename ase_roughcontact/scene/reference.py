@@ -222,8 +222,7 @@ def _rough(smooth: Reference) -> Reference:
 
     work = system.effective_work_of_adhesion
     radius = math.sqrt(float(smooth.smooth.contact_area(0.0)) / math.pi)
-    longest = getattr(rough, "longest_wavelength", None)
-    half_wave = 0.5 * (longest or rough.long_wavelength)
+    half_wave = 0.5 * (rough.longest_wavelength or rough.long_wavelength)
     if work > 0.0 and radius >= half_wave:
         flattened = _adhesive(scene, work)
         total = scene.wall.work_of_adhesion / UNITS["J/m^2"]

@@ -45,7 +45,7 @@ from ase_roughcontact.stepping.accuracy import LEVELS, Accuracy, accuracy_of, gr
 from ase_roughcontact.stepping.options import FREE, StepOptions
 from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.topography import HeightMap
-from ase_roughcontact.topography.facts import IndenterFacts
+from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.windows.memory import check_memory, check_roughness
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
@@ -253,7 +253,7 @@ class Scene(SceneFile):
         problems.check()
         try:  # before heights of the roughness are allocated
             spacing = self.grid_change.spacing(self.spacing)
-            check_roughness(IndenterFacts(self.surface).points(spacing))
+            check_roughness(topography_of(self.surface).points(spacing))
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
 

@@ -16,7 +16,7 @@ from fractions import Fraction
 from ase_roughcontact._util.validation import positive, unknown
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
-from ase_roughcontact.topography.facts import IndenterFacts
+from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.windows.regrid import GridChange
 
 # Largest ratio of the relative error in the normal force to the relative tolerance of
@@ -150,7 +150,7 @@ def grid_for(
             f"an accuracy of the continuum is at least {_SMALLEST:g}, got {error:g}; "
             "with a grid of your own (refine, coarsen) it is that of the solver"
         )
-    wave = IndenterFacts(indenter).short_wavelength
+    wave = topography_of(indenter).rough.shortest_wavelength
     if math.isnan(wave):
         wave = _UNKNOWN_WAVE * spacing
     points = points_per_wave(error)

@@ -161,7 +161,10 @@ class RelaxedStep:
 
         Infinite without images, and under a flat surface, whose images are meant.
         """
-        if not self.halfspace.periodic or self.problem.facts.radius == math.inf:
+        if (
+            not self.halfspace.periodic
+            or self.problem.topography.apex_radius == math.inf
+        ):
             return math.inf
         return min(self.halfspace.shape) * self.halfspace.spacing
 

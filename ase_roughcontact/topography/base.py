@@ -1,11 +1,22 @@
-"""What the other packages need to know of an indenter: its heights."""
+"""What the other packages need of an indenter: its heights and a name."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 from typing import Any, Protocol, runtime_checkable
 
-from ase_roughcontact._util.validation import FloatArray, Point, Shape
+import numpy as np
+
+from ase_roughcontact._util.identity import digest
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    Point,
+    Shape,
+    check_heights,
+    unmasked,
+)
 
 
 class Surface(Protocol):
@@ -87,3 +98,42 @@ class BoundedSurface(Surface, Protocol):
     def repeats(self) -> bool:
         """Whether the surface is periodic beyond the extent; by default not."""
         return False
+
+
+def sampled_heights(
+    indenter: Surface, shape: Shape, spacing: float, origin: Point
+) -> np.ndarray:
+    """Return the heights of an indenter; see `Surface.heights`.
+
+    Raises
+    ------
+    ValueError
+        If they are not a matrix of finite real numbers.
+    """
+    heights = unmasked(indenter.heights(shape, spacing, origin))
+    check_heights(heights)
+    return heights
+
+
+def surface_id(surface: Surface | None) -> str | None:
+    """Return a name that is the same for the same surface only.
+
+    It is the name of the class and a digest of ``surface.todict()``; None if the
+    surface does not have this method, or returns something that JSON cannot represent.
+    """
+    try:
+        text = json.dumps(surface.todict(), default=_plain)  # type: ignore[union-attr]
+    except (AttributeError, TypeError, ValueError):
+        return None
+    # 10 and 10.0 are the same radius
+    numbers = json.dumps(json.loads(text, parse_int=float), sort_keys=True)
+    return f"{type(surface).__name__}-{digest(numbers.encode())}"
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON can represent in place of NumPy's types."""
+    if isinstance(value, np.ndarray):
+        return [value.shape, hashlib.sha256(value.tobytes()).hexdigest()]
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"{type(value).__name__} is not supported")

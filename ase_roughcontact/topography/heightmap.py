@@ -27,6 +27,7 @@ from ase_roughcontact.topography.interpolation import (
     interpolated,
     spline_coefficients,
 )
+from ase_roughcontact.topography.known import Topography
 from ase_roughcontact.topography.measurement import Measurement, Noise, outliers
 from ase_roughcontact.topography.scan import (
     Length,
@@ -55,7 +56,7 @@ from ase_roughcontact.topography.tip_fit import TipFit
 _SUPPORT = 4
 
 
-class HeightMap:
+class HeightMap(Topography):
     """Surface given by its heights on a grid.
 
     Between the points of the map heights are interpolated by a cubic spline, with
@@ -79,8 +80,6 @@ class HeightMap:
     ----------
     measurement : Measurement or None
         Noise, missing points and outliers of a scan, see `from_topography`.
-    edge_change : float
-        Rms height that `made_periodic` has subtracted (length).
 
     Raises
     ------
@@ -110,7 +109,6 @@ class HeightMap:
         self.spacing = axis_spacings(spacing)
         self.periodic = bool(periodic)
         self.measurement: Measurement | None = None
-        self.edge_change = 0.0
         middle = [n // 2 * step for n, step in self._axes]
         x, y = middle if center is None else position(center, 1.0)
         self.center = float(x), float(y)
@@ -471,6 +469,11 @@ class HeightMap:
         """Shortest wavelength (length); see `self_affine`. NaN if the map is flat."""
         constant = np.ptp(self._values) == 0.0
         return math.nan if constant else self.self_affine.short_wavelength
+
+    @property
+    def shortest_wavelength(self) -> float:
+        """Shortest wavelength (length); see `short_wavelength`."""
+        return self.short_wavelength
 
     @property
     def long_wavelength(self) -> float:

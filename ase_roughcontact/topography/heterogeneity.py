@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,7 @@ from ase_roughcontact._util.validation import (
     positive,
     window,
 )
+from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.topography.selfaffine import SelfAffine
 
 
@@ -73,9 +75,9 @@ class Heterogeneity:
             )
         if self.rms is not None:
             positive(rms=self.rms)
-            if not hasattr(self.pattern, "statistics"):
+            if not self._is_surface or math.isnan(self._rms_of_pattern):
                 raise ValueError("rms is for maps and random fields: omit it")
-            if not self.pattern.statistics().rms_height > 0.0:
+            if self._rms_of_pattern == 0.0:
                 raise ValueError("a map that is scaled to rms must not be flat")
         elif isinstance(self.pattern, SelfAffine):
             raise ValueError("a random field needs rms, its root mean square")
@@ -100,9 +102,8 @@ class Heterogeneity:
             except ValueError as error:  # in the words of surfaces, as of roughness
                 raise ValueError(f"work of adhesion: {error}") from error
             if self.rms is not None:
-                mean = getattr(self.pattern, "mean_height", 0.0)
-                scale = self.rms / self.pattern.statistics().rms_height
-                values = scale * (values - mean)
+                mean = topography_of(self.pattern).mean_height
+                values = self.rms / self._rms_of_pattern * (values - mean)
         else:
             x, y = (
                 start + spacing * np.arange(n)
@@ -118,6 +119,10 @@ class Heterogeneity:
         if self._is_surface:
             return {"pattern": pattern.todict(), "rms": self.rms}
         return {"pattern": getattr(pattern, "__qualname__", type(pattern).__name__)}
+
+    @property
+    def _rms_of_pattern(self) -> float:
+        return topography_of(self.pattern).statistics().rms_height
 
     @property
     def _is_surface(self) -> bool:

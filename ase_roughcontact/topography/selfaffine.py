@@ -23,6 +23,7 @@ from ase_roughcontact._util.validation import (
     positive,
     window,
 )
+from ase_roughcontact.topography.known import Topography
 from ase_roughcontact.topography.spectrum import Statistics
 
 IntArray: TypeAlias = NDArray[np.int64]
@@ -36,7 +37,7 @@ _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class SelfAffine:
+class SelfAffine(Topography):
     r"""One realisation of a random self-affine surface.
 
     The power spectrum is
@@ -139,6 +140,11 @@ class SelfAffine:
     def periods(self) -> Point:
         """Periods along x and y (length)."""
         return self.side, self.side
+
+    @property
+    def shortest_wavelength(self) -> float:
+        """Lower end of the self-affine range, `short_wavelength` (length)."""
+        return self.short_wavelength
 
     @property
     def extent(self) -> float:

@@ -18,10 +18,11 @@ from ase_roughcontact._util.validation import (
     window,
 )
 from ase_roughcontact.topography.base import Surface
+from ase_roughcontact.topography.known import Plane, Topography, topography_of
 
 
 @dataclass(frozen=True)
-class RoughSphere:
+class RoughSphere(Topography):
     r"""Sphere, or the paraboloid of its apex, with roughness added.
 
     .. math:: h_R = r^2 / 2R \quad \text{(paraboloid)}, \qquad
@@ -107,21 +108,15 @@ class RoughSphere:
         ValueError
             If the indenter is flat, or the roughness has no method `lowest`.
         """
-        rough: Any = self.roughness
         if self.radius == math.inf:
-            if not hasattr(rough, "reach"):
-                raise ValueError(
-                    "automatic windows need a sphere of finite radius, or the scan of "
-                    f"a whole tip, got {self!r}: choose a fixed window"
-                )
-            return rough.reach(level, spacing, origin)
-        if rough is not None and not hasattr(rough, "lowest"):
+            return self.rough.reach(level, spacing, origin)
+        lowest = self.rough.lowest(spacing, origin)
+        if lowest == -math.inf:
             raise ValueError(
                 "automatic windows need a roughness with a method lowest, such as "
-                f"SelfAffine or HeightMap, got {rough!r}: define it, or choose a fixed "
-                "window"
+                f"SelfAffine or HeightMap, got {self.roughness!r}: define it, or "
+                "choose a fixed window"
             )
-        lowest = 0.0 if rough is None else rough.lowest(spacing, origin)
         depth = max(level - lowest, 0.0)
         if self.profile == "paraboloid":
             return math.sqrt(2 * self.radius * depth)
@@ -129,12 +124,22 @@ class RoughSphere:
         return math.sqrt(depth * (2 * self.radius - depth))
 
     @property
+    def rough(self) -> Topography:
+        """What is known about the roughness: a plane without one."""
+        return Plane() if self.roughness is None else topography_of(self.roughness)
+
+    @property
+    def apex_radius(self) -> float:
+        """R (length)."""
+        return self.radius
+
+    @property
     def extent(self) -> float:
         """Distance from the axis, along x and y, up to which heights are known.
 
         Half of the period of a periodic roughness; infinity for a smooth paraboloid.
         """
-        known = getattr(self.roughness, "extent", math.inf)
+        known = self.rough.extent
         if self.profile == "sphere":
             return min(known, self.radius / math.sqrt(2))  # a square within the sphere
         return known
@@ -142,13 +147,12 @@ class RoughSphere:
     @property
     def repeats(self) -> bool:
         """Whether the heights are known beyond the extent, by periodic roughness."""
-        periodic = getattr(self.roughness, "repeats", False)
-        return periodic and self.profile == "paraboloid"
+        return self.rough.repeats and self.profile == "paraboloid"
 
     @property
     def periods(self) -> Point:
         """Periods of the roughness along x and y; infinity if not known (length)."""
-        return getattr(self.roughness, "periods", (math.inf, math.inf))
+        return self.rough.periods
 
     def band_limited(self, shortest: float) -> RoughSphere:
         """Return the sphere without roughness shorter than a wavelength.
@@ -158,22 +162,15 @@ class RoughSphere:
         ValueError
             If the roughness has no method `band_limited`.
         """
-        rough: Any = self.roughness
-        if rough is None:
+        if self.roughness is None:
             return self
-        if not hasattr(rough, "band_limited"):
-            raise ValueError(
-                "a coarser grid needs a roughness with a method band_limited, such as "
-                f"SelfAffine, got {rough!r}: smooth it yourself"
-            )
-        return replace(self, roughness=rough.band_limited(shortest))
+        return replace(self, roughness=self.rough.band_limited(shortest))
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, including those of the roughness."""
-        rough: Any = self.roughness
         return {
             "name": "RoughSphere",
             "radius": self.radius,
-            "roughness": rough.todict() if hasattr(rough, "todict") else rough,
+            "roughness": None if self.roughness is None else self.rough.todict(),
             "profile": self.profile,
         }

@@ -24,6 +24,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import JKR, flattening_energy
 from ase_roughcontact.theory.self_affine import band_of
 from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
+from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.windows.expected import contact_radius_on
 from ase_roughcontact.windows.memory import check_memory
 
@@ -124,7 +125,7 @@ def _flattening_energy(rough: Surface, solid: ElasticSolid, spacing: float) -> f
     """Return the elastic energy per area of a roughness in full contact."""
     if isinstance(rough, SelfAffine) and rough.long_wavelength > rough.short_wavelength:
         return flattening_energy(_mean_modulus(rough, solid, spacing), rough)
-    extent = 2.0 * getattr(rough, "extent", math.inf) / spacing
+    extent = 2.0 * topography_of(rough).extent / spacing
     side = math.floor(min(_PIECE, extent))
     corner = -spacing * (side // 2)
     heights = rough.heights((side, side), spacing, (corner, corner))

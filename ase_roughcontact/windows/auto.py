@@ -93,7 +93,7 @@ class AutoWindow:
         # whether the surface rises above its plane somewhere
         self._rises = self._wall.attractive or solid.bulges
         self._adhesion: AdhesionEstimate | None = None
-        if self._wall.attractive and problem.facts.radius < math.inf:
+        if self._wall.attractive and problem.topography.apex_radius < math.inf:
             self._adhesion = AdhesionEstimate(indenter, self._wall, solid, spacing)
         self._expected: ExpectedContact | None = None
         if isinstance(indenter, RoughSphere):

@@ -32,6 +32,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.theory.self_affine import rms_height
 from ase_roughcontact.topography import SelfAffine
+from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.windows.footprint import BeyondSurfaceError, Footprint
 from ase_roughcontact.windows.memory import check_memory
 
@@ -125,8 +126,8 @@ class ExpectedContact:
         rough = self.indenter.roughness
         if isinstance(rough, SelfAffine):
             return _DEEPEST * rms_height(rough)
-        lowest = getattr(rough, "lowest", None)
-        return -float(lowest(self.spacing)) if lowest else 0.0
+        lowest = topography_of(self.indenter).rough.lowest(self.spacing)
+        return 0.0 if lowest == -math.inf else -lowest
 
     @cached_property
     def _smooth(self) -> Any:

@@ -13,7 +13,8 @@ import numpy as np
 
 from ase_roughcontact.elasticity.fft import fast_length
 from ase_roughcontact.elasticity.lattice import Box, lattice_offset
-from ase_roughcontact.topography import BoundedSurface, Surface
+from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography.known import Topography, topography_of
 from ase_roughcontact.windows.memory import available_memory, memory_of
 
 # Side, in atoms, of the tiles in which a surface is searched, and half side of the
@@ -37,7 +38,7 @@ class BeyondSurfaceError(ValueError):
 
     Parameters
     ----------
-    indenter : BoundedSurface
+    indenter : Topography
     spacing : float
         Of the atoms (length).
     radius : float
@@ -51,7 +52,7 @@ class BeyondSurfaceError(ValueError):
         Side of the domain that is advised, in spacings; zero if none is.
     """
 
-    def __init__(self, indenter: BoundedSurface, spacing: float, radius: float) -> None:
+    def __init__(self, indenter: Topography, spacing: float, radius: float) -> None:
         self.radius = radius
         atoms, known = math.ceil(radius / spacing), indenter.extent / spacing
         ends = f"{known:g} spacings", f"{atoms}"
@@ -86,7 +87,7 @@ class Footprint:
     Parameters
     ----------
     indenter : Surface
-        A `BoundedSurface`, such as `RoughSphere`.
+        A surface with a method `reach`, such as `RoughSphere`.
     spacing : float
         Distance of neighbours (length).
     origin : (float, float)
@@ -95,7 +96,7 @@ class Footprint:
     Raises
     ------
     ValueError
-        If the indenter is not bounded.
+        If its lowest height or a box is asked for, and it has no method `reach`.
     """
 
     def __init__(
@@ -104,13 +105,7 @@ class Footprint:
         spacing: float,
         origin: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        if not isinstance(indenter, BoundedSurface):
-            raise ValueError(
-                "automatic windows and first_contact need an indenter with a method "
-                "reach, such as RoughSphere or another BoundedSurface, got "
-                f"{indenter!r}: define it, or choose a fixed window"
-            )
-        self.indenter, self.spacing = indenter, spacing
+        self.indenter, self.spacing = topography_of(indenter), spacing
         x, y = origin
         self.offset = lattice_offset(x, spacing), lattice_offset(y, spacing)
         self._searched, self._searched_level = -1, -math.inf

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
-from typing import Any
 
 from ase_roughcontact._util.validation import integer
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.problem import lattice_offsets
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import SelfAffine, Surface
-from ase_roughcontact.topography.facts import IndenterFacts
+from ase_roughcontact.topography.known import topography_of
 
 # Spacings on the shortest wave of a surface that is sampled on a coarser grid. Two are
 # the least; smoother surfaces lose more slope than the grid gains.
@@ -117,15 +116,11 @@ class GridChange:
             If the roughness has another period, or the grid is coarser, and the
             indenter has no method `band_limited`, or a roughness without longer waves.
         """
-        self._check_waves(IndenterFacts(indenter).roughness, spacing)
+        self._check_waves(topography_of(indenter).rough, spacing)
         if self.coarsen <= self.refine:
             return indenter
-        limit: Any = getattr(indenter, "band_limited", None)
-        if limit is None:
-            raise ValueError(
-                f"coarsen needs an indenter with a method band_limited, got {indenter}"
-            )
-        return limit(_PER_WAVE * self.spacing(spacing))
+        shortest = _PER_WAVE * self.spacing(spacing)
+        return topography_of(indenter).band_limited(shortest)
 
     def _check_waves(self, rough: Surface | None, spacing: float) -> None:
         """Raise `ValueError` if the grid has no waves, or not the period."""
@@ -186,10 +181,15 @@ def on_grid(problem: Problem, window: Box, change: GridChange) -> tuple[Problem,
     return new, new.window(shape, origin)
 
 
-def lost_slope(indenter: Any, smooth: Any) -> float:
-    """Return the part of the rms slope by which one indenter is smoother."""
-    before, after = (IndenterFacts(each).roughness for each in (indenter, smooth))
-    if before is after or before is None:
+def lost_slope(indenter: Surface, smooth: Surface) -> float:
+    """Return the part of the rms slope by which one indenter is smoother.
+
+    NaN if the slopes are not known.
+    """
+    if indenter is smooth:
+        return 0.0
+    before, after = (topography_of(each).rough for each in (indenter, smooth))
+    if before == after:
         return 0.0
     return 1.0 - after.statistics().rms_slope / before.statistics().rms_slope
 

@@ -7,7 +7,7 @@ from ase.io import read
 import ase_roughcontact as rc
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.view import with_indenter
-from ase_roughcontact.topography.facts import surface_id
+from ase_roughcontact.topography.base import surface_id
 
 ROUGH = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3)
 MAP = ROUGH.heights((16, 16), 1.0, (-8.0, -8.0))

@@ -158,7 +158,7 @@ def test_the_part_of_the_scan_that_is_left_out_is_printed(wave):
     x = np.linspace(-1.0, 1.0, POINTS)
     np.save("scan.npy", np.load("scan.npy") + 0.3 * x[:, None] ** 2)
     scene = Scene.parse(text)
-    removed = scene.bodies.problem.facts.edge_change / 10.0
+    removed = scene.bodies.problem.topography.rough.edge_change / 10.0
     expected = f"a smooth surface (rms height {removed:.3g} nm) is subtracted"
     assert expected in bodies(scene)["indenter"]
 

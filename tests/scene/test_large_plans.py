@@ -78,7 +78,7 @@ def test_windows_planned_on_a_coarser_lattice_are_about_the_same(length):
     for step, target in zip(plan.steps, scene.targets, strict=True):
         n, m = exact.forecast(scene.control, target).shape
         assert 0.8 < points(step.window) / (n * m) < 1.25
-    domain = scene.problem.facts.points(scene.spacing)
+    domain = scene.problem.topography.points(scene.spacing)
     memory = memory_of((n, m), scene.wall, scene.solid, points=domain) + 200 * n * m
     assert plan.memory == pytest.approx(memory, rel=0.05)
 

@@ -8,7 +8,8 @@ from built import atoms_under
 from written_path import written_path
 
 from ase_roughcontact import RoughSphere, substrate
-from ase_roughcontact.topography import BoundedSurface
+from ase_roughcontact.topography import BoundedSurface, Topography
+from ase_roughcontact.topography.known import topography_of
 
 A0 = 1.0
 
@@ -109,3 +110,70 @@ def test_heights_alone_are_enough_in_a_fixed_window(indenter, window, method):
     assert record.normal_force > 0.0
     with pytest.raises(ValueError, match=method):
         path(indenter, [0.2], window="auto")
+
+
+class Ripples(Topography):
+    """Waves along x, with what is known about them."""
+
+    @property
+    def shortest_wavelength(self):
+        return 8.0
+
+    @property
+    def periods(self):
+        return 8.0, np.inf
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x = origin[0] + spacing * np.arange(shape[0])
+        return np.repeat(-0.1 * np.cos(np.pi / 4.0 * x)[:, None], shape[1], axis=1)
+
+    def lowest(self, spacing, origin=(0.0, 0.0)):
+        return -0.1
+
+
+class UnrelatedRipples:
+    """The same waves in a class without the base class."""
+
+    short_wavelength = 8.0
+    periods = 8.0, np.inf
+    heights = Ripples.heights
+    lowest = Ripples.lowest
+
+
+@pytest.mark.parametrize("rough", [Ripples(), UnrelatedRipples()])
+def test_what_a_roughness_knows_is_used_with_and_without_the_base_class(rough):
+    known = topography_of(RoughSphere(40.0, rough))
+    assert known.rough.shortest_wavelength == 8.0
+    assert known.periods == (8.0, np.inf)
+    assert known.reach(0.7, A0) == pytest.approx(np.sqrt(2.0 * 40.0 * 0.8))
+
+
+@pytest.mark.parametrize("rough", [Ripples(), UnrelatedRipples()])
+def test_window_follows_a_sphere_with_a_roughness_of_ones_own(rough):
+    sphere = RoughSphere(40.0, rough)
+    (chosen,) = path(sphere, [0.5], shape=(4, 4), window="auto")
+    (fixed,) = path(sphere, [0.5], shape=(32, 32))
+    assert chosen.normal_force == pytest.approx(fixed.normal_force, rel=1e-4)
+
+
+@pytest.mark.parametrize("indenter", [Flute(), Cone(0.2), Ripples()])
+def test_what_an_indenter_does_not_define_is_not_known(indenter):
+    known = topography_of(indenter)
+    assert known.rough is known
+    assert known.apex_radius == np.inf
+    assert np.isnan([known.pixel, *vars(known.statistics()).values()]).all()
+
+
+def test_a_smooth_sphere_has_a_roughness_of_height_zero():
+    known = topography_of(RoughSphere(40.0))
+    assert known.apex_radius == 40.0
+    assert known.rough.statistics().rms_slope == 0.0
+    assert not known.rough.heights((3, 2), A0).any()
+
+
+def test_a_topography_without_heights_is_refused():
+    class Nothing(Topography):
+        pass
+
+    with pytest.raises(TypeError, match="heights"):
+        Nothing()

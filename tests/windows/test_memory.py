@@ -17,7 +17,7 @@ import psutil
 import pytest
 
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
-from ase_roughcontact.topography.facts import IndenterFacts
+from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.windows.memory import (
     available_memory,
     check_memory,
@@ -191,9 +191,9 @@ def test_limits_of_control_groups_are_seen(left, lines, folders, tmp_path):
 
 def test_only_a_synthesised_roughness_has_points():
     for indenter in (ROUGH, RoughSphere(10.0, ROUGH)):
-        assert IndenterFacts(indenter).points(2.0) == 1024**2
+        assert topography_of(indenter).points(2.0) == 1024**2
     for indenter in (RoughSphere(10.0), HeightMap([[0.0, 1.0], [1.0, 0.0]], 1.0)):
-        assert IndenterFacts(indenter).points(2.0) == 0
+        assert topography_of(indenter).points(2.0) == 0
 
 
 def test_synthesising_a_roughness_may_need_more_memory_than_a_step():

@@ -17,7 +17,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import JKR
 from ase_roughcontact.theory.self_affine import rms_height
 from ase_roughcontact.topography import HeightMap, SelfAffine
-from ase_roughcontact.topography.facts import IndenterFacts
+from ase_roughcontact.topography.known import Topography
 from ase_roughcontact.windows.expected import contact_radius_on, modulus_under
 
 # Default of the smallest step, relative to the largest.
@@ -163,14 +163,14 @@ def expected_turn(problem: Problem, radius: float | None = None) -> float:
     ValueError
         If the wall does not attract, so that no force is tensile.
     """
-    wall, facts = problem.wall, problem.facts
+    wall, indenter = problem.wall, problem.topography
     if not wall.attractive:
         raise ValueError(
             "a loop under a wall without attraction needs deepest, the penetration at "
             "which to turn"
         )
-    radius = facts.radius if radius is None else radius
-    depth = _peak_height(facts)
+    radius = indenter.apex_radius if radius is None else radius
+    depth = _peak_height(indenter)
     if radius < math.inf:
         depth += _depth_at_pull_off_load(problem, radius)
     return max(depth, wall.attraction_range)
@@ -189,10 +189,10 @@ def _depth_at_pull_off_load(problem: Problem, radius: float) -> float:
     return float(JKR(radius, modulus, work).penetration(contact))
 
 
-def _peak_height(facts: IndenterFacts) -> float:
+def _peak_height(indenter: Topography) -> float:
     """Return the height of the highest peaks; zero if the roughness is not known."""
-    rough = facts.roughness
-    if rough is facts.indenter and not facts.repeats:  # a whole tip
+    rough = indenter.rough
+    if rough is indenter and not indenter.repeats:  # a whole tip
         return 0.0
     if isinstance(rough, SelfAffine):
         return _PEAK * rms_height(rough)
