@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact.results.errors import LARGEST_PART_OF_CELL
+from ase_roughcontact.results.surroundings_errors import LARGEST_PART_OF_CELL
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.fixed import at_edge

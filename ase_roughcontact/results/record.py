@@ -36,7 +36,8 @@ from ase_roughcontact.results.column import (
     column,
     column_on_request,
 )
-from ase_roughcontact.results.errors import continuum_area_error, errors_of
+from ase_roughcontact.results.errors import errors_of
+from ase_roughcontact.results.grid_errors import continuum_area_error
 from ase_roughcontact.results.limits import violations
 from ase_roughcontact.solvers.conductance import region_conductance
 from ase_roughcontact.solvers.relaxation import SolverRelaxer

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import HeightMap, SelfAffine
-from ase_roughcontact.paths import scan_errors
+from ase_roughcontact.results import scan_errors
 from ase_roughcontact.results.scan_errors import ScanErrors
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.config import FrictionConfig
