@@ -13,8 +13,8 @@ from ase.io import Trajectory, read
 from small_scene import PERIODIC
 
 import ase_roughcontact as rc
-from ase_roughcontact.loading import trajectory
 from ase_roughcontact.cli import main
+from ase_roughcontact.loading import trajectory
 from ase_roughcontact.loading.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.scene import Scene
 

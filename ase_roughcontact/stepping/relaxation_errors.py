@@ -12,8 +12,10 @@ lacks, are below 0.001 of the magnitudes of all forces of the wall. Atoms that t
 forces and gaps could bring into contact or out of it are an error of the area.
 
 Otherwise the solver for the wall goes on from the state until the remaining forces are
-a hundredth, and the errors are the differences to what it finds. So it is where long
-waves have not relaxed: forces that are small on every atom, but of one sign on many.
+a hundredth, and the errors are the differences to the solution. This is the case where
+long waves have not relaxed: forces that are small on every atom, but of one sign on many.
+The solver takes at most 200 steps, which the columns of iterations and FFT pairs leave
+out.
 """
 
 from __future__ import annotations
@@ -48,13 +50,13 @@ class RelaxationErrors(NamedTuple):
     Attributes
     ----------
     area : float
-        Of the contact area (Å^2).
+        Error of the contact area (Å^2).
     force : float
-        Of the normal force; at a load, of the force at the height reached (eV/Å).
+        Error of the normal force; at a load, at the height that was reached (eV/Å).
     height : float
-        Of the height of a free indenter (Å).
+        Error of the height of a free indenter (Å).
     unknown : str
-        Why they are not known; else empty.
+        Why the errors are not known; else empty.
     """
 
     area: float
