@@ -13,9 +13,8 @@ forces and gaps could bring into contact or out of it are an error of the area.
 
 Otherwise the solver for the wall goes on from the state until the remaining forces are
 a hundredth, and the errors are the differences to the solution. This is the case where
-long waves have not relaxed: forces that are small on every atom, but of one sign on many.
-The solver takes at most 200 steps, which the columns of iterations and FFT pairs leave
-out.
+long waves have not relaxed: small forces on every atom, but of one sign on many. The
+solver takes at most 200 steps, which the columns of iterations and FFT pairs leave out.
 """
 
 from __future__ import annotations
