@@ -12,6 +12,7 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
 from ase_roughcontact.cli.description import bodies
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.fitting.curve_files import read_curve, read_in_time
 from ase_roughcontact.fitting.fit import fit_curve
 from ase_roughcontact.fitting.force_curve import BASELINE
@@ -54,7 +55,7 @@ def plan(options: argparse.Namespace) -> int:
             write(json_line(asdict(step), units_of() | {"target": unit}))
     elif not options.quiet:
         printed = printed_unit(unit)
-        steps = planned.printed(f"{scene.path.control} ({printed})", UNITS[printed])
+        steps = planned.printed(f"{scene.control.name} ({printed})", UNITS[printed])
         about = [described, ""] if described else []
         show(entries(bodies(scene).items()), "", *about, *steps)
     return 0 if planned.runs else 2
@@ -98,7 +99,7 @@ def fit(options: argparse.Namespace) -> int:
     free = [name.strip() for name in (options.free or default).split(",")]
     given = options.branch, scene.cantilever, options.sensitivity, options.columns
     if scene.solid.creep:
-        kind = "depth" if scene.path.control == "load" else "force"
+        kind = "depth" if scene.control == LOAD else "force"
         curve_in_time = read_in_time(options.curve, kind, *given)
         found = fit_in_time(scene, *curve_in_time, free, trials)
     else:

@@ -17,6 +17,7 @@ from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis.view import with_indenter
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.cli.report import printed_times
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.fitting.least_squares import Fit
 from ase_roughcontact.fitting.smooth_fit import SmoothFit
 from ase_roughcontact.loading.trajectory import read_frames
@@ -103,7 +104,7 @@ def draw(
         draw_area(reference, steps, folder / "curve.png")
         names.append("curve.png")
     tension = any(step.normal_force < -step.tolerance for step in steps)
-    if not path.in_order and (tension or (path.control != "load" and names)):
+    if not path.in_order and (tension or (path.controlled != LOAD and names)):
         _draw_force(reference, steps, folder / "force.png")
         names.append("force.png")
     shown = _shown(steps) if shown is None else _touching(shown)
@@ -382,7 +383,7 @@ def _title(scene: Scene, step: LoadStep, way: str) -> str:
         lines = [f"{_short(pressure / UNITS[unit])} {unit}"]
     if isinstance(step, TimeStep):
         lines.insert(0, f"{_short(step.time)} s")
-    elif scene.path.control != "load":
+    elif scene.control != LOAD:
         along = scene.path.along
         lines.insert(0, f"{along} {_short(getattr(step, along))} Å")
     lines[-1] += f", {way}" if way else ""

@@ -19,6 +19,7 @@ from ase_roughcontact._util.tables import TableRows
 from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
+from ase_roughcontact.contact.control import HEIGHT, LOAD
 from ase_roughcontact.results.limits import failed_checks
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
@@ -186,8 +187,8 @@ def table_columns(reference: Reference) -> list[TableColumn]:
             if name in units
         ]
     names = ["normal_force", "penetration"]
-    if path.control != "load":
-        names = [path.control, "normal_force"]
+    if scene.control != LOAD:
+        names = [scene.control.column, "normal_force"]
     found = [*map(column, names), column(area)]
     head = f"A/A_{reference.smooth.symbol}"
     found.append(TableColumn(head, relative, lambda step: _NO_RATIO))
@@ -225,10 +226,9 @@ def _flat_columns(
 
 def target_unit(scene: Scene) -> str:
     """Return ASE's unit of the targets of a scene's path, or of its times."""
-    control = scene.path.control
     if scene.path.schedule(scene.bodies) is not None:
         return "s"
-    return columns_of()["normal_force" if control == "load" else control].unit
+    return columns_of()[scene.control.column].unit
 
 
 def units_of(scene: Scene) -> dict[str, str]:
@@ -307,7 +307,7 @@ def _results_of_steps(
 ) -> dict[str, str]:
     """Return characteristic values of a path of steps."""
     scene, found = reference.scene, dict[str, str]()
-    if scene.path.control == "height":
+    if scene.control == HEIGHT:
         height = steps[0].height + steps[0].penetration
         found["first contact"] = f"at a height of {height:.4g} Å"
     force = min((step.normal_force for step in steps if step.converged), default=0.0)
@@ -410,7 +410,7 @@ def _solver(scene: Scene, step: LoadStep) -> str:
 def _failure(scene: Scene, step: LoadStep) -> str:
     """Return why a step is no result."""
     touches = step.repulsive_atoms or step.attractive_atoms
-    if scene.path.control == "load" and not touches:
+    if scene.control == LOAD and not touches:
         target = scene.path.target_of(scene.bodies, step)
         if target < 0.0:
             return f"PULLED OFF: no contact at {with_unit(target, 'nN')}"

@@ -20,6 +20,7 @@ from scipy.interpolate import PchipInterpolator
 
 from ase_roughcontact._util.units import FORCES, UNITS
 from ase_roughcontact._util.validation import FloatArray, finite_array, lookup
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.fitting.force_curve import noise_of
 from ase_roughcontact.fitting.least_squares import (
     RANGE_UNCERTAINTY,
@@ -231,8 +232,7 @@ class TimeModel:
     def _followed(self, scene: Scene, shift: float) -> FloatArray:
         """Return the curve of a scene whose heights are shifted."""
         path: Any = scene.path
-        signs = {"load": 0.0, "penetration": -1.0}
-        shift *= signs.get(path.control, 1.0)
+        shift *= 0.0 if scene.control == LOAD else -scene.control.deeper
         given = path.schedule(scene.bodies)
         parts = [part._replace(end=part.end + shift) for part in given.parts]
         schedule = Schedule(given.first + shift, parts)

@@ -19,6 +19,7 @@ from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.history import history_of
 from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
 from ase_roughcontact.contact import Problem
+from ase_roughcontact.contact.control import BASE, LOAD, Control, control_of
 from ase_roughcontact.loading.path_atoms import PathAtoms, relaxer_of
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths.output import Done, Output, follow_states
@@ -28,7 +29,7 @@ from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import Validity, hardness_for, warn_of_lost_slope
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
 from ase_roughcontact.stepping.accuracy import accuracy_of, grid_for
-from ase_roughcontact.stepping.options import FREE, StepOptions
+from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.windows.regrid import GridChange
@@ -129,9 +130,10 @@ def load_path(
     1.0 21 True
     10.0 89 True
     """
-    control, path_of_control = single_path(
+    name, path_of_control = single_path(
         penetrations=penetrations, heights=heights, loads=loads
     )
+    control = control_of(name)
     targets = targets_of(control, path_of_control)
     path = AtomsPath(
         atoms,
@@ -230,15 +232,16 @@ def time_path(
     >>> round(steps[-1].normal_force / steps[1].normal_force, 3)
     0.5
     """
-    control, schedule = single_path(
+    name, schedule = single_path(
         penetrations=penetrations, heights=heights, loads=loads, bases=bases
     )
     if not isinstance(schedule, Schedule):
         raise TypeError(
-            f"{control} must be a Schedule, such as Schedule(0.0).ramp(1.0, rate=2.0), "
+            f"{name} must be a Schedule, such as Schedule(0.0).ramp(1.0, rate=2.0), "
             f"got {schedule!r}"
         )
-    if (control == "bases") != (cantilever is not None):
+    control = control_of(name)
+    if (control == BASE) != (cantilever is not None):
         raise ValueError(
             "bases need the stiffness of the cantilever, and only they do, got "
             f"cantilever={cantilever}"
@@ -258,7 +261,7 @@ class AtomsPath:
     ----------
     atoms : Atoms
         With a `RoughContact` calculator. They are moved.
-    control : {"penetrations", "heights", "loads"}
+    control : Control
     optimizer : callable, optional
     grid : str
     validity : str or Validity
@@ -274,7 +277,7 @@ class AtomsPath:
     def __init__(
         self,
         atoms: Atoms,
-        control: str,
+        control: Control,
         optimizer: Callable[..., Any] | None = None,
         *,
         grid: str = "atoms",
@@ -313,7 +316,7 @@ class AtomsPath:
             lost = regrid(atoms, change)
             warn_of_lost_slope(lost, change, self._action)
         self._frames = PathAtoms(atoms)
-        pulled = (bool(springs) and control == "loads") or control == "bases"
+        pulled = (bool(springs) and control == LOAD) or control == BASE
         relaxer = relaxer_of(optimizer, problem.wall, self._frames, pulled)
         if isinstance(relaxer, SolverRelaxer):
             Indenter(atoms)  # raises for constraints that only optimizers of ASE honour
@@ -393,17 +396,17 @@ def _grid_change(
     )
 
 
-def _check(atoms: Atoms, control: str) -> None:
+def _check(atoms: Atoms, control: Control) -> None:
     check_released(atoms)
-    fixed, free = indenter_fixed(atoms), control in FREE
+    fixed, free = indenter_fixed(atoms), control.free
     if fixed and free:
         raise ValueError(
-            f"{control} need an indenter that is free to move, but it is fixed: build "
-            "the atoms with substrate(..., fixed=False)"
+            f"{control.plural} need an indenter that is free to move, but it is fixed: "
+            "build the atoms with substrate(..., fixed=False)"
         )
     if not (fixed or free):
         raise ValueError(
-            f"{control} need a fixed indenter, but it is free: constrain it by "
+            f"{control.plural} need a fixed indenter, but it is free: constrain it by "
             "FixAtoms, or build the atoms with substrate(..., fixed=True)"
         )
 

@@ -28,6 +28,7 @@ from ase_roughcontact.atoms.model import ContactModel
 from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
 from ase_roughcontact.atoms.substrate import supported
 from ase_roughcontact.contact import Contact, Problem, State
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
@@ -164,7 +165,7 @@ class PathAtoms:
             self._reached, model = left.state, model_of(self.atoms)
             if model.contact is left.contact:
                 model.fields = left.fields
-        if left.control == "loads":
+        if left.control == LOAD:
             self.atoms.calc.set(load=left.run.support.load)
         self.atoms.get_potential_energy()
 

@@ -227,7 +227,7 @@ def _followed(
     OSError
         If a file can't be written, or is a symbolic link.
     """
-    frames, file, control = output.frames, output.trajectory, path.stepper.control
+    frames, file, control = output.frames, output.trajectory, path.stepper.control.name
     done, last, add_frame, add_row = list[LoadStep](), None, None, None
     with ExitStack() as files:
         if file is not None and system is not None:

@@ -20,6 +20,7 @@ from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.contact import State
+from ase_roughcontact.contact.control import Control
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.retraction import relax_in_contact
@@ -168,8 +169,8 @@ class PathSteps(ABC):
             return ["its frames are of an earlier version"]
         if expected is not None and number != expected:
             return [f"it has step {number} in place of step {expected}"]
-        if path["control"] != (control := self.stepper.control):
-            return [f"its path is one of {path['control']}, this one of {control}"]
+        if path["control"] != (control := self.stepper.control.name):
+            return [f"its path is one of a {path['control']}, this one of a {control}"]
         return self.differences(path, number) + differences(path["system"], system)
 
 
@@ -229,7 +230,7 @@ class NumberedSteps(PathSteps):
             return [f"its path has {number + 1} steps or more, this one {count}"]
         if self._same_target(path["target"], number):
             return []
-        name, target = f"{self.stepper.control}[{number}]", self.targets[number]
+        name, target = f"{self.stepper.control.plural}[{number}]", self.targets[number]
         return [f"{name} was {path['target']}, is {target}"]
 
     def _same_target(self, target: float, number: int) -> bool:
@@ -240,7 +241,7 @@ class NumberedSteps(PathSteps):
         )
 
 
-def targets_of(control: str, path: Any) -> np.ndarray:
+def targets_of(control: Control, path: Any) -> np.ndarray:
     """Return the targets of a path as an array.
 
     Raises
@@ -249,7 +250,9 @@ def targets_of(control: str, path: Any) -> np.ndarray:
         If it is not a sequence of finite numbers.
     """
     with suppress(ValueError):
-        targets = finite_array(control, path)
+        targets = finite_array(control.plural, path)
         if targets.ndim == 1 and targets.size:
             return targets
-    raise ValueError(f"{control} must be a sequence of finite numbers, got {path}")
+    raise ValueError(
+        f"{control.plural} must be a sequence of finite numbers, got {path}"
+    )

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact.contact import Contact, Problem
+from ase_roughcontact.contact.control import LOAD, Control, control_of
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, step_timer, thinned
@@ -41,7 +42,7 @@ Shapes = tuple[tuple[int, int], tuple[int, int]]
 def plan_path(
     problem: Problem,
     start: Box,
-    control: str,
+    control: Control | str,
     targets: Sequence[float] | np.ndarray,
     window: str,
 ) -> Plan:
@@ -52,7 +53,8 @@ def plan_path(
     problem : Problem
     start : Box
         Window of all steps, or of the first one.
-    control : {"penetrations", "heights", "loads"}
+    control : Control or str
+        "penetration", "height" or "load", or their plural.
     targets : sequence of float
         The path.
     window : {"fixed", "auto"}
@@ -67,7 +69,7 @@ def plan_path(
         which is never wider than a rough one, is wider than a fixed window of a free
         half space.
     """
-    wall, solid = problem.wall, problem.solid
+    wall, solid, control = problem.wall, problem.solid, control_of(control)
     indenter: Any = problem.indenter
     points = problem.topography.points(problem.spacing)
     seconds = step_timer(problem.halfspace(start.shape), wall)
@@ -107,7 +109,7 @@ def plan_path(
     return Plan(tuple(steps), tuple(left_out), available_memory(), *advice)
 
 
-def _auto_shapes(problem: Problem, control: str) -> Callable[[float], Shapes]:
+def _auto_shapes(problem: Problem, control: Control) -> Callable[[float], Shapes]:
     """Return a function of the target: the expected window, and its FFT grid."""
     is_sphere = isinstance(problem.indenter, RoughSphere)
     expected = ExpectedContact(problem) if is_sphere else None
@@ -132,7 +134,7 @@ def _auto_shapes(problem: Problem, control: str) -> Callable[[float], Shapes]:
 
 
 def _fixed_shapes(
-    problem: Problem, contact: Contact, control: str, target: float
+    problem: Problem, contact: Contact, control: Control, target: float
 ) -> Shapes:
     """Return the shapes of the window and its FFT grid, if the contact fits into it."""
     halfspace = contact.halfspace
@@ -155,7 +157,7 @@ def _misses_first_contact(problem: Problem, contact: Contact) -> bool:
 
 
 def _contact_width(
-    problem: Problem, contact: Contact, control: str, target: float
+    problem: Problem, contact: Contact, control: Control, target: float
 ) -> float:
     """Return the width of the Hertzian contact in atoms; zero if it is not known.
 
@@ -164,7 +166,7 @@ def _contact_width(
     wall, radius = problem.wall, problem.topography.apex_radius
     if radius == math.inf:
         return 0.0
-    if control == "loads":
+    if control == LOAD:
         load = max(target, 0.0)
 
         def radius_on(modulus: float) -> float:
@@ -172,7 +174,7 @@ def _contact_width(
 
         a = contact_radius_on(problem.solid, problem.spacing, radius_on)
     else:
-        height = target if control == "heights" else contact.first_contact - target
+        height = control.height(target, contact.first_contact)
         if not at_edge(contact.heights < wall.cutoff - height):
             return 0.0
         # the depth of the mean sphere, not that of the lowest atom

@@ -13,6 +13,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ase_roughcontact.contact.control import PENETRATION
 from ase_roughcontact.results.grid_errors import (
     attraction_force_error,
     continuum_area_error,
@@ -128,7 +129,7 @@ def estimated_errors(step: RelaxedStep) -> Errors:
         height += step.relaxation.height
         area = _within_cell(step, area)
         return Errors(area, step.run.unbalanced, height, height + penetration)
-    if step.control == "penetrations":  # the height has the error of the zero
+    if step.control == PENETRATION:  # the height has the error of the zero
         height, penetration = height + penetration, 0.0
     force = _force_change(height, compliance + cell_compliance(step))
     area = _within_cell(step, area + area_of_force(step.fields, force))
@@ -152,7 +153,7 @@ def _unknown_errors(step: RelaxedStep, reason: str) -> Errors:
 
 def _given_zero_error(step: RelaxedStep) -> float:
     """Return the error of a penetration that follows from a given height (Å)."""
-    return 0.0 if step.control == "penetrations" else zero_error(step)
+    return 0.0 if step.control == PENETRATION else zero_error(step)
 
 
 def _within_cell(step: RelaxedStep, area: float) -> float:

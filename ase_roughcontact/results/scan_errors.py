@@ -43,6 +43,7 @@ import numpy as np
 
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.contact import Problem
+from ase_roughcontact.contact.control import LOAD, Control
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.results.errors import Errors
 from ase_roughcontact.results.record import columns_of
@@ -66,14 +67,8 @@ _LEAST_RATIO, _LARGEST_RATIO = 0.125, 0.5
 _LARGEST_AREA = 4.0
 # Indices of the area and the force in results and errors, and their number.
 _AREA, _FORCE, _COUNT = 0, 1, 4
-# Quantities, in the order of `Errors`, that a path prescribes and that have no error.
-_PRESCRIBED = {"loads": [1], "heights": [2], "penetrations": [2, 3]}
-# Columns of what a path prescribes.
-_CONTROLLED = {
-    "loads": "normal_force",
-    "heights": "height",
-    "penetrations": "penetration",
-}
+# Columns of the results after the area, in the order of `Errors`.
+_AFTER_AREA = ("normal_force", "height", "penetration")
 # The scan and kinds of copies, in reasons for errors that are not known.
 _PRESSED = {
     "given": "the scan, on the grid for its errors",
@@ -92,7 +87,7 @@ class ScanErrors:
     ----------
     problem : Problem
         With the scan as roughness of a `RoughSphere`.
-    control : {"penetrations", "heights", "loads"}
+    control : Control
     start : Box
         Window of all steps, or of the first one.
     options : StepOptions
@@ -102,7 +97,7 @@ class ScanErrors:
     """
 
     problem: Problem
-    control: str
+    control: Control
     start: Box
     options: StepOptions
     targets: Sequence[float]
@@ -117,7 +112,7 @@ class ScanErrors:
         if not self._at_targets:
             return Errors.not_known(_NO_CONTACT)
         force, area = step.fields.normal_force, step.fields.contact_area
-        target = columns_of()[_CONTROLLED[self.control]].value(step)
+        target = columns_of()[self.control.column].value(step)
         nearest = min(self._at_targets, key=lambda each: abs(each.target - target))
         if nearest.unknown:
             return Errors.not_known(nearest.unknown)
@@ -156,7 +151,7 @@ class ScanErrors:
         """Return the errors at a target by the results of scan and copies there."""
         (scan,) = results["given"]
         given = np.array(scan.values)
-        force = target if self.control == "loads" else float(given[_FORCE])
+        force = target if self.control == LOAD else float(given[_FORCE])
         if scan.failure:
             return _AtTarget(
                 target, force, given, f"{_PRESSED['given']}: {scan.failure}"
@@ -170,7 +165,9 @@ class ScanErrors:
                 failures = (each.failure for each in results[kind] if each.failure)
                 unknown = unknown or f"{_PRESSED[kind]}: {next(failures, 'no numbers')}"
             errors = np.hypot(errors, of_kind)
-        errors[_PRESCRIBED[self.control]] = 0.0
+        for i, name in enumerate(_AFTER_AREA, start=1):
+            if name in self.control.prescribed:
+                errors[i] = 0.0
         scales = abs(given[[_AREA, _FORCE]])
         errors[[_AREA, _FORCE]] /= np.where(scales > 0.0, scales, 1.0)
         rough: Any = self.problem.topography.rough
@@ -214,7 +211,7 @@ class _Result:
         if not step.run.converged:
             return cls(failure=f"not converged: {step.run.message}")
         area = "continuum_area" if step.options.continuum else "contact_area"
-        names, columns = (area, "normal_force", "height", "penetration"), columns_of()
+        names, columns = (area, *_AFTER_AREA), columns_of()
         return cls(tuple(columns[name].value(step) for name in names))
 
 

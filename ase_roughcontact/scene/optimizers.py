@@ -10,7 +10,6 @@ from ase import Atoms
 from ase_roughcontact.loading.path_atoms import ProblemAtoms
 from ase_roughcontact.optimize.comparison import compare_optimizers
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
-from ase_roughcontact.stepping.options import FREE
 
 if TYPE_CHECKING:
     from ase_roughcontact.scene.scene import Scene
@@ -45,7 +44,7 @@ def deepest_atoms(scene: Scene) -> Atoms:
     relaxed = stepper.relax(stepper.start, target)
     if not relaxed.run.converged:
         raise RuntimeError(f"the deepest state is not found: {relaxed.run.message}")
-    fixed = scene.control not in FREE
+    fixed = not scene.control.free
     frames = ProblemAtoms(
         scene.problem, relaxed.state.window, scene.bodies.symbol, fixed, padded=True
     )

@@ -21,6 +21,7 @@ from ase_roughcontact._util.validation import (
     lookup,
     positive,
 )
+from ase_roughcontact.contact.control import HEIGHT, LOAD, PENETRATION, Control
 from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.paths.schedule import Schedule
@@ -31,7 +32,6 @@ from ase_roughcontact.stepping.step import Stepper
 
 #: Largest number of steps of a path, all of which are kept in memory.
 MOST_STEPS = 1_000_000
-_UNITS = {"load": "nN", "penetration": "Å", "height": "Å", "base": "Å"}
 # Columns of force curves, and their units.
 _OF_CURVES = {"time": "s", "distance": "nm", "deflection": "nm", "force": "nN"}
 
@@ -64,8 +64,8 @@ class PathKind(Section):
     in_order : bool
         Whether states depend on those before: a preview has all of them, and area over
         load and force over depth are not drawn.
-    controls : tuple of str
-        Values that `control` may have.
+    controls : tuple of Control
+        Quantities that `control` may name.
     """
 
     title = "path"
@@ -74,7 +74,7 @@ class PathKind(Section):
     columns: ClassVar[Mapping[str, str]] = {}
     captions: ClassVar[Mapping[str, str]] = {}
     in_order: ClassVar[bool] = False
-    controls: ClassVar[tuple[str, ...]] = ("load", "penetration", "height")
+    controls: ClassVar[tuple[Control, ...]] = (LOAD, PENETRATION, HEIGHT)
 
     def __init_subclass__(cls) -> None:
         """Make the kind known to scene files."""
@@ -135,14 +135,19 @@ class PathKind(Section):
 
     @property
     def control(self) -> str:
-        """Controlled quantity, one of `CONTROLS` of a path without its "s"."""
+        """Name of the controlled quantity."""
         raise NotImplementedError
+
+    @property
+    def controlled(self) -> Control:
+        """Quantity that the path prescribes."""
+        controls = {each.name: each for each in self.controls}
+        return lookup(self.control, controls, "control")
 
     @property
     def unit(self) -> str:
         """Unit of the targets, one of `UNITS`."""
-        units = {control: _UNITS[control] for control in self.controls}
-        return lookup(self.control, units, "control")
+        return self.controlled.unit
 
     def units_of_targets(self, bodies: Bodies) -> Mapping[str, float]:
         """Return the units in which targets may be given, with their values."""
@@ -164,19 +169,19 @@ class PathKind(Section):
         try:
             return self.plain(keys, units, found)
         except ValueError as error:
-            control, of = "load", "forces"
+            control, of = LOAD, "forces"
             if found in FORCES:
-                control, of = "penetration", "lengths"
-            other = self.changed("control", control)
+                control, of = PENETRATION, "lengths"
+            other = self.changed("control", control.name)
             with suppress(ValueError):
                 other.plain(keys, other.units_of_targets(bodies), other.unit)
-                error.args = (f'{error}; {of} need control = "{control}"',)
+                error.args = (f'{error}; {of} need control = "{control.name}"',)
             raise
 
     @property
     def along(self) -> str:
         """Column against which the force is drawn."""
-        return "height" if self.control == "height" else "penetration"
+        return "height" if self.controlled == HEIGHT else "penetration"
 
     @property
     def stiffness(self) -> float | None:
@@ -222,7 +227,8 @@ class PathKind(Section):
 
     def deepest_of(self, targets: Iterable[float]) -> float:
         """Return the target at which the contact is pressed most."""
-        return min(targets) if self.control in ("height", "base") else max(targets)
+        deeper = self.controlled.deeper
+        return max(targets, key=lambda target: deeper * target)
 
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of known targets whose steps are planned and previewed.

@@ -111,7 +111,7 @@ def check_path(scene: Any) -> None:
         return
     expected, path = ExpectedContact(scene.problem), scene.path
     # the deepest one last
-    steps = np.sort(scene.targets)[:: -1 if path.control == "height" else 1]
+    steps = np.sort(scene.targets)[:: int(scene.control.deeper)]
 
     def error_at(target: float) -> ValueError | MemoryError | None:
         try:
@@ -125,7 +125,7 @@ def check_path(scene: Any) -> None:
         return
     failing = steps[bisect_left(steps, True, key=lambda step: bool(error_at(step))) :]
     ends = dict.fromkeys(f"{step / UNITS[path.unit]:g}" for step in failing[[0, -1]])
-    text = f"[path] {path.control} of {' to '.join(ends)} {path.unit}: {worst}"
+    text = f"[path] {scene.control.name} of {' to '.join(ends)} {path.unit}: {worst}"
     if len(failing) < len(steps):
         these = "this step" if len(failing) == 1 else f"these {len(failing)} steps"
         text += f"; or leave out {these}"

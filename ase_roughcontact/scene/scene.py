@@ -18,6 +18,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import integer, lookup, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.contact import Problem
+from ase_roughcontact.contact.control import LOAD, Control
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.loading.path_atoms import ProblemAtoms, relaxer_of
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
@@ -42,7 +43,7 @@ from ase_roughcontact.scene.plan import check_path, plan_of, warnings_of
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.stepping.accuracy import LEVELS, Accuracy, accuracy_of, grid_for
-from ase_roughcontact.stepping.options import FREE, StepOptions
+from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.known import topography_of
@@ -175,10 +176,9 @@ class Scene(SceneFile):
     @property
     def expected_areas(self) -> np.ndarray:
         """Contact areas (Å^2) of a smooth sphere without adhesion at the targets."""
-        steps, control = self.targets, self.path.control
-        if control == "load":
-            return self.hertz_area(np.maximum(steps, 0.0))
-        depths = steps if control == "penetration" else steps.max() - steps
+        if self.control == LOAD:
+            return self.hertz_area(np.maximum(self.targets, 0.0))
+        depths = self.control.depths(self.targets)
         return np.pi * self.radius * np.maximum(depths, 0.0)
 
     @property
@@ -258,9 +258,9 @@ class Scene(SceneFile):
             raise MemoryError(f"{name}: [roughness] {error}") from error
 
     @property
-    def control(self) -> str:
-        """Controlled quantity of the path: loads, penetrations or heights."""
-        return f"{self.path.control}s"
+    def control(self) -> Control:
+        """Quantity that the path prescribes."""
+        return self.path.controlled
 
     @property
     def is_in_order(self) -> bool:
@@ -346,9 +346,7 @@ class Scene(SceneFile):
 
     def frames(self) -> ProblemAtoms:
         """Return the atoms of the path, which are made when they are needed."""
-        return ProblemAtoms(
-            *self._on_grid, self.bodies.symbol, self.control not in FREE
-        )
+        return ProblemAtoms(*self._on_grid, self.bodies.symbol, not self.control.free)
 
     def stepper(self, frames: ProblemAtoms, scan_errors: bool = False) -> Stepper:
         """Return what relaxes the steps; see `relax`.

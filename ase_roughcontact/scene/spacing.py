@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.units import LENGTHS, QUANTITY
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.results.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.file import SceneFile
@@ -109,7 +110,7 @@ def _largest_radius(scene: SceneFile, bodies: Bodies) -> float:
     path, wall, creep = scene.path.planned(bodies), bodies.wall, bodies.solid.creep
     targets = path.targets(bodies)
     part = creep.relaxed if creep and creep.relaxed else 1.0
-    if path.control == "load":
+    if path.controlled == LOAD:
         load = float(max(targets.max(), 0.0))
 
         def radius(modulus: float) -> float:
@@ -118,7 +119,7 @@ def _largest_radius(scene: SceneFile, bodies: Bodies) -> float:
             return float(sphere.contact_radius(load))
 
         return contact_radius_on(bodies.solid, bodies.spacing, radius)
-    depths = targets if path.control == "penetration" else targets.max() - targets
+    depths = path.controlled.depths(targets)
     return float(np.sqrt(bodies.radius * max(depths.max(), 0.0)))
 
 

@@ -1,4 +1,4 @@
-"""Options of the steps of a path, and what a path prescribes."""
+"""Options of the steps of a path."""
 
 from __future__ import annotations
 
@@ -12,10 +12,6 @@ from ase_roughcontact.contact import Contact, State
 from ase_roughcontact.solvers.relaxation import Run, Start, Support
 from ase_roughcontact.stepping.accuracy import accuracy_of
 
-#: What a path prescribes: that of the indenter, or of the base of its cantilever.
-CONTROLS = ("penetrations", "heights", "loads", "bases")
-#: Those under which the indenter is free to move.
-FREE = ("loads", "bases")
 #: Relaxes a contact from a state, to a tolerance in at most some steps; see
 #: `SolverRelaxer`.
 Relaxer: TypeAlias = Callable[

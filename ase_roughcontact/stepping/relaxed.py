@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.contact.control import HEIGHT, Control
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.solvers.response import HeightResponse, height_response
@@ -37,7 +38,7 @@ class RelaxedStep:
         On the window of the state.
     run : Run
         State, fields and forces, what holds the indenter, and what it cost.
-    control : {"penetrations", "heights", "loads", "bases"}
+    control : Control
         What the path prescribes.
     options : StepOptions
         Of the path, such as whether the continuum is asked for.
@@ -58,7 +59,7 @@ class RelaxedStep:
     problem: Problem
     contact: Contact
     run: Run
-    control: str = "heights"
+    control: Control = HEIGHT
     options: StepOptions = field(default_factory=StepOptions)
     number: int = 0
     first_contact: float = math.nan

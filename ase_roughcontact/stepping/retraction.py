@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from ase_roughcontact.contact import State
-from ase_roughcontact.stepping.options import FREE
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.step import Stepper
 
@@ -55,12 +54,10 @@ def relax_in_contact(
 def _targets_between(stepper: Stepper, state: State, target: float) -> list[float]:
     """Return the targets of the parts of a step before its own target."""
     wall, control = stepper.problem.wall, stepper.control
-    if not wall.attractive or control in FREE or not state.displaced:
+    if not wall.attractive or control.free or not state.displaced:
         return []
-    first = state.height
-    if control == "penetrations":
-        first = stepper.windows.first_contact - first
-    rise = target - first if control == "heights" else first - target
+    first = control.target(state.height, stepper.windows.first_contact)
+    rise = control.deeper * (first - target)
     parts = rise / (_PART * wall.attraction_range)
     count = max(1, math.ceil((1.0 - _ROUNDING) * parts))
     return np.linspace(first, target, count + 1)[1:-1].tolist()

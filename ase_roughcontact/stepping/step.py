@@ -13,15 +13,16 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.identity import digest
-from ase_roughcontact._util.validation import function, instance_of, one_of
+from ase_roughcontact._util.validation import function, instance_of
 from ase_roughcontact.contact import Problem, State
+from ase_roughcontact.contact.control import BASE, LOAD, Control, control_of
 from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import External, Run, Support, fields_of
 from ase_roughcontact.stepping.accuracy import accuracy_of
 from ase_roughcontact.stepping.convergence import StepRelaxer
 from ase_roughcontact.stepping.extrapolation import extrapolated, with_earlier
-from ase_roughcontact.stepping.options import CONTROLS, FREE, StepOptions
+from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.surface_history import SurfaceHistory
 from ase_roughcontact.windows.auto import AutoWindow
@@ -36,8 +37,9 @@ class Stepper:
     Parameters
     ----------
     problem : Problem
-    control : {"penetrations", "heights", "loads", "bases"}
-        Meaning of the targets; see `load_path` and `time_path`.
+    control : Control or str
+        Meaning of the targets: "penetration", "height", "load" or "base", or their
+        plural; see `load_path` and `time_path`.
     start : State or Box
         First state, or a window of flat atoms.
     options : StepOptions, optional
@@ -46,6 +48,7 @@ class Stepper:
 
     Attributes
     ----------
+    control : Control
     start : State
         First state.
     windows : AutoWindow or FixedWindow
@@ -77,20 +80,19 @@ class Stepper:
     def __init__(
         self,
         problem: Problem,
-        control: str,
+        control: Control | str,
         start: State | Box,
         options: StepOptions | None = None,
         *,
         springs: External | None = None,
     ) -> None:
         instance_of(Problem, problem=problem)
-        one_of(CONTROLS, control=control)
         instance_of((State, Box), start=start)
         options = StepOptions() if options is None else options
         instance_of(StepOptions, options=options)
         if springs is not None:
             function(springs=springs)
-        self.problem, self.control = problem, control
+        self.problem, self.control = problem, control_of(control)
         self.options = options
         self._relax = StepRelaxer(problem, options)
         self._springs = springs
@@ -191,7 +193,7 @@ class Stepper:
             first_contact=self.windows.first_contact,
             seconds=time.perf_counter() - begun,
             time=moment,
-            base=target if self.control == "bases" else math.nan,
+            base=target if self.control == BASE else math.nan,
             control=self.control,
             options=self.options,
         )
@@ -243,7 +245,7 @@ class Stepper:
         """
         state, contact = self._surface.contact(state, self._surface.step(0.0))
         fields = fields_of(contact, state, relaxed=True)
-        support = Support(self.control not in FREE, 0.0, self._springs)
+        support = Support(not self.control.free, 0.0, self._springs)
         if target is not None:
             support = self._at(state, target)[1]
         return RelaxedStep(
@@ -297,15 +299,15 @@ class Stepper:
     def _at(self, state: State, target: float) -> tuple[State, Support]:
         """Return a state at a target, and what holds the indenter there."""
         first_contact = self.windows.first_contact
-        if self.control == "loads":
+        if self.control == LOAD:
             # out of contact nothing but the load acts, and some optimizers divide by 0
             height = min(state.height, first_contact)
             return state.at(height), Support(False, float(target), self._springs)
-        if self.control == "bases":
+        if self.control == BASE:
             spring = partial(_spring, self.options.cantilever, target)
             return state, Support(False, 0.0, spring)
-        height = target if self.control == "heights" else first_contact - target
-        return state.at(float(height)), Support(True, 0.0, self._springs)
+        height = float(self.control.height(target, first_contact))
+        return state.at(height), Support(True, 0.0, self._springs)
 
 
 def _spring(stiffness: float, base: float, height: float) -> tuple[float, float]:

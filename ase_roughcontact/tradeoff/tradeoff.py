@@ -18,6 +18,7 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, integer, lookup, positive
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.path_kinds.loop.scene import Loop
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.results.record import size_of
@@ -43,8 +44,6 @@ _COLUMNS = {
     "force": ("normal_force", "normal_force"),
     "height": ("height", "penetration"),
 }
-# Answers that a path prescribes.
-_PRESCRIBED = {"loads": "force", "heights": "height", "penetrations": "height"}
 # Sources that change the grid, whose errors are those against the finest one.
 _AGAINST_FINEST = ("scene", "grid")
 
@@ -146,7 +145,7 @@ def tradeoff(
         )
     if not is_loop and (scene.path.in_order or scene.path.count(scene.bodies) is None):
         raise ValueError(_without_steps(scene))
-    if not is_loop and of == _PRESCRIBED.get(scene.control):
+    if not is_loop and _COLUMNS[of][0] in scene.control.prescribed:
         raise ValueError(
             f"the path prescribes the {of}, which has no error: ask for that of the "
             f"area or the {'height' if of == 'force' else 'force'}"
@@ -286,7 +285,7 @@ def _of_optimizers(
 
 def _theory(best: Scene, targets: Sequence[float], exact: _Answers) -> list[Choice]:
     """Return the choice of Eq. (4), or of Hertz for a smooth sphere, under loads."""
-    if best.control != "loads" or best.wall.attractive:
+    if best.control != LOAD or best.wall.attractive:
         return []
     label = best.bodies.labelled("Hertz" if best.rough is None else "Eq. (4)")
     areas = np.asarray(best.predicted_area(targets))

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.path_kinds.loop.scene import Loop
 from ase_roughcontact.scene.config import InteractionConfig
@@ -129,7 +130,7 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
             yield "cutoff", f"{cutoff:g} a0", {"interaction.cutoff": cutoff}
     if best.radius < math.inf:
         yield "boundary", "free", free
-    if best.radius < math.inf and best.control == "loads":
+    if best.radius < math.inf and best.control == LOAD:
         largest = float(best.hertz_area(best.targets.max()))
         diameter = 2.0 * math.sqrt(largest / math.pi) / best.spacing
         for ratio in _CELLS:

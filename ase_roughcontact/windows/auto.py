@@ -23,6 +23,7 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import max_abs
 from ase_roughcontact.contact import Contact, Problem, State
+from ase_roughcontact.contact.control import HEIGHT, LOAD, Control
 from ase_roughcontact.contact.state import without_rounding
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.lattice import Box, carried
@@ -127,7 +128,7 @@ class AutoWindow:
         height, load = state.height, None if support.fixed else support.load
         adhesive_contact = self._adhesive_contact(state, load)
         if self._expected:  # before the roughness is searched for the atoms in reach
-            target = ("heights", height) if load is None else ("loads", load)
+            target = (HEIGHT, height) if load is None else (LOAD, load)
             self._expected.check(*target)
         if load is not None:
             height = self._predicted_height(load, height)
@@ -188,12 +189,12 @@ class AutoWindow:
             return WindowedState(self._on(state, needed), level)
         return None
 
-    def forecast(self, control: str, target: float) -> Box:
+    def forecast(self, control: Control, target: float) -> Box:
         """Return the window that a step probably will have.
 
         Parameters
         ----------
-        control : {"penetrations", "heights", "loads"}
+        control : Control
         target : float
             Of the step.
 
@@ -206,11 +207,10 @@ class AutoWindow:
         ValueError
             If an atom could touch where the surface is not defined.
         """
-        height = target
-        if control == "loads":
+        if control == LOAD:
             height = self._predicted_height(target, self.first_contact)
-        elif control == "penetrations":
-            height = self.first_contact - target
+        else:
+            height = control.height(target, self.first_contact)
         level = self._wall.cutoff - height
         self.footprint.check(level)
         return self.footprint.standard_size(self._needed(level, None))

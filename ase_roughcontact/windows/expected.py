@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact.contact import Problem
+from ase_roughcontact.contact.control import HEIGHT, PENETRATION, Control
 from ase_roughcontact.elasticity import Crystal, ElasticSolid, Isotropic
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import Hertz
@@ -73,12 +74,12 @@ class ExpectedContact:
         self.wall, self.solid = problem.wall, problem.solid
         self.spacing = problem.spacing
 
-    def check(self, control: str, target: float, memory: bool = True) -> None:
+    def check(self, control: Control, target: float, memory: bool = True) -> None:
         """Raise an error if a contact certainly can't be calculated.
 
         Parameters
         ----------
-        control : {"penetrations", "heights", "loads"}
+        control : Control
         target : float
             Of the step.
         memory : bool
@@ -100,7 +101,7 @@ class ExpectedContact:
             side = math.ceil(2.0 * self._reach(level) / self.spacing)
             check_memory((side, side), self.wall, self.solid, bound="at least ")
 
-    def coarsening(self, control: str, target: float) -> int:
+    def coarsening(self, control: Control, target: float) -> int:
         """Return the ratio of the spacings of a lattice for a plan and of the atoms.
 
         Parameters
@@ -139,13 +140,13 @@ class ExpectedContact:
         waves = np.geomspace(_LONGEST, 1.0, _WAVES) * np.pi / self.spacing
         return float(self.solid.wave_modulus(waves).max())
 
-    def _level(self, control: str, target: float, modulus: float) -> float:
+    def _level(self, control: Control, target: float, modulus: float) -> float:
         """Return a height below which the rigid sphere is in the range of the wall."""
-        if control == "heights":
+        if control == HEIGHT:
             return self.wall.cutoff - target
         level = self.wall.cutoff - self.wall.contact_distance
         level -= self._depth_of_roughness  # by which asperities hold the sphere up
-        if control == "penetrations":
+        if control == PENETRATION:
             return level + target
         if self.indenter.radius == math.inf:
             return level

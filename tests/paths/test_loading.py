@@ -111,7 +111,7 @@ def test_frames_have_tags_and_the_result_of_the_step(tmp_path):
         assert np.count_nonzero(frame.get_tags() == 1) == record.repulsive_atoms
         assert frame.positions[-1, 2] == record.height
         assert rc.LoadStep.from_columns(frame.info["load_step"]) == record
-        assert frame.info["path"]["control"] == "penetrations"
+        assert frame.info["path"]["control"] == "penetration"
         assert frame.info["path"]["target"] == depth
 
 
@@ -166,7 +166,7 @@ def test_file_without_a_complete_frame_is_started_again(tmp_path, size):
             r"penetrations\[1\] was 0\.4, is 0\.5 \(eV, Å\): .*delete the file",
         ),
         ({"penetrations": [0.2]}, "has 2 steps or more, this one 1"),
-        ({"heights": [0.8, 0.6]}, "one of penetrations, this one of heights"),
+        ({"heights": [0.8, 0.6]}, "one of a penetration, this one of a height"),
         ({"atoms": make_atoms(modulus=2.0)}, r"contact_modulus was 1\.0, is 2\.0"),
         (
             {"atoms": make_atoms(shape=(9, 6))},

@@ -111,7 +111,7 @@ def test_preview_of_a_loop_is_its_deepest_state(radius, spacing):
     loop = Scene.parse('path = { kind = "loop", deepest = 2.0 }').with_values(ADHESIVE)
     weak = {"interaction.work_of_adhesion": 0.1, "sphere.radius": radius}
     shown = preview(loop.with_values(weak))
-    assert list(shown.targets) == [2.0] and shown.control == "penetrations"
+    assert list(shown.targets) == [2.0] and shown.path.control == "penetration"
     assert shown.grid_change.label == spacing
 
 

@@ -12,6 +12,7 @@ from operator import attrgetter
 import numpy as np
 import pytest
 
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.ensemble.columns import scene_columns
 from ase_roughcontact.scene import Scene, default_text
 
@@ -63,7 +64,7 @@ KEYS = {
     "interaction.kind": ("full", "wall.attractive", True, "repulsive"),
     "interaction.work_of_adhesion": (0.3, "wall.work_of_adhesion", 0.3 * J_PER_M2, 0.4),
     "interaction.cutoff": (7.0, "wall.cutoff", 7.0 * A0, 8.0),
-    "path.control": ("load", "control", "loads", "height"),
+    "path.control": ("load", "control", LOAD, "height"),
     "path.first": (2.0, lambda s: s.targets[0], 2.0 * NN, 3.0),
     "path.last": (50.0, lambda s: s.targets[-1], 50.0 * NN, 60.0),
     "path.steps": (3, lambda s: len(s.targets), 3, 4),

@@ -9,6 +9,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import function
+from ase_roughcontact.contact.control import HEIGHT
 from ase_roughcontact.loading.load_path import AtomsPath
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
 from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
@@ -131,7 +132,7 @@ def adhesion_loop(
     >>> round(loop.pull_off_force / (3.14159 * 0.02 * 100.0), 1)  # between JKR and DMT
     1.7
     """
-    path = AtomsPath(atoms, "heights", validity=validity, output=output, **options)
+    path = AtomsPath(atoms, HEIGHT, validity=validity, output=output, **options)
     load = atoms.calc.parameters["load"]
     if load:
         raise ValueError(

@@ -12,6 +12,7 @@ import numpy as np
 
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS, with_unit
+from ase_roughcontact.contact.control import HEIGHT, PENETRATION
 from ase_roughcontact.path_kinds.loop.cantilever import (
     CantileverCurve,
     CantileverJump,
@@ -42,7 +43,7 @@ class Loop(PathKind):
     """``[path]`` of kind "loop": lengths in Å, or with a unit; see `adhesion_loop`."""
 
     kind = "loop"
-    control = "height"
+    control = HEIGHT.name
     along = "penetration"
     units = {"cantilever": "N/m"}
     columns = {
@@ -89,13 +90,13 @@ class Loop(PathKind):
 
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to the penetration at which the loop turns."""
-        return Steps("penetration", values=(self.specification(bodies).expected,))
+        return Steps(PENETRATION.name, values=(self.specification(bodies).expected,))
 
     def certain(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to a depth that is certainly reached."""
         if self.deepest is not None:
             return self.planned(bodies)
-        return Steps("penetration", values=(0.0,))
+        return Steps(PENETRATION.name, values=(0.0,))
 
     def describe(self, bodies: Bodies) -> str:
         """Return what is planned, and what a cantilever must hold."""

@@ -27,6 +27,7 @@ from ase_roughcontact.atoms.sticking import (
     check_released,
     exceeds,
 )
+from ase_roughcontact.contact.control import control_of
 from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.interactions.friction import FrictionLaw, check_law
@@ -264,6 +265,8 @@ def sliding_path(
     control, lateral = single_path(
         displacements=displacements, forces=forces, bases=bases
     )
-    path = AtomsPath(atoms, normal, validity=validity, output=output, **options)
+    path = AtomsPath(
+        atoms, control_of(normal), validity=validity, output=output, **options
+    )
     motion = lateral, control, spring, coupling
     return path.follow(SlidingSteps(path.stepper, targets, friction, *motion))

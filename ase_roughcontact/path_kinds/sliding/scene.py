@@ -21,6 +21,7 @@ from ase_roughcontact._util.validation import (
     integer,
 )
 from ase_roughcontact.analysis.path_values import loop_energies, static_friction
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.steps import LATERAL_CONTROLS, SlidingSteps
@@ -115,18 +116,20 @@ class Sliding(PathKind):
 
     def targets(self, bodies: Bodies) -> FloatArray:
         """Return the normal targets of the steps; see `PathKind.targets`."""
-        unit, key = self.unit, self.control
+        control = self.controlled
         if self.values is None:
-            raise ValueError(f"give values, the {key} while the indenter moves")
+            raise ValueError(
+                f"give values, the {control.name} while the indenter moves"
+            )
         values = self.in_unit(["values"], bodies).values
-        found = UNITS[unit] * np.atleast_1d(finite_array("values", values))
-        if key == "load" and bodies.wall.hard and not bodies.wall.attractive:
+        found = UNITS[control.unit] * np.atleast_1d(finite_array("values", values))
+        if control == LOAD and bodies.wall.hard and not bodies.wall.attractive:
             self._check_loads(found, np.atleast_1d(np.array(self.values, object)))
         name, turns = self.turns(bodies)
         if len(found) not in (1, len(turns)):
             raise ValueError(
-                f"give one {key} in values, or one for each of the {len(turns)} "
-                f"{name}, got {len(found)}"
+                f"give one {control.name} in values, or one for each of the "
+                f"{len(turns)} {name}, got {len(found)}"
             )
         return self._between(np.broadcast_to(found, turns.shape))
 

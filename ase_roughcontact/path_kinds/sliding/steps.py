@@ -155,7 +155,7 @@ class SlidingSteps(NumberedSteps):
 
     def _check_targets(self) -> None:
         """Make one pair of targets for each step."""
-        normal = finite_array(self.stepper.control, self.targets)
+        normal = finite_array(self.stepper.control.plural, self.targets)
         path = finite_array(self.control, self.lateral)
         if path.ndim == 1:
             path = np.stack([path, np.zeros(path.shape)], axis=1)
@@ -166,7 +166,7 @@ class SlidingSteps(NumberedSteps):
             )
         if normal.shape not in ((), (len(path),)):
             raise ValueError(
-                f"give one of {self.stepper.control} for all {len(path)} "
+                f"give one of {self.stepper.control.plural} for all {len(path)} "
                 f"{self.control}, or one for each, got {normal.size}"
             )
         self.lateral, self.targets = path, np.broadcast_to(normal, len(path))

@@ -8,6 +8,7 @@ path.
 
 from __future__ import annotations
 
+from ase_roughcontact.contact.control import BASE
 from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.stepping.step import Stepper
 
@@ -46,9 +47,7 @@ def work_between(before: TimeStep, after: TimeStep) -> float:
 
 def _conjugate(stepper: Stepper, target: float, step: TimeStep) -> float:
     """Return the derivative of the energy to the target."""
-    if stepper.control == "loads":
-        return step.height
-    if stepper.control == "bases":
-        return stepper.options.cantilever * (target - step.height)
-    sign = 1.0 if stepper.control == "penetrations" else -1.0
-    return sign * step.normal_force
+    force = step.normal_force
+    if stepper.control == BASE:  # of the cantilever
+        force = stepper.options.cantilever * (step.height - target)
+    return stepper.control.conjugate(force, step.height)

@@ -19,6 +19,7 @@ from ase_roughcontact._util.validation import (
     positive,
 )
 from ase_roughcontact.analysis.path_values import dynamic_stiffness
+from ase_roughcontact.contact.control import BASE, LOAD, PENETRATION
 from ase_roughcontact.path_kinds.loop.instabilities import tension_at_turn
 from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
@@ -64,7 +65,7 @@ class Timed(PathKind):
     record = TimeStep
     units = {"cantilever": "N/m", "times": "s", "dwell": "s", "frequency": "Hz"}
     in_order = True
-    controls = (*PathKind.controls, "base")
+    controls = (*PathKind.controls, BASE)
     captions = {
         "time.png": "Force and contact area over time and over depth; arrows: "
         "direction of the path.",
@@ -89,18 +90,18 @@ class Timed(PathKind):
         base = {"base": "base", "deflection": "deflection"}
         return {
             "time": "time",
-            **(base if self.control == "base" else {}),
+            **(base if self.controlled == BASE else {}),
             "penetration": "depth",
             "normal_force": "force",
             "contact_area": "area",
-            **({} if self.control == "base" else {"energy": "energy"}),
+            **({} if self.controlled == BASE else {"energy": "energy"}),
             "dissipation": "power",
         }
 
     @property
     def stiffness(self) -> float | None:
         """Stiffness of the cantilever (eV/Å^2); None without one."""
-        if (self.control == "base") != (self.cantilever is not None):
+        if (self.controlled == BASE) != (self.cantilever is not None):
             advice = "" if self.deepest is None else _OF_CANTILEVER
             raise ValueError(
                 'control = "base" needs the stiffness of the cantilever, and only it'
@@ -160,7 +161,7 @@ class Timed(PathKind):
     def _loop(self, bodies: Bodies, path: Timed) -> list[float]:
         """Return the penetrations (Å) of a loop, from which nothing interacts."""
         self.check(bodies)
-        if self.control != "penetration" or self.values is not None:
+        if self.controlled != PENETRATION or self.values is not None:
             raise ValueError(
                 'a loop at a rate needs control = "penetration", and no values, which '
                 "deepest stands for"
@@ -221,7 +222,7 @@ class Timed(PathKind):
         hertz = Hertz(bodies.radius, bodies.solid.contact_modulus)
         rigid = hertz.force(hertz.contact_radius_from_penetration(depth))
         load = min(self.stiffness * depth, float(rigid))
-        return Steps("load", values=(load / UNITS["nN"],))
+        return Steps(LOAD.name, values=(load / UNITS["nN"],))
 
     def expected_count(self, bodies: Bodies) -> int:
         """Return the number of time steps, to a factor of two without attraction."""

@@ -42,6 +42,7 @@ from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import State
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.contact.creep import PRESSURE_RATE, dissipated_energy
 from ase_roughcontact.elasticity.lattice import carried
 from ase_roughcontact.path_kinds.time.balance import energy_balance, work_between
@@ -62,8 +63,6 @@ _LARGEST_CHANGE, _FINEST = 0.1, 16
 _SOLVER_PART = 0.1
 # Creep compliance over a step below which the solid hardly creeps in it.
 _INSTANTANEOUS = 1.1
-# Controls whose smallest target presses most.
-_LOWERED = "heights", "bases"
 # Part of the errors of successive steps that add up.
 _ADDED = 0.25
 # A contact is lost if it lacks more than this part of a tension.
@@ -288,7 +287,7 @@ class TimeSteps(PathSteps):
     def _check_held(self, target: float, step: TimeStep) -> None:
         """Raise `RuntimeError` if the surface does not hold the indenter at a load."""
         lost = step.normal_force - target > _LOST_PART * abs(target)
-        if self.stepper.control != "loads" or step.converged or not lost:
+        if self.stepper.control != LOAD or step.converged or not lost:
             return
         raise RuntimeError(
             f"the contact is lost at the time {step.time:g}: it holds no tension of "
@@ -384,8 +383,7 @@ class TimeSteps(PathSteps):
         They are those of one step that takes the surface from rest to the largest
         target, in the time in which the path gets there.
         """
-        sign = -1.0 if self.stepper.control in _LOWERED else 1.0
-        target, time = self.schedule.largest(sign)
+        target, time = self.schedule.largest(self.stepper.control.deeper)
         position = _Position()
         with suppress(ValueError, RuntimeError, MemoryError):  # of the path itself
             relaxed = self.stepper.relax(start, target, moment=time, elapsed=time)
