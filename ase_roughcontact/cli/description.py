@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ase_roughcontact._util.units import UNITS, with_unit
+from ase_roughcontact._util.units import UNITS, pressure_unit, with_unit
 from ase_roughcontact.results.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
@@ -129,7 +129,11 @@ def _spacing(scene: Scene) -> str:
 def _hardness(scene: Scene) -> str:
     hardness = scene.hardness / UNITS["GPa"]
     if math.isnan(hardness):
-        return "hardness unknown"
+        bound = scene.bodies.hardness_bound
+        if math.isnan(bound):
+            return "hardness unknown"
+        pressure = with_unit(bound, pressure_unit(bound))
+        return f"hardness unknown: pressures above {pressure} are marked"
     if math.isinf(hardness):
         return "elastic"
     of_both = " of the softer body as far as known" if scene.sphere.material else ""

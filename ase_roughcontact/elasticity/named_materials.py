@@ -125,6 +125,12 @@ _KNOWN = {
     each: _read(crystal=each, source=MATERIALS["Si"].source, symbol=each)
     for each in CRYSTALS
 } | MATERIALS
+#: Largest hardness of the materials relative to their contact modulus: 0.103, of DLC.
+LARGEST_RELATIVE_HARDNESS = max(
+    known.hardness / known.contact_modulus
+    for known in _KNOWN.values()
+    if not math.isnan(known.hardness)
+)
 
 
 def material(name: str) -> Material:

@@ -26,7 +26,12 @@ from ase_roughcontact.paths.output import Done, Output, follow_states
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.record import LoadStep
-from ase_roughcontact.results.validity import Validity, hardness_for, warn_of_lost_slope
+from ase_roughcontact.results.validity import (
+    Validity,
+    hardness_bound_for,
+    hardness_for,
+    warn_of_lost_slope,
+)
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
 from ase_roughcontact.stepping.accuracy import accuracy_of, grid_for
 from ase_roughcontact.stepping.options import StepOptions
@@ -292,9 +297,11 @@ class AtomsPath:
         self._action = validity.action
         problem, window = problem_of(atoms)
         _check(atoms, control)
+        symbol = atoms.symbols[0]
         settings = StepOptions(
             # before the spacing is no more that of the crystal
-            hardness=hardness_for(problem, atoms.symbols[0], validity.hardness),
+            hardness=hardness_for(problem, symbol, validity.hardness),
+            hardness_bound=hardness_bound_for(problem, symbol, validity.hardness),
             continuum=grid != "atoms",
             **options,
         )

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ase_roughcontact.elasticity.named_materials import LARGEST_RELATIVE_HARDNESS
 from ase_roughcontact.results.surroundings_errors import LARGEST_PART_OF_CELL
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.theory.maugis import edge_zone
@@ -206,6 +207,13 @@ CHECKS = (
         "largest pressure/hardness > 1",
         "the highest asperities deform plastically",
         lambda s: float(s.fields.pressure.max()) / s.options.hardness,
+    ),
+    Check(
+        "largest pressure/bound of the hardness > 1",
+        "the hardness of a material is not known, and no material of the table is "
+        f"harder than {LARGEST_RELATIVE_HARDNESS:.3g} E*: give hardness, infinity for "
+        "a rubber",
+        lambda s: float(s.fields.pressure.max()) / s.options.hardness_bound,
     ),
     Check(
         "contact radius/R > 0.2",

@@ -13,6 +13,7 @@ from ase_roughcontact._util.validation import instance_of, one_of, positive
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.material import HARDNESS, fcc_spacing
+from ase_roughcontact.elasticity.named_materials import LARGEST_RELATIVE_HARDNESS
 from ase_roughcontact.results.limits import failed_checks
 from ase_roughcontact.windows.regrid import GridChange, lost_text
 
@@ -39,7 +40,8 @@ class Validity:
         Hardness of the substrate, with which pressures are compared (eV/Å^3): infinity
         for a solid that is elastic by intent, NaN if it is not known. By default that
         of the element in `HARDNESS`, if the spacing is that of its crystal and the
-        solid is not a `Layer`, and else none.
+        solid is not a `Layer`, and else none. If such an element is not in the table,
+        pressures are compared with `hardness_bound_for`.
 
     Raises
     ------
@@ -146,16 +148,37 @@ def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -
     return hardness
 
 
+def hardness_bound_for(
+    problem: Problem, symbol: str, hardness: float | None = None
+) -> float:
+    """Return the pressure that an element of unknown hardness can hardly bear.
+
+    It is `LARGEST_RELATIVE_HARDNESS` times the contact modulus (eV/Å^3); NaN if a
+    hardness is known or given, for layers, and if the spacing is not that of the
+    element's crystal.
+    """
+    known = hardness is not None or problem.wall.plastic or symbol in HARDNESS
+    layer, no_element = isinstance(problem.solid.elastic, Layer), symbol == "X"
+    if known or layer or no_element or not _is_spacing_of(symbol, problem.spacing):
+        return math.nan
+    return LARGEST_RELATIVE_HARDNESS * problem.solid.contact_modulus
+
+
 def _hardness_of(symbol: str, spacing: float) -> float:
     """Return the hardness of an element in `HARDNESS` (eV/Å^3).
 
     NaN if it is not known, or if the spacing is not that of the element's crystal, as
     in other units.
     """
+    if not _is_spacing_of(symbol, spacing):
+        return math.nan
+    return HARDNESS.get(symbol, math.nan) * UNITS["GPa"]
+
+
+def _is_spacing_of(symbol: str, spacing: float) -> bool:
+    """Return whether a spacing may be that of an element's surface (Å)."""
     try:
         crystal = fcc_spacing(symbol)
     except ValueError:  # neither fcc nor diamond: any spacing may be meant
-        crystal = spacing
-    if not math.isclose(spacing, crystal, rel_tol=_SAME_SPACING):
-        return math.nan
-    return HARDNESS.get(symbol, math.nan) * UNITS["GPa"]
+        return True
+    return math.isclose(spacing, crystal, rel_tol=_SAME_SPACING)

@@ -34,6 +34,9 @@ class Bodies:
         Chemical symbol of these atoms.
     hardness : float
         Of the surface (eV/Å^3); NaN if it is not known.
+    hardness_bound : float
+        Pressure that a named body of unknown hardness can hardly bear (eV/Å^3); NaN
+        without such a body.
     radius : float
         Of the sphere (Å); of a whole tip that of curvature of its scan, of a rough flat
         infinity.
@@ -55,6 +58,7 @@ class Bodies:
     problem: Problem
     symbol: str
     hardness: float
+    hardness_bound: float
     radius: float
     rough: Any
     cell: Shape | None = None

@@ -102,6 +102,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         substrate_modulus = solid.contact_modulus
         if scene.sphere.material:
             solid = _with_tip(solid, scene.sphere.material)
+        bound = _hardness_bound(scene, substrate_modulus)
         if creep is not None:  # the tip is elastic
             part = solid.contact_modulus / substrate_modulus
             solid = Viscoelastic(solid, creep.scaled(part))
@@ -153,6 +154,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         ),
         symbol=substrate.symbol,
         hardness=wall.hardness if given else hardness,
+        hardness_bound=math.nan if given else bound,
         radius=radius,
         rough=None if is_tip else rough,
         cell=cell,
@@ -247,6 +249,38 @@ def _hardnesses(scene: SceneFile) -> list[float]:
     if scene.sphere.material:
         hardnesses.append(named_materials.hardness_of(scene.sphere.material))
     return hardnesses
+
+
+def _hardness_bound(scene: SceneFile, modulus: float) -> float:
+    """Return the pressure that a named body of unknown hardness can hardly bear.
+
+    Parameters
+    ----------
+    scene : SceneFile
+    modulus : float
+        Contact modulus of the substrate alone (eV/Å^3).
+
+    Returns
+    -------
+    float
+        The smallest of both bodies (eV/Å^3); NaN if a hardness is given, or known of
+        all bodies with a name.
+    """
+    if scene.substrate.hardness is not None:
+        return math.nan
+    moduli = {}
+    if scene.substrate.name and scene.substrate.layer_thickness is None:
+        moduli[scene.substrate.name] = modulus
+    if tip := scene.sphere.material:
+        tip_modulus = named_materials.material(tip).contact_modulus * UNITS["GPa"]
+        moduli[tip] = min(tip_modulus, moduli.get(tip, math.inf))
+    unknown = [
+        each
+        for name, each in moduli.items()
+        if math.isnan(named_materials.hardness_of(name))
+    ]
+    largest = named_materials.LARGEST_RELATIVE_HARDNESS
+    return largest * min(unknown, default=math.nan)
 
 
 def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:

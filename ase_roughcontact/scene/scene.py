@@ -360,6 +360,7 @@ class Scene(SceneFile):
             max_steps=self.solver.max_steps,
             window=self.window,
             hardness=self.hardness,
+            hardness_bound=self.bodies.hardness_bound,
             continuum=self.is_continuum,
             lost_slope=self.lost_slope,
             cantilever=self.cantilever or 0.0,

@@ -31,6 +31,9 @@ class StepOptions:
         See `load_path`.
     hardness : float
         Hardness with which pressures are compared; infinity or NaN for none (pressure).
+    hardness_bound : float
+        Pressure that a named material of unknown hardness can hardly bear; NaN without
+        such a material (pressure).
     continuum : bool
         Whether the continuum is asked for, and not the model of atoms.
     lost_slope : float
@@ -56,6 +59,7 @@ class StepOptions:
     max_steps: int = 10_000
     window: str = "fixed"
     hardness: float = math.nan
+    hardness_bound: float = math.nan
     continuum: bool = False
     lost_slope: float = 0.0
     cantilever: float = 0.0

@@ -116,6 +116,44 @@ def test_a_pressure_of_30_gpa_on_silica_is_marked():
     assert "largest pressure/hardness" in step.validity
 
 
+@pytest.mark.parametrize(
+    "substrate, sphere, modulus",
+    [
+        ('material = "mica"', "", 55.8),
+        ('material = "mica"', 'material = "Si3N4"', 55.8),  # which is harder than 0.1 E*
+        ('material = "Si"', 'material = "mica"', 55.8),
+        ('material = "mica"\ncontact_modulus = 20.0', "", 20.0),
+        ('symbol = "Nb"\nspacing = 3.3\ncontact_modulus = 120.0', "", 120.0),
+    ],
+)
+def test_a_body_of_unknown_hardness_bears_at_most_the_largest_part_of_the_table(
+    substrate, sphere, modulus
+):
+    dlc = MATERIALS["DLC"]
+    bound = modulus * dlc.hardness / dlc.contact_modulus * UNITS["GPa"]
+    found = scene(substrate, sphere).bodies.hardness_bound
+    assert found == pytest.approx(bound, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "lines, compared",
+    [
+        ('material = "mica"', True),
+        ('material = "mica"\nhardness = 50.0', False),
+        ('material = "mica"\nhardness = inf', False),
+        ("contact_modulus = 55.8", False),
+        ('material = "mica"\nlayer_thickness = "9 nm"\nlayer_modulus = 55.8', False),
+    ],
+)
+def test_a_pressure_above_a_tenth_of_the_modulus_on_mica_is_marked_without_a_hardness(
+    lines, compared
+):
+    text = re.sub(r"contact_modulus = .*\n", lines + "\n", SMALL)
+    (step,) = Scene.parse(text).relax([3.0], validity="ignore")
+    assert step.largest_pressure > 0.13 * 55.8 * UNITS["GPa"]
+    assert ("bound of the hardness" in step.validity) == compared
+
+
 OTHER_KEYS = (
     'spacing = "1 nm"',
     'spacing = "a0/2"',

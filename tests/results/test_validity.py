@@ -20,7 +20,7 @@ from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.material import CRYSTALS, HARDNESS, fcc_spacing
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.results.limits import CHECKS, failed_checks
-from ase_roughcontact.results.validity import hardness_for
+from ase_roughcontact.results.validity import hardness_bound_for, hardness_for
 from ase_roughcontact.scene import Scene
 
 GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "validity.md"
@@ -103,6 +103,37 @@ def test_hardness_of_a_crystal_is_that_of_the_table():
     assert names_after(atoms, 1.0) == PRESSURES
     assert set(CRYSTALS) <= set(HARDNESS)
     assert Scene.default().hardness == HARDNESS["Si"] * GPa
+
+
+@pytest.mark.parametrize(
+    "symbol, spacing, wall, hardness, part",
+    [
+        ("Pb", fcc_spacing("Pb"), rc.HardWall(), None, 0.1026),
+        ("Nb", 3.3, rc.HardWall(), None, 0.1026),  # bcc
+        ("Pb", 1.0, rc.HardWall(), None, np.nan),  # a model solid
+        ("X", 1.0, rc.HardWall(), None, np.nan),
+        ("Cu", fcc_spacing("Cu"), rc.HardWall(), None, np.nan),
+        ("Pb", fcc_spacing("Pb"), rc.HardWall(), 0.1, np.nan),
+        ("Pb", fcc_spacing("Pb"), rc.HardWall(), np.inf, np.nan),
+        ("Pb", fcc_spacing("Pb"), rc.PlasticWall(0.1), None, np.nan),
+    ],
+)
+def test_an_element_of_unknown_hardness_bears_a_tenth_of_its_modulus(
+    symbol, spacing, wall, hardness, part
+):
+    problem = rc.Problem(SPHERE, Isotropic(0.8), wall, spacing)
+    found = hardness_bound_for(problem, symbol, hardness)
+    assert found == pytest.approx(0.8 * part, rel=1e-3, nan_ok=True)
+
+
+def test_lead_under_a_fifth_of_its_modulus_is_marked():
+    sphere = rc.RoughSphere(300.0)
+    atoms = rc.substrate("Pb", (16, 16), sphere)
+    atoms.calc = rc.RoughContact(sphere, 0.1, rc.HardWall())
+    # Hertz: (2/pi) sqrt(depth/R) E*
+    bound = "largest pressure/bound of the hardness"
+    assert bound not in names_after(atoms, 5.0)
+    assert bound in names_after(atoms, 30.0)
 
 
 def adhesive(stiffness=1.0):
