@@ -120,7 +120,11 @@ def test_a_pressure_of_30_gpa_on_silica_is_marked():
     "substrate, sphere, modulus",
     [
         ('material = "mica"', "", 55.8),
-        ('material = "mica"', 'material = "Si3N4"', 55.8),  # which is harder than 0.1 E*
+        (
+            'material = "mica"',
+            'material = "Si3N4"',
+            55.8,
+        ),  # which is harder than 0.1 E*
         ('material = "Si"', 'material = "mica"', 55.8),
         ('material = "mica"\ncontact_modulus = 20.0', "", 20.0),
         ('symbol = "Nb"\nspacing = 3.3\ncontact_modulus = 120.0', "", 120.0),
