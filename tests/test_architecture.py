@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from graphlib import CycleError, TopologicalSorter
@@ -83,6 +84,28 @@ def test_modules_import_only_from_their_own_layer_or_below():
             assert above == below or LAYER_OF[below] < LAYER_OF[above], (
                 f"{module} imports {other}"
             )
+
+
+# What may be transformed by a library itself: kernels of solids, once for each grid and
+# in double precision, and heights of indenters.
+OWN_TRANSFORMS = {
+    "elasticity.crystals.kernel",
+    "elasticity.fft",
+    "elasticity.fft_backends",
+    "elasticity.harmonics",
+    "elasticity.spectra",
+    "scene.random_fields",
+    "topography.selfaffine",
+    "topography.spectrum",
+}
+
+
+def test_contacts_are_transformed_by_the_engines_alone():
+    libraries = re.compile(
+        r"scipy(\.| import )fft|import (pyfftw|ducc0)|\.fft\.i?r?fft2"
+    )
+    found = {name for name, file in FILES.items() if libraries.search(file.read_text())}
+    assert found == OWN_TRANSFORMS
 
 
 def test_no_module_imports_itself_through_others():

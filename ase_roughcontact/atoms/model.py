@@ -220,10 +220,9 @@ class ContactModel:
     @cached_property
     def lateral(self) -> LateralHalfSpace:
         """Lateral response of the surface."""
-        grid = self.grid
-        return LateralHalfSpace(
-            grid.window, grid.spacing, self.problem.solid, grid.periodic
-        )
+        grid, problem = self.grid, self.problem
+        surface = grid.spacing, problem.solid, grid.periodic
+        return LateralHalfSpace(grid.window, *surface, **problem.fft)
 
     def lateral_energies(self, atoms: Atoms) -> tuple[np.ndarray, np.ndarray]:
         """Return energies of lateral displacements, shape (N,), and forces (N, 2)."""

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -27,17 +27,11 @@ from ase_roughcontact._util.kernels import scale
 from ase_roughcontact._util.threads import available_threads, split, thread_map
 from ase_roughcontact._util.validation import grid_shape, integer, one_of
 from ase_roughcontact.elasticity import fft_backends
-from ase_roughcontact.elasticity.fft_backends import (
-    BlockTransform,
-    DuccTransform,
-    PyfftwTransform,
-)
+from ase_roughcontact.elasticity.fft_backends import ENGINES, BlockTransform
 
 # Grids up to this number of points are transformed by pyfftw, whose calls take less
 # time: with 32 * 32 points a sixth.
 _SMALL = 64 * 64
-
-ENGINES = {"pyfftw": PyfftwTransform, "ducc0": DuccTransform}
 
 
 @dataclass(frozen=True)
@@ -64,7 +58,7 @@ class Blocking:
 
 
 class _Work(threading.local):
-    """Grid points that `RealFFT2.filter` has transformed in a thread."""
+    """Grid points that `RealFFT2` has transformed forward and back in a thread."""
 
     points = 0
 
@@ -100,8 +94,9 @@ class RealFFT2:
     dtype : dtype
         ``float64`` or ``float32``. Single precision halves the memory of the buffers,
         but relaxations to a tight tolerance may then not converge.
-    engine : {"pyfftw", "ducc0"}, optional
-        Library; by default ducc0 where it is installed, but pyfftw for small grids.
+    engine : str, optional
+        Library, the name of a `BlockTransform`: "pyfftw", "ducc0", or a class of your
+        own; by default ducc0 where it is installed, but pyfftw for small grids.
     threads : int, optional
         Maximum number of threads; by default that of `available_threads`.
     blocking : Blocking, optional
@@ -116,8 +111,8 @@ class RealFFT2:
         Result of `forward` and input of `inverse`, which overwrites it, as `filter`
         may.
     pairs : int
-        Number of forward/inverse pairs: those of `filter`, plus those that a caller of
-        `forward` and `inverse` adds.
+        Number of forward/inverse pairs: those of `filter` and `filter_fields`, plus
+        those that a caller of `forward` and `inverse` adds.
 
     Raises
     ------
@@ -160,6 +155,17 @@ class RealFFT2:
             for _ in range(self.workers)
         ]
 
+    def __reduce__(self) -> tuple:
+        """Pickle the parameters only: plans and buffers are cheaper to rebuild."""
+        make = partial(
+            type(self),
+            dtype=self.dtype.name,
+            engine=self.engine,
+            threads=self.threads,
+            blocking=self.blocking,
+        )
+        return make, (self.window, self.grid)
+
     def twin(self) -> RealFFT2:
         """Return a transform with the same plans and buffers that counts its pairs."""
         twin = object.__new__(RealFFT2)
@@ -185,13 +191,19 @@ class RealFFT2:
     def forward(self, values: np.ndarray) -> np.ndarray:
         """Transform `values`, shape (n, m), and return `spectrum`."""
         self._transform_rows(values, self.spectrum)
-        forward = ENGINES[self.engine].columns_forward
+
+        def forward(buffer: BlockTransform, columns: slice) -> None:
+            buffer.columns_forward(_length(columns))
+
         self._transform_columns(self.spectrum, self.window[0], self.grid[0], forward)
         return self.spectrum
 
     def inverse(self) -> np.ndarray:
         """Transform `spectrum` back and return a new array (n, m), not normalised."""
-        inverse = ENGINES[self.engine].columns_inverse
+
+        def inverse(buffer: BlockTransform, columns: slice) -> None:
+            buffer.columns_inverse(_length(columns))
+
         self._transform_columns(self.spectrum, self.grid[0], self.window[0], inverse)
         return self._inverse_rows(self.spectrum, np.empty(self.window, self.dtype))
 
@@ -245,8 +257,7 @@ class RealFFT2:
             )
         if values.shape != self.window:
             raise ValueError(f"expected the shape {self.window}, got {values.shape}")
-        self.pairs += 1
-        _WORK.points += math.prod(self.grid)
+        self._count(1)
         if out is None:
             out = np.empty(self.window, self.dtype)
         if self._whole:
@@ -254,34 +265,106 @@ class RealFFT2:
             return out
 
         def filter_columns(buffer: BlockTransform, columns: slice) -> None:
-            buffer.columns_forward(columns)
-            block, rows = buffer.columns[:, : _length(columns)], len(multiplier)
+            count = _length(columns)
+            buffer.columns_forward(count)
+            block, rows = buffer.columns[:, :count], len(multiplier)
             block[:rows] *= multiplier[:, columns]
             if rows < len(block):
                 block[rows:] *= multiplier[len(block) - rows : 0 : -1, columns]
-            buffer.columns_inverse(columns)
+            buffer.columns_inverse(count)
 
         spectra, rows = self._row_spectra, self.window[0]
         self._transform_rows(values, spectra)
         self._transform_columns(spectra, rows, rows, filter_columns)
         return self._inverse_rows(spectra, out)
 
+    def filter_fields(
+        self,
+        fields: np.ndarray,
+        matrix: Sequence[Sequence[np.ndarray]],
+        shape: tuple[int, int] | None = None,
+        *,
+        imaginary: bool = False,
+    ) -> np.ndarray:
+        """Multiply the spectra of several fields by a matrix for each wave.
+
+        As many pairs as the matrix has rows or columns, whichever are more.
+
+        Parameters
+        ----------
+        fields : ndarray, shape (k, n, m)
+            Values on the first rows and columns of the grid, zero elsewhere.
+        matrix : sequence of l sequences of k arrays, shape (N, M//2 + 1)
+            Spectra, real.
+        shape : (int, int), optional
+            First rows and columns of the grid that are wanted; by default ``(n, m)``.
+        imaginary : bool
+            Whether the matrix is multiplied by the imaginary unit.
+
+        Returns
+        -------
+        ndarray, shape (l, *shape)
+        """
+        count, known = len(fields), fields.shape[1]
+        shape = fields.shape[1:] if shape is None else shape
+        most = max(count, len(matrix))
+        self._count(most)
+        kind = self._buffers[0].columns.dtype
+        spectra = np.empty((most, max(known, shape[0]), self.grid[1] // 2 + 1), kind)
+        for values, spectrum in zip(fields, spectra, strict=False):
+            self._transform_rows(values, spectrum[:known])
+
+        def multiply(buffer: BlockTransform, columns: slice) -> None:
+            block = buffer.columns[:, : _length(columns)]
+            waves = np.empty((count, *block.shape), kind)
+            for spectrum, wave in zip(spectra, waves, strict=False):
+                block[:known] = spectrum[:known, columns]
+                block[known:] = 0.0
+                buffer.columns_forward(_length(columns))
+                wave[:] = block
+            for row, spectrum in zip(matrix, spectra, strict=False):
+                np.multiply(row[0][:, columns], waves[0], out=block)
+                for entry, wave in zip(row[1:], waves[1:], strict=True):
+                    block += entry[:, columns] * wave
+                if imaginary:
+                    block *= 1j
+                buffer.columns_inverse(_length(columns))
+                spectrum[: shape[0], columns] = block[: shape[0]]
+
+        self._each(self._column_blocks, multiply)
+        found = np.empty((len(matrix), *shape), self.dtype)
+        for spectrum, values in zip(spectra, found, strict=False):
+            self._inverse_rows(spectrum[: shape[0]], values)
+        found /= math.prod(self.grid)
+        return found
+
+    def _count(self, pairs: int) -> None:
+        """Count forward/inverse pairs."""
+        self.pairs += pairs
+        _WORK.points += pairs * math.prod(self.grid)
+
     def _transform_rows(self, values: np.ndarray, spectra: np.ndarray) -> None:
         def work(buffer: BlockTransform, rows: slice) -> None:
-            padded, width = buffer.rows[: _length(rows)], self.window[1]
+            padded, width = buffer.rows[: _length(rows)], values.shape[1]
             padded[:, :width] = values[rows]
             padded[:, width:] = 0.0
             buffer.rows_forward(spectra[rows])
 
-        self._each(self._row_blocks, work)
+        self._each(self._blocks_of(len(values)), work)
 
     def _inverse_rows(self, spectra: np.ndarray, out: np.ndarray) -> np.ndarray:
         def work(buffer: BlockTransform, rows: slice) -> None:
             buffer.rows_inverse(spectra[rows])
-            out[rows] = buffer.rows[: _length(rows), : self.window[1]]
+            out[rows] = buffer.rows[: _length(rows), : out.shape[1]]
 
-        self._each(self._row_blocks, work)
+        self._each(self._blocks_of(len(out)), work)
         return out
+
+    def _blocks_of(self, rows: int) -> list[slice]:
+        """Return the blocks of a number of rows, those of the window if it has it."""
+        if rows == self.window[0]:
+            return self._row_blocks
+        return split(rows, len(self._buffers[0].rows))
 
     def _transform_columns(
         self,
@@ -318,7 +401,8 @@ class RealFFT2:
         """Return the blocks of rows of the window and of columns of the spectrum."""
         rows, (height, width) = self.window[0], self.grid
         columns, blocking = width // 2 + 1, self.blocking
-        if height * width * self.dtype.itemsize < blocking.whole_grid_bytes:
+        small = height * width * self.dtype.itemsize < blocking.whole_grid_bytes
+        if small or not ENGINES[self.engine].in_blocks:
             return [slice(0, rows)], [slice(0, columns)]
         tall = math.ceil(blocking.column_height / height)
         return (

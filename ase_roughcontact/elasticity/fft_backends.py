@@ -1,8 +1,13 @@
-"""FFT libraries: transforms of a block of rows or columns, by FFTW or by ducc0."""
+"""FFT libraries: transforms of a block of rows or columns, by FFTW or by ducc0.
+
+A subclass of `BlockTransform` with a name is an engine of `RealFFT2`, and so of all
+transforms of a contact: normal displacements, friction and explicit atoms.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 import pyfftw
@@ -13,11 +18,15 @@ except ImportError:
     ducc0 = None
 
 
+#: Transforms by their `engine`; filled by the definition of a `BlockTransform`.
+ENGINES: dict[str, type[BlockTransform]] = {}
+
+
 class BlockTransform(ABC):
     """Buffers for a block of rows and a block of columns, and their transforms.
 
-    Each transform uses one thread. A block that is smaller than the buffers fills their
-    first rows or columns.
+    A subclass defines the four transforms and its name. A block that is smaller than
+    the buffers fills their first rows or columns. Each thread has an object of its own.
 
     Parameters
     ----------
@@ -34,15 +43,48 @@ class BlockTransform(ABC):
         Buffer for rows of the grid.
     columns : ndarray, shape (N, columns), complex
         Buffer for columns of the spectrum.
+    engine : str
+        Name for the option `engine` of `RealFFT2`; a class without a name is not
+        registered.
+    in_blocks : bool
+        Whether large grids are cut into blocks that fit the cache of a processor, which
+        threads share. Otherwise the buffers hold the whole grid.
     """
+
+    engine: ClassVar[str] = ""
+    in_blocks: ClassVar[bool] = True
+
+    def __init_subclass__(cls) -> None:
+        """Register a transform that has a name.
+
+        Raises
+        ------
+        ValueError
+            If another class has the same name.
+        """
+        super().__init_subclass__()
+        name = vars(cls).get("engine")
+        if not name:
+            return
+        known = ENGINES.setdefault(name, cls)
+        # the definition of a class may be repeated, in a notebook for instance
+        if (known.__module__, known.__qualname__) != (cls.__module__, cls.__qualname__):
+            raise ValueError(
+                f"engine must be a name of its own: {name!r} is the name of "
+                f"{known.__name__}"
+            )
+        ENGINES[name] = cls
 
     def __init__(
         self, grid: tuple[int, int], rows: int, columns: int, *, dtype: np.dtype
     ) -> None:
         complex_type = np.result_type(dtype, np.complex64)
-        self.rows = pyfftw.zeros_aligned((rows, grid[1]), dtype)
-        self.columns = pyfftw.zeros_aligned((grid[0], columns), complex_type)
-        self._plan()
+        self.rows = self.zeros((rows, grid[1]), dtype)
+        self.columns = self.zeros((grid[0], columns), complex_type)
+
+    def zeros(self, shape: tuple[int, int], dtype: np.dtype) -> np.ndarray:
+        """Return a new buffer, an array of zeros."""
+        return np.zeros(shape, dtype)
 
     def filter(
         self, values: np.ndarray, multiplier: np.ndarray, out: np.ndarray
@@ -52,7 +94,7 @@ class BlockTransform(ABC):
         The array for the result may be the values.
         """
         rows, columns = self.rows, self.columns
-        (n, m), every = values.shape, slice(0, columns.shape[1])
+        (n, m), every = values.shape, columns.shape[1]
         rows[:, :m] = values
         if m < rows.shape[1]:
             rows[:, m:] = 0.0
@@ -66,10 +108,6 @@ class BlockTransform(ABC):
         out[:] = rows[:, :m]
 
     @abstractmethod
-    def _plan(self) -> None:
-        """Prepare the transforms."""
-
-    @abstractmethod
     def rows_forward(self, spectra: np.ndarray) -> None:
         """Transform the first k rows into `spectra`, shape (k, M//2 + 1)."""
 
@@ -78,11 +116,11 @@ class BlockTransform(ABC):
         """Transform `spectra`, shape (k, M//2 + 1), back into the first k rows."""
 
     @abstractmethod
-    def columns_forward(self, block: slice) -> None:
-        """Transform the first columns, as many as a block has, in place."""
+    def columns_forward(self, count: int) -> None:
+        """Transform the first columns in place, at least as many as counted."""
 
     @abstractmethod
-    def columns_inverse(self, block: slice) -> None:
+    def columns_inverse(self, count: int) -> None:
         """Transform the first columns back in place, not normalised."""
 
 
@@ -95,19 +133,25 @@ class PyfftwTransform(BlockTransform):
     processors, so that they are not used.
     """
 
-    def _plan(self) -> None:
-        width = self.rows.shape[1] // 2 + 1
-        self._spectra = pyfftw.zeros_aligned(
-            (len(self.rows), width), self.columns.dtype
-        )
+    engine = "pyfftw"
+
+    def __init__(
+        self, grid: tuple[int, int], rows: int, columns: int, *, dtype: np.dtype
+    ) -> None:
+        super().__init__(grid, rows, columns, dtype=dtype)
+        self._spectra = self.zeros((rows, grid[1] // 2 + 1), self.columns.dtype)
         plan, inverse = pyfftw.FFTW, {"direction": "FFTW_BACKWARD"}
-        rows = {"axes": (1,), "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")}
-        columns = {"axes": (0,), "flags": ("FFTW_ESTIMATE",)}
+        along_rows = {"axes": (1,), "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")}
+        along_columns = {"axes": (0,), "flags": ("FFTW_ESTIMATE",)}
         both = self.columns, self.columns
-        self._rows_forward = plan(self.rows, self._spectra, **rows)
-        self._rows_inverse = plan(self._spectra, self.rows, **rows, **inverse)
-        self._columns_forward = plan(*both, **columns)
-        self._columns_inverse = plan(*both, **columns, **inverse)
+        self._rows_forward = plan(self.rows, self._spectra, **along_rows)
+        self._rows_inverse = plan(self._spectra, self.rows, **along_rows, **inverse)
+        self._columns_forward = plan(*both, **along_columns)
+        self._columns_inverse = plan(*both, **along_columns, **inverse)
+
+    def zeros(self, shape: tuple[int, int], dtype: np.dtype) -> np.ndarray:
+        """Return a new buffer, aligned for the vector instructions of FFTW."""
+        return pyfftw.zeros_aligned(shape, dtype)
 
     def rows_forward(self, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
@@ -119,11 +163,11 @@ class PyfftwTransform(BlockTransform):
         self._spectra[: len(spectra)] = spectra
         self._rows_inverse.execute()
 
-    def columns_forward(self, block: slice) -> None:
+    def columns_forward(self, count: int) -> None:
         """See `BlockTransform`."""
         self._columns_forward.execute()
 
-    def columns_inverse(self, block: slice) -> None:
+    def columns_inverse(self, count: int) -> None:
         """See `BlockTransform`."""
         self._columns_inverse.execute()
 
@@ -131,11 +175,16 @@ class PyfftwTransform(BlockTransform):
 class DuccTransform(BlockTransform):
     """Transforms by ducc0, which needs no plans."""
 
-    def _plan(self) -> None:
+    engine = "ducc0"
+
+    def __init__(
+        self, grid: tuple[int, int], rows: int, columns: int, *, dtype: np.dtype
+    ) -> None:
         if ducc0 is None:
             raise ImportError(
                 "engine 'ducc0' needs the package ducc0: pip install ducc0"
             )
+        super().__init__(grid, rows, columns, dtype=dtype)
 
     def rows_forward(self, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
@@ -146,14 +195,14 @@ class DuccTransform(BlockTransform):
         rows, width = self.rows[: len(spectra)], self.rows.shape[1]
         ducc0.fft.c2r(spectra, axes=(1,), lastsize=width, forward=False, out=rows)
 
-    def columns_forward(self, block: slice) -> None:
+    def columns_forward(self, count: int) -> None:
         """See `BlockTransform`."""
-        self._columns(block, forward=True)
+        self._columns(count, forward=True)
 
-    def columns_inverse(self, block: slice) -> None:
+    def columns_inverse(self, count: int) -> None:
         """See `BlockTransform`."""
-        self._columns(block, forward=False)
+        self._columns(count, forward=False)
 
-    def _columns(self, block: slice, forward: bool) -> None:
-        columns = self.columns[:, : block.stop - block.start]
+    def _columns(self, count: int, forward: bool) -> None:
+        columns = self.columns[:, :count]
         ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns)

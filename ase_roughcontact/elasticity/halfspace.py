@@ -24,12 +24,11 @@ from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
-from scipy.fft import fft, irfft2, rfft
 
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
-from ase_roughcontact.elasticity.spectra import quadrants, workers, wrapped_distance
+from ase_roughcontact.elasticity.spectra import quadrants, wrapped_distance
 from ase_roughcontact.elasticity.viscoelastic import Scaled
 
 # Spectra that are kept, and the largest number of points of their grids: 4 MB.
@@ -258,12 +257,8 @@ class HalfSpace(ABC):
             raise ValueError(
                 f"pressure must have the shape {self.shape}, got {pressure.shape}"
             )
-        threads = workers(math.prod(self.grid))
-        # rows first: those of the padding are zero
-        spectrum = rfft(pressure, self.grid[1], axis=1, workers=threads)
-        spectrum = fft(spectrum, self.grid[0], axis=0, workers=threads)
-        spectrum *= -self.compliance
-        return irfft2(spectrum, self.grid, workers=threads, overwrite_x=True)
+        transform, depth = self.window_transform, [[self.compliance]]
+        return -transform.filter_fields(pressure[None], depth, self.grid)[0]
 
     @cached_property
     def pair_compliance(self) -> np.ndarray:

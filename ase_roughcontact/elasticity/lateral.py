@@ -15,14 +15,14 @@ with the same odd functions :math:`C_a`, as an elastic energy
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from scipy.fft import fft, ifft, irfft, rfft
 
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.circulant import padded_box
+from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.spectra import (
@@ -30,7 +30,6 @@ from ase_roughcontact.elasticity.spectra import (
     LATERAL,
     half_planes,
     quadrants,
-    workers,
 )
 
 # Compliance of a uniform traction of a periodic half space, which displaces nothing,
@@ -51,12 +50,19 @@ class _Response:
         spacing: float,
         solid: ElasticSolid,
         periodic: bool = False,
+        **fft: Any,
     ) -> None:
         self.shape = grid_shape(shape)
         positive(spacing=spacing)
         self.spacing, self.solid, self.periodic = float(spacing), solid, periodic
         self.grid = self.shape if periodic else FreeHalfSpace.padded_shape(self.shape)
+        self.fft = fft
         self._compliance = self.spectrum(self.grid)
+
+    @cached_property
+    def transform(self) -> RealFFT2:
+        """Transform of the window on the grid."""
+        return RealFFT2(self.shape, self.grid, **self.fft)
 
     def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
         """Return the Fourier transform of the Green's function on a grid.
@@ -88,6 +94,8 @@ class LateralHalfSpace(_Response):
         With lateral components.
     periodic : bool
         Whether the window repeats.
+    **fft
+        Options of `RealFFT2`.
 
     Attributes
     ----------
@@ -120,7 +128,11 @@ class LateralHalfSpace(_Response):
     def self_compliance(self) -> float:
         """Displacement of a cell by unit traction on it alone (length/pressure)."""
         means = self._compliance[:2].mean(axis=(0, 1))  # over both components
-        return float(irfft(means, self.grid[1])[0])
+        weights = np.full(means.size, 2.0)  # of waves in both directions
+        weights[0] = 1.0
+        if self.grid[1] % 2 == 0:
+            weights[-1] = 1.0
+        return float((weights * means).sum()) / self.grid[1]
 
     @property
     def largest_compliance(self) -> float:
@@ -141,7 +153,7 @@ class LateralHalfSpace(_Response):
         ndarray, shape (2, n, m)
             Along x and y (length); its mean is zero if periodic.
         """
-        return self._multiplied(self._compliance, tractions, self.grid)
+        return self._multiplied(self._compliance, tractions, self.transform)
 
     def tractions(self, displacement: np.ndarray) -> np.ndarray:
         """Return the tractions that cause a displacement of the grid: one FFT pair.
@@ -157,11 +169,12 @@ class LateralHalfSpace(_Response):
             Pressure; if periodic their mean is zero, and that of the displacement has
             no effect.
         """
-        return self._multiplied(self._stiffness, displacement, self.grid)
+        return self._multiplied(self._stiffness, displacement, self.transform)
 
     def relative_displacement(self, tractions: np.ndarray) -> np.ndarray:
         """Return `displacement` over the self-compliance, in single precision."""
-        return self._multiplied(self._relative_compliance, tractions, self.grid)
+        transform = self._single_transform
+        return self._multiplied(self._relative_compliance, tractions, transform)
 
     def relative_stiffness(self, displacement: np.ndarray) -> np.ndarray:
         """Return approximate tractions that cause a relative displacement.
@@ -170,11 +183,23 @@ class LateralHalfSpace(_Response):
         symmetric and positive definite; it takes and returns arrays (2, n, m) of single
         precision.
         """
-        return self._multiplied(self._relative_stiffness, displacement, self._wrapped)
+        transform = self._wrapped_transform
+        return self._multiplied(self._relative_stiffness, displacement, transform)
 
-    @property
-    def _wrapped(self) -> tuple[int, int]:
-        return self.shape if self.periodic else padded_box(self.shape)
+    @cached_property
+    def _single_transform(self) -> RealFFT2:
+        """Transform of the window on the grid in single precision."""
+        if self.transform.dtype == np.float32:
+            return self.transform
+        return RealFFT2(self.shape, self.grid, **self.fft | {"dtype": np.float32})
+
+    @cached_property
+    def _wrapped_transform(self) -> RealFFT2:
+        """Transform of the window on a smaller grid in single precision."""
+        wrapped = self.shape if self.periodic else padded_box(self.shape)
+        if wrapped == self.grid:
+            return self._single_transform
+        return RealFFT2(self.shape, wrapped, **self.fft | {"dtype": np.float32})
 
     @cached_property
     def _stiffness(self) -> np.ndarray:
@@ -189,16 +214,17 @@ class LateralHalfSpace(_Response):
 
     @cached_property
     def _relative_stiffness(self) -> np.ndarray:
-        inverse = _inverse(self.spectrum(self._wrapped) / self.self_compliance)
+        spectrum = self.spectrum(self._wrapped_transform.grid)
+        inverse = _inverse(spectrum / self.self_compliance)
         return inverse.astype(np.float32)
 
     def _multiplied(
-        self, matrix: np.ndarray, values: np.ndarray, grid: tuple[int, int]
+        self, matrix: np.ndarray, values: np.ndarray, transform: RealFFT2
     ) -> np.ndarray:
-        """Multiply two fields by symmetric matrices of their spectra on a grid."""
+        """Multiply the spectra of two fields by symmetric matrices."""
         xx, yy, xy = matrix
-        self.transformed += math.prod(grid)
-        return _filtered([[xx, xy], [xy, yy]], values, grid)
+        self.transformed += math.prod(transform.grid)
+        return transform.filter_fields(values, [[xx, xy], [xy, yy]])
 
 
 class CrossResponse(_Response):
@@ -206,7 +232,7 @@ class CrossResponse(_Response):
 
     Parameters
     ----------
-    shape, spacing, solid, periodic
+    shape, spacing, solid, periodic, **fft
         See `LateralHalfSpace`; the solid needs `cross_wave_compliance` if periodic, and
         else `cross_cell_compliance`.
 
@@ -232,7 +258,8 @@ class CrossResponse(_Response):
         ndarray, shape (2, n, m)
         """
         x, y = self._compliance
-        return _filtered([[x], [y]], pressure[None], self.grid, 1j)
+        fields = pressure[None]
+        return self.transform.filter_fields(fields, [[x], [y]], imaginary=True)
 
     def normal(self, tractions: np.ndarray) -> np.ndarray:
         """Return the upward displacement by tractions along x and y.
@@ -246,7 +273,8 @@ class CrossResponse(_Response):
         -------
         ndarray, shape (n, m)
         """
-        return _filtered([list(self._compliance)], tractions, self.grid, 1j)[0]
+        matrix = [list(self._compliance)]
+        return self.transform.filter_fields(tractions, matrix, imaginary=True)[0]
 
 
 def _inverse(spectrum: np.ndarray) -> np.ndarray:
@@ -260,25 +288,3 @@ def _inverse(spectrum: np.ndarray) -> np.ndarray:
     shift[0, 0] = mean.max() if uniform else 0.0
     xx, yy = xx + shift, yy + shift
     return np.stack([yy, xx, -xy]) / (xx * yy - xy * xy)
-
-
-def _filtered(
-    matrix: Sequence[Sequence[np.ndarray]],
-    values: np.ndarray,
-    grid: tuple[int, int],
-    factor: complex = 1.0,
-) -> np.ndarray:
-    """Multiply the spectra of fields on a window of a grid by a matrix and a factor."""
-    (n, m), threads = values.shape[-2:], workers(math.prod(grid))
-    # rows first: those of the padding are zero
-    spectra = rfft(values, grid[1], workers=threads)
-    spectra = fft(spectra, grid[0], -2, workers=threads)
-    products = np.empty((len(matrix), *spectra.shape[1:]), spectra.dtype)
-    for product, (first, *others) in zip(products, matrix, strict=True):
-        np.multiply(first, spectra[0], out=product)
-        for entry, spectrum in zip(others, spectra[1:], strict=True):
-            product += entry * spectrum
-    if factor != 1.0:
-        products *= factor
-    rows = ifft(products, axis=-2, workers=threads, overwrite_x=True)[..., :n, :]
-    return irfft(rows, grid[1], workers=threads)[..., :m]

@@ -30,7 +30,7 @@ _LEAST_SHARED = 256 * 256
 _KERNEL_ROWS = 128
 
 
-def workers(points: int) -> int:
+def _workers(points: int) -> int:
     """Return the number of threads for transforms of scipy: one for small grids."""
     return available_threads() if points >= _LEAST_SHARED else 1
 
@@ -74,7 +74,7 @@ def quadrants(
     def calculate(block: slice) -> None:
         kernels[:, block] = compliance(rows[block], columns, spacing)
 
-    threads = workers(rows.size * columns.size)
+    threads = _workers(rows.size * columns.size)
     thread_map(calculate, split(rows.size, _KERNEL_ROWS), threads)
     for kernel, (odd_x, odd_y) in zip(kernels, _ODD[kind], strict=True):
         spectrum = _transformed(_transformed(kernel, m, 1, odd_y), n, 0, odd_x)
@@ -113,7 +113,7 @@ def _transformed(half: np.ndarray, n: int, axis: int, odd: bool) -> np.ndarray:
 
     Of odd ones it is minus the imaginary part.
     """
-    options: dict[str, Any] = {"axis": axis, "workers": workers(half.size)}
+    options: dict[str, Any] = {"axis": axis, "workers": _workers(half.size)}
     if not odd and n % 2 == 0:
         return dct(half, 1, overwrite_x=True, **options)
     ring = half.take(wrapped_distance(n), axis)

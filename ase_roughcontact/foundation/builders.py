@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from ase import Atoms
@@ -19,6 +20,7 @@ def crystal_slab(
     surface: str | CrystalSurface = "fcc100",
     *,
     held: bool | str = True,
+    fft: Mapping[str, Any] | None = None,
 ) -> tuple[Atoms, ElasticFoundation]:
     """Return the upper layers of a crystal, and the calculator for what is below them.
 
@@ -39,6 +41,8 @@ def crystal_slab(
     held : bool or {"lowest", "surface"}
         The layer that is held against loads on the surface, see
         `ElasticFoundation.hold`; True is the lowest one, False none.
+    fft : dict, optional
+        Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`.
 
     Returns
     -------
@@ -76,7 +80,7 @@ def crystal_slab(
     column.set_tags(range(1, layers + 1))
     atoms = column.repeat((n, m, 1))
     atoms = atoms[atoms.positions[:, 2].argsort(kind="stable")]
-    foundation = ElasticFoundation(calculator, surface, atoms, layers)
+    foundation = ElasticFoundation(calculator, surface, atoms, layers, fft=fft)
     atoms.calc = foundation
     if held:
         foundation.hold(atoms, held if isinstance(held, str) else "lowest")

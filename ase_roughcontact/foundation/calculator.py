@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -50,6 +51,8 @@ class ElasticFoundation(Calculator):
     layers : int, optional
         Number of complete layers of the crystal; by default as many as there are atoms
         for.
+    fft : dict, optional
+        Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`.
 
     Attributes
     ----------
@@ -96,6 +99,8 @@ class ElasticFoundation(Calculator):
         surface: CrystalSurface,
         atoms: Atoms,
         layers: int | None = None,
+        *,
+        fft: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__()
         instance_of(CrystalSurface, surface=surface)
@@ -113,7 +118,7 @@ class ElasticFoundation(Calculator):
         surface.check_calculator(calculator)
         self._slab = slab.copy()
         self._warned = False
-        self.coupling = Coupling(surface, calculator, shape, layers)
+        self.coupling = Coupling(surface, calculator, shape, layers, **(fft or {}))
 
     @property
     def coupled_layers(self) -> int:

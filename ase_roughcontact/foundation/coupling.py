@@ -16,15 +16,16 @@ L. Pastewka, T. A. Sharp, M. O. Robbins, Phys. Rev. B 86, 075459 (2012).
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
-from scipy.fft import irfft2, rfft2
 
 from ase_roughcontact.elasticity.crystals.lattice_greens import (
     LatticeGreensFunction,
     dynamical_matrices,
 )
+from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.foundation.surface import CrystalSurface
 
 # Wave vectors, times the spacing, from which the limit of long waves is extrapolated.
@@ -45,6 +46,8 @@ class Coupling:
         Number of surface cells (n, m).
     layers : int
         Layers of the slab.
+    **fft
+        Options of `RealFFT2`.
 
     Attributes
     ----------
@@ -54,6 +57,8 @@ class Coupling:
         ``f_B``, the forces at rest (eV/Å).
     matrices : ndarray, shape (n, m // 2 + 1, 3 k, 3 k)
         D, acting on Fourier transforms over the cells (eV/Å^2).
+    transform : RealFFT2
+        Transform over the cells.
     """
 
     def __init__(
@@ -62,7 +67,9 @@ class Coupling:
         calculator: Any,
         shape: tuple[int, int],
         layers: int,
+        **fft: Any,
     ) -> None:
+        self.transform = RealFFT2(shape, **fft)
         # the lowest layers of a thick slab, which end with the same sublattice, do not
         # feel its surface
         bulk_depth = surface.bulk_depth
@@ -104,7 +111,7 @@ class Coupling:
 
         Displacement and forces have the shape (k, n, m, 3), the lowest layer last.
         """
-        elastic = apply(self.matrices, displacement)
+        elastic = apply(self.matrices, displacement, self.transform)
         rest = self.forces[:, None, None]
         energy = np.vdot(displacement, 0.5 * elastic - rest)
         return float(energy), rest - elastic
@@ -150,10 +157,17 @@ def on_cells(
     return matrices.reshape(n, m // 2 + 1, len(positions), len(positions))
 
 
-def apply(matrices: np.ndarray, field: np.ndarray) -> np.ndarray:
+def apply(matrices: np.ndarray, field: np.ndarray, transform: RealFFT2) -> np.ndarray:
     """Return the product of matrices of `on_cells` and a field, shape (k, n, m, 3)."""
-    k, n, m, _ = field.shape
-    waves = rfft2(field, axes=(1, 2)).transpose(1, 2, 0, 3)
-    columns = waves.reshape(n, m // 2 + 1, 3 * k, 1)
-    product = (matrices @ columns).reshape(n, m // 2 + 1, k, 3)
-    return irfft2(product.transpose(2, 0, 1, 3), s=(n, m), axes=(1, 2))
+    components = list(np.ndindex(len(field), 3))  # layer, and x, y or z
+    waves = np.empty((*transform.spectrum.shape, len(components), 1), complex)
+    for number, (layer, axis) in enumerate(components):
+        waves[:, :, number, 0] = transform.forward(field[layer, :, :, axis])
+    transform.pairs += len(components)
+    products = matrices @ waves
+    result = np.empty(field.shape)
+    for number, (layer, axis) in enumerate(components):
+        transform.spectrum[:] = products[:, :, number, 0]
+        result[layer, :, :, axis] = transform.inverse()
+    result /= math.prod(transform.grid)
+    return result

@@ -73,9 +73,11 @@ class FoundationPrecon(ConstantPrecon):
         mean[lowest] = mean[:, lowest] = 0.0
         mean[lowest, lowest] = np.eye(3) * self._other * _HELD
         self._compliance = np.linalg.inv(self._stiffness)
+        self._transform = foundation.coupling.transform
 
     def _applied(self, vectors: np.ndarray, inverse: bool) -> np.ndarray:
         matrices = self._compliance if inverse else self._stiffness
         result = vectors / self._other if inverse else vectors * self._other
-        result[self._indices] = apply(matrices, vectors[self._indices])
+        moved = vectors[self._indices]
+        result[self._indices] = apply(matrices, moved, self._transform)
         return result

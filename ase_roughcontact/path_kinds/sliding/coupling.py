@@ -66,9 +66,8 @@ class Coupling:
 
         @lru_cache(_KEPT)
         def response(shape: tuple[int, int]) -> CrossResponse:
-            return CrossResponse(
-                shape, problem.spacing, problem.solid, problem.periodic
-            )
+            surface = problem.spacing, problem.solid, problem.periodic
+            return CrossResponse(shape, *surface, **problem.fft)
 
         response((2, 2))  # raises if the solid has none
         self._response = response

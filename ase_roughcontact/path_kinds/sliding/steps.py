@@ -146,9 +146,8 @@ class SlidingSteps(NumberedSteps):
 
         @lru_cache(_KEPT_HALFSPACES)
         def halfspace(shape: tuple[int, int]) -> LateralHalfSpace:
-            return LateralHalfSpace(
-                shape, problem.spacing, problem.solid, problem.periodic
-            )
+            surface = problem.spacing, problem.solid, problem.periodic
+            return LateralHalfSpace(shape, *surface, **problem.fft)
 
         halfspace((2, 2))  # raises if the solid has no lateral components
         self._halfspace = halfspace

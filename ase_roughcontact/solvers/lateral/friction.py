@@ -42,6 +42,9 @@ _SHORTER, _MOST_SHORTENED = 0.25, 3
 # Relative distance of a force to the largest friction from which the contact slides:
 # all atoms slip, and displacements grow without limit as their tractions turn parallel.
 _AT_LARGEST = 5e-7
+# Smallest residual, in units of the rounding of a transform: ten times what single
+# precision leaves.
+_LEAST_RESIDUAL = 100.0
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,8 @@ class FrictionOptions:
     Attributes
     ----------
     tolerance : float
-        Largest residual of the optimality conditions; see `FrictionSolution`.
+        Largest residual of the optimality conditions, see `FrictionSolution`; at least
+        1.2e-5 if the transforms are in single precision.
     max_steps : int
         Largest number of steps of Newton's method.
     max_iterations : int
@@ -169,6 +173,8 @@ def solve_friction(
     """
     options, before = options or FrictionOptions(), halfspace.transformed
     unit, slides = halfspace.self_compliance, False
+    rounding = float(np.finfo(halfspace.transform.dtype).eps)
+    tolerance = max(options.tolerance, _LEAST_RESIDUAL * rounding)
     problem = FrictionProblem(halfspace, bound, imposed / unit)
     tractions = np.zeros(imposed.shape) if start is None else start
     residual, message = 0.0, ""
@@ -180,7 +186,7 @@ def solve_friction(
         else:
             problem = replace(problem, force=force, spring=unit * drive.stiffness)
     state = problem.at(problem.feasible(tractions, problem.force), np.zeros(2))
-    while not slides and state.residual > options.tolerance:
+    while not slides and state.residual > tolerance:
         if state.steps == options.max_steps:
             message = (
                 f"friction has not converged after {state.steps} steps: a residual of "
@@ -202,7 +208,7 @@ def solve_friction(
             message = "no atom in contact can carry the lateral load"
     return FrictionSolution(
         state.tractions,
-        bound > 0.0 if slides else state.slipping(options.tolerance),
+        bound > 0.0 if slides else state.slipping(tolerance),
         unit * state.displacement,
         unit * state.shift,
         max(state.residual, residual),
