@@ -6,8 +6,8 @@ displaces the surface along its normal, and lateral tractions sideways,
 .. math:: u_a = \frac{1}{\pi E^* (1 - \nu)} \int \left[(1 - \nu)
           \frac{\delta_{ab}}{r} + \nu \frac{x_a x_b}{r^3}\right] t_b\, dA ,
 
-and each of them also in the direction of the other, see `cross_kernel`. See `Harmonics`
-for the integrals.
+and each also displaces the surface in the direction of the other, see `cross_kernel`.
+The integrals are described in `Harmonics`.
 """
 
 from __future__ import annotations

@@ -31,10 +31,12 @@ from ase_roughcontact._util.validation import (
     positive_array,
 )
 
-# Relative moduli below which a term is left out of a fit.
-_NEGLIGIBLE = 1e-6
-# Rounding of the sum of relative moduli, and relative distance of a zero from a pole.
-_ROUNDING = 1e-13
+# Modulus of a term, relative to the instantaneous one, below which a fit leaves it out.
+_MIN_MODULUS = 1e-6
+# Rounding error of the sum of the relative moduli.
+_SUM_ERROR = 1e-13
+# Smallest relative distance of a zero from a pole.
+_MIN_POLE_DISTANCE = 1e-13
 
 
 class CreepStep(NamedTuple):
@@ -42,7 +44,10 @@ class CreepStep(NamedTuple):
 
     Attributes
     ----------
-    decay, old, new : ndarray, shape (terms,)
+    decay : ndarray, shape (terms,)
+        Factors ``e_k`` of the pressures of the terms before the step.
+    old, new : ndarray, shape (terms,)
+        Factors ``c_k`` and ``d_k`` of the pressure before and after the step.
     """
 
     decay: np.ndarray
@@ -51,24 +56,24 @@ class CreepStep(NamedTuple):
 
     @property
     def compliance(self) -> float:
-        """Displacement by a pressure that grows linearly, relative to J(0)."""
+        """Compliance of the step for the pressure at its end, relative to J(0)."""
         return 1.0 + float(self.new.sum())
 
 
 @dataclass(frozen=True)
 class Creep:
-    r"""Creep compliance relative to the instantaneous one, a Prony series.
+    r"""Prony series of the creep compliance, relative to the instantaneous compliance.
 
     .. math:: J(t) = 1 + \sum_k J_k \left(1 - e^{-t/\theta_k}\right) + \phi t
 
     Parameters
     ----------
     compliances : sequence of float
-        ``J_k``, positive.
+        Relative compliances ``J_k`` of the terms, positive.
     times : sequence of float
         Retardation times ``theta_k``, positive (time).
     flow : float
-        Rate ``phi`` of a steady flow (1/time); 0 for a solid.
+        Rate ``phi`` of steady flow (1/time); 0 for a solid.
 
     Raises
     ------
@@ -112,35 +117,35 @@ class Creep:
         Parameters
         ----------
         moduli : sequence of float
-            ``g_k``, relative to the instantaneous modulus; their sum is at most one,
-            which is a fluid.
+            Moduli ``g_k`` relative to the instantaneous modulus. Their sum is at most
+            one; a sum of one describes a fluid.
         times : sequence of float
             Relaxation times ``tau_k`` (time).
 
         Returns
         -------
         Creep
-            With as many terms, one for each distinct time: the retardation rates are
-            the zeros of the Laplace transform :math:`s \hat E(s)`, which lie between
-            the relaxation rates.
+            Series with one term for each distinct relaxation time of a solid. The
+            retardation rates are the zeros of the Laplace transform :math:`s \hat
+            E(s)`, which lie between the relaxation rates.
 
         Raises
         ------
         ValueError
             If the series is not valid.
         """
-        given = _terms(relaxation_moduli=moduli, relaxation_times=times)
-        if sum(given[0]) > 1.0 + _ROUNDING:
+        moduli, times = _terms(relaxation_moduli=moduli, relaxation_times=times)
+        if sum(moduli) > 1.0 + _SUM_ERROR:
             raise ValueError(
                 "relaxation moduli are relative to the instantaneous modulus, so that "
-                f"their sum is at most 1, got {sum(given[0]):g}"
+                f"their sum is at most 1, got {sum(moduli):g}"
             )
-        rates, inverse = np.unique(1.0 / np.array(given[1]), return_inverse=True)
-        g = np.bincount(inverse, given[0])
+        rates, inverse = np.unique(1.0 / np.array(times), return_inverse=True)
+        g = np.bincount(inverse, moduli)
         rest = 1.0 - float(g.sum())
-        fluid = rest <= _ROUNDING
+        fluid = rest <= _SUM_ERROR
 
-        def modulus(x: float) -> float:  # at the rate -x of Laplace's transform
+        def modulus(x: float) -> float:  # s E(s) of Laplace's transform at s = -x
             return (0.0 if fluid else rest) - float((g * x / (rates - x)).sum())
 
         lowest = [] if fluid else [0.1 * rest * rates[0]]
@@ -164,6 +169,12 @@ class Creep:
         Returns
         -------
         Creep
+            Series with one term.
+
+        Raises
+        ------
+        ValueError
+            If the ratio is not between 0 and 1, or the time is not positive.
         """
         if not 0.0 < relaxed < 1.0:
             raise ValueError(f"relaxed must be between 0 and 1, got {relaxed}")
@@ -176,32 +187,38 @@ class Creep:
 
     @property
     def terms(self) -> int:
-        """Number of fields that the surface has to remember, with that of the flow."""
+        """Number of pressure fields that describe the past, one each term and flow."""
         return len(self.compliances) + bool(self.flow)
 
     def scaled(self, part: float) -> Creep:
-        """Return the creep of two solids pressed together, of which one is elastic.
+        """Return the creep of this solid pressed against an elastic one.
 
         Parameters
         ----------
         part : float
-            Part of this solid in the sum of the instantaneous compliances.
+            Instantaneous compliance of this solid over the sum for both solids.
         """
         values = tuple(part * value for value in self.compliances)
         return Creep(values, self.times, part * self.flow)
 
     def compliance(self, time: np.ndarray | float) -> np.ndarray:
-        """Return J(t) relative to J(0), of the shape of the times."""
+        """Return J(t) relative to J(0); the result has the shape of the times."""
         time = np.asarray(time, dtype=float)
         parts = -np.expm1(-time[..., None] / np.array(self.times))
         return 1.0 + parts @ np.array(self.compliances) + self.flow * time
 
     def relaxation_series(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the relative moduli and times of the relaxation, converted exactly."""
+        """Convert the series, exactly, to the moduli and times of the relaxation.
+
+        Returns
+        -------
+        moduli, times : ndarray, shape (terms,)
+            ``g_k`` and ``tau_k``, see `of_relaxation`.
+        """
         poles = sorted(zip(1.0 / np.array(self.times), self.compliances, strict=True))
         rates, values = np.array(poles).reshape(-1, 2).T
 
-        def compliance(x: float) -> float:  # at the rate -x of Laplace's transform
+        def compliance(x: float) -> float:  # s J(s) of Laplace's transform at s = -x
             parts = float((values * rates / (rates - x)).sum())
             return 1.0 + parts - self.flow / x
 
@@ -215,13 +232,13 @@ class Creep:
         return 1.0 / (zeros * slopes), 1.0 / zeros
 
     def relaxation(self, time: np.ndarray | float) -> np.ndarray:
-        """Return E(t) relative to E(0), of the shape of the times."""
+        """Return E(t) relative to E(0); the result has the shape of the times."""
         moduli, times = self.relaxation_series()
         time = np.asarray(time, dtype=float)
         return 1.0 + np.expm1(-time[..., None] / times) @ moduli
 
     def modulus(self, frequency: np.ndarray | float) -> np.ndarray:
-        r"""Return the complex modulus, relative to the instantaneous one.
+        r"""Return the complex modulus relative to the instantaneous modulus.
 
         Parameters
         ----------
@@ -256,6 +273,11 @@ class Creep:
         -------
         CreepStep
             ``e_k``, ``c_k`` and ``d_k``; the flow, if any, is the last term.
+
+        Raises
+        ------
+        ValueError
+            If the duration is negative or not finite.
         """
         if not 0.0 <= elapsed < np.inf:
             raise ValueError(f"elapsed must be finite and at least 0, got {elapsed}")
@@ -280,8 +302,9 @@ class RelaxationFit(NamedTuple):
     Attributes
     ----------
     modulus : float
-        Instantaneous modulus, in the unit of the measured ones.
+        Instantaneous modulus, in the unit of the measured moduli.
     creep : Creep
+        Creep of the fitted relaxation series.
     error : float
         Root mean square of the relative errors of the complex modulus.
     """
@@ -294,12 +317,12 @@ class RelaxationFit(NamedTuple):
 def fit_relaxation(
     frequencies: ArrayLike, storage: ArrayLike, loss: ArrayLike, per_decade: float = 1.0
 ) -> RelaxationFit:
-    r"""Return the relaxation series of storage and loss moduli over frequency.
+    r"""Fit a relaxation series to storage and loss moduli over frequency.
 
     .. math:: E' + i E'' = E_\infty + \sum_k E_k
-              \frac{i \omega \tau_k}{1 + i \omega \tau_k}, \qquad E_k \ge 0,
+              \frac{i \omega \tau_k}{1 + i \omega \tau_k}, \qquad E_k \ge 0
 
-    by nonnegative least squares of the relative errors, with relaxation times that are
+    is fitted by nonnegative least squares of the relative errors. Relaxation times are
     evenly spaced on a logarithmic scale over the range of the frequencies.
 
     Parameters
@@ -346,7 +369,7 @@ def fit_relaxation(
         np.concatenate([waves.real, waves.imag]),
         np.concatenate([measured.real, measured.imag]),
     )
-    kept = moduli[1:] > _NEGLIGIBLE * moduli.sum()
+    kept = moduli[1:] > _MIN_MODULUS * moduli.sum()
     if not kept.any():
         raise ValueError("storage and loss have no relaxation: the solid is elastic")
     total = float(moduli.sum())
@@ -355,7 +378,7 @@ def fit_relaxation(
 
 
 def _terms(**series: Sequence[float]) -> list[tuple[float, ...]]:
-    """Return the values of a series as tuples, checked."""
+    """Return the two sequences of a series as tuples, checked."""
     values = [finite_array(name, each) for name, each in series.items()]
     first, second = series
     if values[0].ndim != 1 or values[0].shape != values[1].shape or not values[0].size:
@@ -371,12 +394,12 @@ def _terms(**series: Sequence[float]) -> list[tuple[float, ...]]:
 def _zeros(
     function: Callable[[float], float], edges: Sequence[float]
 ) -> Iterator[float]:
-    """Yield the zeros of a function between poles, one in each interval.
+    """Yield the zeros of a function between its poles, at most one in each interval.
 
-    Those within rounding of a pole, of terms that are negligible, are left out.
+    Zeros within rounding of a pole, which belong to negligible terms, are left out.
     """
     for low, high in pairwise(edges):
-        ends = math.log(low) + _ROUNDING, math.log(high) - _ROUNDING
+        ends = math.log(low) + _MIN_POLE_DISTANCE, math.log(high) - _MIN_POLE_DISTANCE
         values = [function(math.exp(end)) for end in ends]
         if ends[0] < ends[1] and values[0] * values[1] < 0.0:
             yield math.exp(brentq(lambda y: function(math.exp(y)), *ends, xtol=1e-15))

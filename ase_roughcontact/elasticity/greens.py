@@ -1,15 +1,16 @@
 r"""Elastic solids, each given by the Green's function of its flat surface.
 
-A solid answers one question: how far does the surface move along its normal under a
-normal pressure, and for friction, sideways under lateral tractions? For a plane wave of
-pressure that is a compliance :math:`G(q)`,
+A solid gives the displacement of its surface along the normal by a normal pressure, and
+for friction the lateral displacement by lateral tractions. The response to a plane wave
+of pressure is a compliance :math:`G(q)`,
 
 .. math:: \tilde u(q) = -G(q)\, \tilde p(q),
 
-and for a uniform pressure on one square cell of the grid a compliance at every lattice
-vector. Half spaces, solvers and windows need nothing else, so that a new material is a
-new subclass of `ElasticSolid`. Pressure displaces the surface sideways, too, and
-tractions along its normal, by the same odd function: see `cross_wave_compliance`.
+and the response to a uniform pressure on one square cell of the grid is a compliance at
+every lattice vector. Half spaces, solvers and windows need nothing else: a new material
+is a new subclass of `ElasticSolid`. Pressure also displaces the surface laterally, and
+tractions displace it along its normal, by the same odd function: see
+`cross_wave_compliance`.
 """
 
 from __future__ import annotations
@@ -28,14 +29,16 @@ from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.harmonics import Component, Harmonics
 from ase_roughcontact.elasticity.material import plane_strain_modulus
 
-# Relative difference of directions up to which a response is taken to be even.
-_EVEN = 1e-6
-# Directions over which a modulus is averaged, in the middle of equal sectors.
+# Largest relative difference of a response along mirrored directions.
+_MAX_ASYMMETRY = 1e-6
+# Directions over which a modulus is averaged, in the middle of equal sectors (rad).
 _DIRECTIONS = np.pi / 16.0 * np.arange(1, 8, 2)
-# Components of lateral tractions and of the coupling, see `ComponentSolid`, and the
-# number of a long wave (1/length).
-_LATERAL, _CROSS = slice(1, 4), slice(4, 6)
-_LONG = 1e-9
+# Components xx, yy and xy of a `ComponentSolid`.
+_LATERAL = slice(1, 4)
+# Components zx and zy of a `ComponentSolid`.
+_CROSS = slice(4, 6)
+# Wave number of a long wave (1/length).
+_LONG_WAVE_NUMBER = 1e-9
 
 
 class ElasticSolid(ABC):
@@ -54,15 +57,15 @@ class ElasticSolid(ABC):
         thin layer on a rigid base. Atoms can then touch also where the undeformed
         gap is open.
     uniform_compliance : float
-        Depth per uniform pressure on all of the surface, zero for half spaces, whose
-        depth is not finite. Periodic half spaces leave it out: their heights are
-        measured from the mean plane of the surface, which a mean pressure p lowers by
-        ``uniform_compliance p`` (length/pressure).
+        Depth per uniform pressure on all of the surface (length/pressure); zero for
+        half spaces, where it is not finite. Periodic boundaries leave it out: heights
+        are measured from the mean plane of the surface, which a mean pressure p lowers
+        by ``uniform_compliance p``.
     coupling : float
-        Lateral over normal displacement by a point force along the normal, a mean over
-        directions; NaN if it is not known.
+        Lateral over normal displacement by a point force along the normal, averaged
+        over directions; NaN if it is not known.
     creep : Creep or None
-        Creep compliance of a viscoelastic solid, whose states depend on time.
+        Creep compliance of a viscoelastic solid; None for an elastic one.
     """
 
     contact_modulus: float
@@ -78,13 +81,13 @@ class ElasticSolid(ABC):
         Parameters
         ----------
         qx, qy : ndarray
-            Components of the wave vector, broadcast together (1/length). Both zero is
-            never asked for.
+            Components of the wave vector, broadcast together (1/length). They are never
+            both zero.
 
         Returns
         -------
         ndarray, shape of the broadcast
-            Positive (length/pressure).
+            Compliances, positive (length/pressure).
         """
 
     def cell_compliance(
@@ -92,7 +95,7 @@ class ElasticSolid(ABC):
     ) -> np.ndarray:
         """Return the depth of the surface under unit pressure on one cell.
 
-        Periodic boundaries do not need it.
+        Only free boundaries need this method.
 
         Parameters
         ----------
@@ -104,7 +107,7 @@ class ElasticSolid(ABC):
         Returns
         -------
         ndarray, shape of the broadcast
-            Positive (length/pressure).
+            Compliances, positive (length/pressure).
         """
         raise NotImplementedError(
             f"{type(self).__name__} has no cell_compliance, which free boundaries "
@@ -114,12 +117,12 @@ class ElasticSolid(ABC):
     def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return the lateral displacement by plane waves of lateral traction.
 
-        Only friction needs it.
+        Only friction needs this method.
 
         Parameters
         ----------
         qx, qy : ndarray
-            See `wave_compliance`.
+            Components of the wave vector, see `wave_compliance`.
 
         Returns
         -------
@@ -138,8 +141,8 @@ class ElasticSolid(ABC):
     ) -> np.ndarray:
         """Return the lateral displacement by unit lateral traction on one cell.
 
-        Parameters and errors are those of `cell_compliance` and
-        `lateral_wave_compliance`, and so is what is returned.
+        See `cell_compliance` for the parameters, and `lateral_wave_compliance` for the
+        components that are returned and for errors.
         """
         raise self._not_lateral("lateral_cell_compliance")
 
@@ -149,12 +152,12 @@ class ElasticSolid(ABC):
         .. math:: \tilde u_a = i C_a \tilde p, \qquad
                   \tilde u_z = i \sum_a C_a \tilde t_a
 
-        Only the coupling of normal and lateral motion needs it.
+        Only the coupling of normal and lateral motion needs this method.
 
         Parameters
         ----------
         qx, qy : ndarray
-            See `wave_compliance`.
+            Components of the wave vector, see `wave_compliance`.
 
         Returns
         -------
@@ -174,8 +177,8 @@ class ElasticSolid(ABC):
     ) -> np.ndarray:
         """Return the lateral displacement by unit pressure on one cell.
 
-        Parameters and errors are those of `cell_compliance` and
-        `cross_wave_compliance`, and so is what is returned.
+        See `cell_compliance` for the parameters, and `cross_wave_compliance` for the
+        components that are returned and for errors.
         """
         raise self._not_lateral("cross_cell_compliance")
 
@@ -193,11 +196,11 @@ class ElasticSolid(ABC):
 
     @property
     def elastic(self) -> ElasticSolid:
-        """The solid itself; of a viscoelastic one the instantaneous solid."""
+        """The solid itself, or the instantaneous solid of a viscoelastic one."""
         return self
 
     def check(self, spacing: float) -> None:
-        """Raise an error if the solid can't be that of a square grid of atoms.
+        """Raise an error if the solid can't be used with a square grid of atoms.
 
         Parameters
         ----------
@@ -221,12 +224,12 @@ class ElasticSolid(ABC):
         responses = [(waves, waves.max(), "plane waves")]
         if self.has_cell_compliance:
             cells = self.cell_compliance(signs[:, 0], 2 * signs[:, 1], spacing)
-            # beside a cell on a thin layer, the response is nearly zero
+            # relative to the loaded cell: next to it, a thin layer hardly responds
             responses.append((cells, self.self_compliance(spacing), "single cells"))
-        for values, largest, what in responses:
-            if np.ptp(values) > _EVEN * largest:
+        for values, largest, load in responses:
+            if np.ptp(values) > _MAX_ASYMMETRY * largest:
                 raise ValueError(
-                    f"the response of {self!r} to {what} must be even in x and in y: "
+                    f"the response of {self!r} to {load} must be even in x and in y: "
                     "turn its axes to symmetry directions of the surface"
                 )
 
@@ -236,12 +239,12 @@ class ElasticSolid(ABC):
         Parameters
         ----------
         wave_number : ndarray or float
-            ``|q|``, on a lattice at most pi over the spacing (1/length).
+            Magnitude ``|q|``, on a lattice at most pi over the spacing (1/length).
 
         Returns
         -------
         ndarray, shape of the wave numbers
-            Pressure.
+            Modulus of the waves (pressure).
         """
         q = np.asarray(wave_number)[..., None]
         compliance = self.wave_compliance(
@@ -250,10 +253,10 @@ class ElasticSolid(ABC):
         return 2.0 / (q[..., 0] * compliance.mean(axis=-1))
 
     def self_compliance(self, spacing: float) -> float:
-        """Return the depth of a cell under unit pressure on it alone.
+        """Return the depth of a cell under unit pressure on this cell alone.
 
-        Without `cell_compliance` it is that of a solid with the modulus of the shortest
-        waves.
+        A solid without `cell_compliance` is replaced by an isotropic one with the
+        modulus of the shortest waves.
         """
         origin = np.zeros(1, dtype=int)
         if self.has_cell_compliance:
@@ -270,23 +273,24 @@ class ElasticSolid(ABC):
 class ComponentSolid(ElasticSolid):
     """Solid given by components of its Green's function.
 
-    They are zz; xx, yy and xy; and those of the coupling, zx and zy. A solid may lack
-    the last two, or all but the first.
+    The components are zz; xx, yy and xy; and zx and zy, the coupling of lateral and
+    normal motion. A solid may have the first one, the first four, or all.
     """
 
+    #: What error messages call the components that a solid does not have.
     _missing = "lateral components"
 
     @property
     @abstractmethod
     def _components(self) -> Sequence[Component]:
-        """Components that the solid has."""
+        """Components of the solid: one, four or six."""
 
     @property
     def coupling(self) -> float:  # type: ignore[override]
         """Lateral over normal displacement, of long waves; see `ElasticSolid`."""
         if len(self._components) < _CROSS.stop:
             return math.nan
-        q = _LONG * np.stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)])
+        q = _LONG_WAVE_NUMBER * np.stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)])
         lateral = np.hypot(*self.cross_wave_compliance(*q))
         return float(lateral.mean() / self.wave_compliance(*q).mean())
 
@@ -327,15 +331,16 @@ class ComponentSolid(ElasticSolid):
 
     def _waves(self, part: slice, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         q = self._in_zone(qx, qy)
-        parts = [each.waves(*q) for each in self._known(part)]
+        parts = [each.waves(*q) for each in self._components_in(part)]
         return 2.0 * np.stack(parts) / np.hypot(qx, qy)
 
     def _cells(
         self, part: slice, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
-        return spacing * np.stack([each.cells(i, j) for each in self._known(part)])
+        cells = [each.cells(i, j) for each in self._components_in(part)]
+        return spacing * np.stack(cells)
 
-    def _known(self, part: slice) -> Sequence[Component]:
+    def _components_in(self, part: slice) -> Sequence[Component]:
         if len(self._components) < part.stop:
             raise self._not_lateral(self._missing)
         return self._components[part]
@@ -347,18 +352,18 @@ class Isotropic(ComponentSolid):
 
     .. math:: G(q) = \frac{2}{E^* |q|}
 
-    and, for a square cell, Love's solution, see `love_kernel`.
+    for plane waves; for a square cell see `love_kernel`.
 
     Parameters
     ----------
     contact_modulus : float
-        ``E* = E/(1 - nu^2)`` (pressure).
+        Contact modulus ``E* = E/(1 - nu^2)`` (pressure).
     poisson : float, optional
-        Poisson's ratio nu, on which only lateral displacements depend.
+        Poisson's ratio nu, which matters to lateral displacements only.
     dundurs : float, optional
         Dundurs' second parameter, if the solid stands for two elastic bodies; by
-        default that under a rigid indenter, ``(1 - 2 nu)/(2 - 2 nu)``. Its magnitude is
-        the attribute `coupling`.
+        default ``(1 - 2 nu)/(2 - 2 nu)``, its value under a rigid indenter. Its
+        magnitude is the attribute `coupling`.
 
     Raises
     ------
@@ -412,5 +417,5 @@ class Isotropic(ComponentSolid):
         return np.full(np.shape(wave_number), self.contact_modulus)
 
     def todict(self) -> dict[str, Any]:
-        """Return name and parameters; Poisson's ratio and Dundurs' if given."""
+        """Return name and parameters, without those that are not given."""
         return {k: v for k, v in super().todict().items() if v is not None}

@@ -1,11 +1,11 @@
 r"""Components of Green's functions as functions of the direction.
 
 A function with the same value in opposite directions is the real part of
-:math:`\sum_n c_n e^{2 i n \phi}`; if it is even in x, the coefficients are real, and it
-is :math:`\sum_n c_n T_n(\cos 2 \phi)` with Chebyshev polynomials :math:`T_n`. The
-inverse moduli of a half space are such functions, and so are its Green's functions
-along the surface. Components that couple lateral and normal motion have odd orders
-:math:`2 n + 1`.
+:math:`\sum_n c_n e^{2 i n \phi}`. If it is even in x, the coefficients are real, and
+the function is :math:`\sum_n c_n T_n(\cos 2 \phi)` with Chebyshev polynomials
+:math:`T_n`. The inverse moduli of a half space and its Green's functions along the
+surface are such functions. Components that couple lateral and normal motion have odd
+orders :math:`2 n + 1`.
 """
 
 from __future__ import annotations
@@ -19,13 +19,19 @@ from numpy.polynomial.legendre import leggauss
 from numpy.polynomial.polynomial import polyval
 from scipy.fft import rfft
 
-# Relative size below which harmonics are left out.
-_NEGLIGIBLE = 1e-13
-# Distance, in cells, below which integrals over cells are tabulated: rounding errors of
-# the tables grow with it, and errors of the series fall, more slowly with harmonics.
-_TABULATED, _TABULATED_WITHOUT = 160, 64
-# Points of integrals along the edges of cells: more of them near the origin.
-_FAR_POINTS, _NEAR_POINTS, _NEAR = 10, 64, 8
+# Smallest harmonic that is kept, relative to the largest one.
+_MIN_HARMONIC = 1e-13
+# Distance, in cells, below which integrals over cells are tabulated. With the distance
+# rounding errors of the tables grow, and errors of the series beyond it fall.
+_TABULATED_CELLS = 160
+# The same distance for a component without harmonics, where the series is better.
+_TABULATED_CELLS_ISOTROPIC = 64
+# Distance, in cells, below which integrals along edges need more points.
+_NEAR_CELLS = 8
+# Points of an integral along the edge of a cell near the origin.
+_NEAR_POINTS = 64
+# Points of an integral along the edge of any other cell.
+_FAR_POINTS = 10
 
 
 def cos2(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -45,7 +51,7 @@ def harmonic_sum(
 ) -> np.ndarray:
     """Return the real part of ``sum c_n exp(2 i n phi)`` of vectors (x, y).
 
-    With odd orders it is that of ``sum c_n exp[(2 n + 1) i phi]``.
+    With odd orders the sum is ``sum c_n exp[(2 n + 1) i phi]``.
     """
     total = _harmonic_sums(x, y, [c], odd)[0]
     if np.ndim(total):
@@ -56,7 +62,7 @@ def harmonic_sum(
 def _harmonic_sums(
     x: np.ndarray, y: np.ndarray, sums: list[np.ndarray], odd: bool
 ) -> list[np.ndarray]:
-    """Return several `harmonic_sum`; a number for one without harmonics."""
+    """Return several `harmonic_sum`; a number for a sum without harmonics."""
     if odd or any(np.imag(c).any() for c in sums):
         z, tiny = np.add(x, np.multiply(1j, y)), np.finfo(float).tiny
         z /= np.maximum(abs(z), tiny)
@@ -74,8 +80,8 @@ def _harmonic_sums(
 def harmonics(values: np.ndarray, odd: bool = False) -> np.ndarray:
     """Return the coefficients ``c_n`` of functions of the direction, shape (..., n).
 
-    The values are those at n equal steps of the angle from zero to pi, and of functions
-    with odd orders, see `harmonic_sum`, the opposite ones from there on.
+    The values are given at n equal steps of the angle from zero to pi. From pi on they
+    repeat; values of functions with odd orders, see `harmonic_sum`, change their sign.
     """
     if odd:
         c = rfft(np.concatenate([values, -values], axis=-1))[..., 1::2]
@@ -84,7 +90,7 @@ def harmonics(values: np.ndarray, odd: bool = False) -> np.ndarray:
         c = rfft(values)[..., : values.shape[-1] // 2] * (2.0 / values.shape[-1])
         c[..., 0] /= 2.0
     for part in (c.real, c.imag):
-        part[abs(part) <= _NEGLIGIBLE * abs(c).max()] = 0.0
+        part[abs(part) <= _MIN_HARMONIC * abs(c).max()] = 0.0
     kept = np.flatnonzero(c.reshape(-1, c.shape[-1]).any(axis=0))
     return c[..., : kept.max(initial=0) + 1]
 
@@ -95,22 +101,22 @@ class Component(ABC):
     Attributes
     ----------
     odd_x, odd_y : bool
-        Whether it changes its sign with x and with y.
+        Whether the component changes its sign with x and with y.
     """
 
     odd_x: bool
     odd_y: bool
-    #: Distance, in cells, below which displacements are from tables.
+    #: Distance, in cells, below which displacements are tabulated.
     _tabulated: int
 
     @abstractmethod
     def waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """Return the component of waves, times ``|q|/2`` (1/pressure)."""
+        """Return the component for plane waves, times ``|q|/2`` (1/pressure)."""
 
     def cells(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Return the displacement by unit traction on a cell (1/pressure).
 
-        Lattice vectors (i, j) from the cell are whole numbers, broadcast together.
+        The lattice vectors (i, j) from the cell are arrays of int, broadcast together.
         """
         i, j = np.asarray(i, dtype=int), np.asarray(j, dtype=int)
         x, y = abs(i), abs(j)
@@ -137,31 +143,35 @@ class Component(ABC):
 class Harmonics(Component):
     r"""Component of a continuum, whose Green's function is :math:`f(\phi)/(\pi r)`.
 
-    f is the `harmonic_sum` of the coefficients after a turn by a right angle. Below a
-    distance of 160 cells, or 64 without harmonics, the divergence theorem turns the
-    integral over a cell into one along its edges, as
-    :math:`\nabla \cdot (\mathbf r f/r) = f/r`; farther away its Taylor series about the
-    centre of the cell is summed up to the fourth order,
+    The function f is the `harmonic_sum` of the coefficients after a turn by a right
+    angle. Below a distance of 160 cells, or 64 without harmonics, the divergence
+    theorem turns the integral over a cell into an integral along its edges, as
+    :math:`\nabla \cdot (\mathbf r f/r) = f/r`. At larger distances the Taylor series
+    about the centre of the cell is summed up to the fourth order,
 
     .. math:: \left[1 + \frac{\nabla^2}{24} + \frac{\nabla^4}{1920}
               + \frac{\partial_x^2 \partial_y^2}{1440}\right] \frac{f}{r} .
 
-    The relative error is below 1e-13 without harmonics, and 1e-12 with the first ones.
+    The relative error is below 1e-13 without harmonics, and below 1e-12 with the first
+    ones.
 
     Parameters
     ----------
     c : array_like, shape (n,)
-        `harmonics` of the compliance of waves, times ``|q|/2`` (1/pressure): real, or
-        imaginary if the component is odd in y.
+        Coefficients, see `harmonics`, of the compliance of plane waves times ``|q|/2``
+        (1/pressure): real, or imaginary if the component is odd in y.
     odd : bool
-        Whether they have odd orders.
+        Whether the harmonics have odd orders.
     """
 
     def __init__(self, c: np.ndarray | list, odd: bool = False) -> None:
         self.c, self.odd = np.asarray(c), odd
         self.odd_y = bool(np.imag(self.c).any())
         self.odd_x = odd != self.odd_y
-        self._tabulated = _TABULATED if self.c.size > 1 or odd else _TABULATED_WITHOUT
+        if self.c.size > 1 or odd:
+            self._tabulated = _TABULATED_CELLS
+        else:
+            self._tabulated = _TABULATED_CELLS_ISOTROPIC
         self._turned = self.c * (-1.0) ** (np.arange(self.c.size) + odd) / np.pi
 
     def __reduce__(self) -> tuple:
@@ -169,11 +179,11 @@ class Harmonics(Component):
         return Harmonics, (self.c, self.odd)
 
     def waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """See `Component`; the length of the wave vectors does not matter."""
+        """Return the component; the length of the wave vectors does not matter."""
         return harmonic_sum(qx, qy, self.c, self.odd)
 
     def _near(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        # tables of each solid would take longer, and memory
+        # tables of single harmonics are shared by all solids
         kernel = np.zeros(np.broadcast_shapes(x.shape, y.shape))
         factors = -self._turned.imag if self.odd_y else self._turned.real
         for n in np.flatnonzero(factors):
@@ -206,21 +216,22 @@ class Harmonics(Component):
 def _cell_integrals(order: int) -> np.ndarray:
     """Return the integrals of ``exp(i n phi)/r`` over unit cells of a quadrant.
 
-    Their real and imaginary parts come first.
+    Real and imaginary parts are along the first axis.
     """
-    integrals = _edge_integrals(order, _TABULATED, _FAR_POINTS)
-    integrals[:_NEAR, :_NEAR] = _edge_integrals(order, _NEAR, _NEAR_POINTS)
+    near, size = _NEAR_CELLS, _TABULATED_CELLS
+    integrals = _edge_integrals(order, size, _FAR_POINTS)
+    integrals[:near, :near] = _edge_integrals(order, near, _NEAR_POINTS)
     return np.stack([integrals.real, integrals.imag])
 
 
 def _edge_integrals(order: int, size: int, number: int) -> np.ndarray:
-    """Return the integrals over size x size cells, with a number of points an edge."""
+    """Return the integrals over size x size cells, by points along each edge."""
     points, weights = leggauss(number)
-    x = np.arange(size + 1) - 0.5  # of the edges along y
+    x = np.arange(size + 1) - 0.5  # positions of the edges along y
     edges = x[:, None, None] + 1j * (np.arange(size)[:, None] + 0.5 * points)
     r = abs(edges)
     values = np.exp(1j * order * np.angle(edges)) / r if order else 1.0 / r
     along_y = x[:, None] * (values @ (0.5 * weights))
-    # those along x follow from an exchange of x and y
+    # integrals along x follow from an exchange of x and y
     along_x = (1j**order if order else 1.0) * along_y.conj().T
     return np.diff(along_y, axis=0) + np.diff(along_x, axis=1)

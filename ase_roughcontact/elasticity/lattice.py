@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Deviation from a whole number of spacings that counts as rounding.
-_ROUNDING = 1e-9
+# Rounding error of a position, in spacings.
+_POSITION_ERROR = 1e-9
 
 
 @dataclass(frozen=True)
 class Box:
-    """Rectangle of lattice indices.
+    """A rectangle of lattice indices.
 
     Attributes
     ----------
@@ -95,24 +95,24 @@ class Box:
 
 
 def lattice_index(position: float, spacing: float) -> int:
-    """Return the index of the lattice point next to a position.
+    """Return the index of the lattice point nearest to a position.
 
-    Half-way between two points it is the upper one, so that positions a whole number of
-    spacings apart have indices this number apart.
+    Half-way between two points the upper one is taken, so that positions a whole number
+    of spacings apart have indices this number apart.
     """
-    return math.floor(position / spacing + 0.5 + _ROUNDING)
+    return math.floor(position / spacing + 0.5 + _POSITION_ERROR)
 
 
 def lattice_offset(position: float, spacing: float) -> float:
-    """Return a position relative to the next lattice point; no rounding errors."""
+    """Return a position relative to the nearest lattice point, without rounding."""
     offset = position - spacing * lattice_index(position, spacing)
-    return 0.0 if abs(offset) < _ROUNDING * spacing else offset
+    return 0.0 if abs(offset) < _POSITION_ERROR * spacing else offset
 
 
 def carried(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
-    """Return values on a new window, taken from an old one, and zero outside of it.
+    """Return the values of an old window on a new one, zero outside of the old one.
 
-    Values of any dtype with the shape of the old window, or with further axes.
+    The values have any dtype, and may have more axes after the two of the window.
     """
     result = np.zeros((*new.shape, *values.shape[2:]), values.dtype)
     common = old.intersection(new)

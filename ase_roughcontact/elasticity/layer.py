@@ -1,13 +1,13 @@
 r"""Isotropic layer on a half space of another material or on a rigid base.
 
-The compliance of a plane wave of pressure is that of a half space of the layer's
-material times a function of the wave number and the thickness h,
+The compliance of a plane wave of pressure is the compliance of a half space of the
+layer's material times a function F of the wave number and the thickness h,
 
 .. math:: G(q) = \frac{2}{E_1^* |q|} F(|q| h), \qquad F(\infty) = 1, \qquad
           F(0) = \frac{E_1^*}{E_2^*} .
 
-:math:`F - 1` is expanded in exponentials, each of which is the Green's function of a
-point force at a depth below the surface (an image):
+:math:`F - 1` is expanded in exponentials. Each is the Green's function of a point force
+at a depth below the surface (an image):
 
 .. math:: F(x) - 1 = \sum_k c_k e^{-b_k x} \quad\Rightarrow\quad
           \Delta G(r) = \frac{1}{\pi E_1^*} \sum_k
@@ -25,26 +25,32 @@ from scipy.interpolate import CubicSpline
 from ase_roughcontact._util.validation import check_poisson, positive
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 
-# Depths of the images in units of the thickness: this many between these limits for a
-# layer as stiff as its base, and more, and deeper ones, for a stiffer layer.
-_IMAGES, _IMAGES_PER_OCTAVE = 40, 6
-_SHALLOWEST, _DEEPEST = 1.0, 60.0
+# Number of images of a layer as stiff as its base, or softer.
+_IMAGES = 40
+# Additional images for each doubling of the stiffness of the layer.
+_IMAGES_PER_OCTAVE = 6
+# Depth of the shallowest image, in units of the thickness.
+_MIN_DEPTH = 1.0
+# Depth of the deepest image of a layer as stiff as its base, in units of the thickness;
+# it is proportional to the ratio of the moduli of a stiffer layer.
+_MAX_DEPTH = 60.0
 # Distance, in cells, up to which images are integrated over the cell in closed form.
-_CLOSED_FORM_UP_TO = 32
+_CLOSED_FORM_CELLS = 32
+# Number of knots of the spline in the logarithm of the distance, beyond it.
 _KNOTS = 1000
-# Largest ratio of the moduli of layer and base; of larger ones rounding is all that is
-# left of the compliance of long waves.
-_STIFFEST = 1e6
-# Rise of the surface that is rounding.
-_FLAT = 1e-6
+# Largest ratio of the moduli of layer and base. For larger ones, nothing but rounding
+# errors is left of the compliance of long waves.
+_MAX_RATIO = 1e6
+# Rise by a unit force, in units of ``1/(pi E_1* h)``, up to which a surface is flat.
+_MAX_FLAT_RISE = 1e-6
 
 
 @dataclass(frozen=True)
 class Layer(ElasticSolid):
     r"""Isotropic elastic layer, bonded to its base or sliding on it without friction.
 
-    With :math:`x = |q| h`, the ratio :math:`\mu` of the layer's shear modulus to that
-    of the base, :math:`\kappa = (\mu - 1)/(\mu + 3 - 4 \nu_1)` and
+    With :math:`x = |q| h`, the ratio :math:`\mu` of the shear moduli of layer and base,
+    :math:`\kappa = (\mu - 1)/(\mu + 3 - 4 \nu_1)` and
     :math:`\lambda = 1 - 4 (1 - \nu_1)/[1 + \mu (3 - 4 \nu_2)]`, the compliance of
     a bonded layer is :math:`2 F/(E_1^* |q|)` with
 
@@ -59,8 +65,9 @@ class Layer(ElasticSolid):
               B = \frac{\cosh x + 1}{\sinh x - x}, \quad
               \beta = \frac{E_1^*}{E_2^*} .
 
-    The Green's function on one cell is accurate to about 1e-7 of that of a half space
-    of the softer material, and to 1e-4 if the layer is a million times as stiff.
+    The Green's function on one cell is accurate to about 1e-7 of the Green's function
+    of a half space of the softer material, and to 1e-4 if the layer is a million times
+    as stiff.
 
     Parameters
     ----------
@@ -72,22 +79,24 @@ class Layer(ElasticSolid):
         Contact modulus ``E_2*`` of the half space below the layer (pressure); by
         default the base is rigid.
     poisson, base_poisson : float
-        Poisson's ratios of layer and base. That of the base matters only to a bonded
+        Poisson's ratios of layer and base. The base's ratio matters only to a bonded
         layer.
     bonded : bool
-        Whether the layer is bonded to the base, or slides on it.
+        Whether the layer is bonded to the base, or slides on it without friction.
 
     Attributes
     ----------
     bulges : bool
         Whether the surface rises somewhere under pressure.
     contact_modulus : float
-        The modulus of the base. On a rigid base, where there is no far field, the
-        modulus of the layer.
+        Modulus of the base; on a rigid base, where there is no far field, the modulus
+        of the layer (pressure).
     uniform_compliance : float
-        On a rigid base ``h (1 - 2 nu_1)/[(1 - nu_1)^2 E_1*]``, that of uniaxial strain,
-        as a periodic cell keeps its size. Heights above a periodic layer are measured
-        from the mean plane of its surface, which the mean pressure lowers by this.
+        Depth per uniform pressure (length/pressure): on a rigid base the compliance of
+        uniaxial strain, ``h (1 - 2 nu_1)/[(1 - nu_1)^2 E_1*]``, as a periodic cell
+        keeps its size; otherwise zero. Heights above a periodic layer are measured
+        from the mean plane of its surface, which a mean pressure p lowers by
+        ``uniform_compliance p``.
 
     Raises
     ------
@@ -106,7 +115,7 @@ class Layer(ElasticSolid):
     >>> from ase_roughcontact import RoughContact, RoughSphere
     >>> from ase_roughcontact.elasticity import Layer
     >>> soft = Layer(0.1, thickness=20.0, base_modulus=0.9)
-    >>> soft.contact_modulus  # that of the base: the far field
+    >>> soft.contact_modulus  # modulus of the base, which determines the far field
     0.9
     >>> calculator = RoughContact(RoughSphere(200.0), solid=soft)
     """
@@ -122,9 +131,9 @@ class Layer(ElasticSolid):
         positive(layer_modulus=self.layer_modulus, thickness=self.thickness)
         if self.base_modulus is not None:
             positive(base_modulus=self.base_modulus)
-        if not self._ratio <= _STIFFEST:
+        if not self._ratio <= _MAX_RATIO:
             raise ValueError(
-                f"a layer must be at most {_STIFFEST:.0e} times as stiff as its base, "
+                f"a layer must be at most {_MAX_RATIO:.0e} times as stiff as its base, "
                 f"got {self.layer_modulus:g} on {self.base_modulus:g}"
             )
         check_poisson(poisson=self.poisson, base_poisson=self.base_poisson)
@@ -148,7 +157,7 @@ class Layer(ElasticSolid):
         strengths, depths = self._images
         r = np.geomspace(0.01, 30.0, 300)[:, None]  # in units of the thickness
         images = (strengths / np.hypot(r, depths)).sum(axis=1)
-        return bool((1.0 / r[:, 0] + images).min() < -_FLAT)
+        return bool((1.0 / r[:, 0] + images).min() < -_MAX_FLAT_RISE)
 
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return ``2 F(|q| h)/(E_1* |q|)``; see `ElasticSolid`."""
@@ -158,11 +167,11 @@ class Layer(ElasticSolid):
     def cell_compliance(
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
-        """Add images to Love's kernel; see `ElasticSolid`."""
+        """Return Love's kernel plus the images; see `ElasticSolid`."""
         x, y = np.broadcast_arrays(abs(np.asarray(i, float)), abs(np.asarray(j, float)))
         strengths, depths = self._images
         depths = depths * self.thickness / spacing
-        near = np.maximum(x, y) <= _CLOSED_FORM_UP_TO
+        near = np.maximum(x, y) <= _CLOSED_FORM_CELLS
         images = np.empty(x.shape)
         images[near] = _image_integral(x[near], y[near], strengths, depths)
         images[~near] = _distant_images(np.hypot(x[~near], y[~near]), strengths, depths)
@@ -198,15 +207,15 @@ class Layer(ElasticSolid):
 
     @property
     def _ratio(self) -> float:
-        """Modulus of the layer over that of the base."""
+        """Ratio of the moduli of layer and base; zero on a rigid base."""
         return self.layer_modulus / (self.base_modulus or np.inf)
 
     @cached_property
     def _images(self) -> tuple[np.ndarray, np.ndarray]:
-        """Strengths and depths, in units of the thickness, of the images."""
+        """Strengths and depths of the images, depths in units of the thickness."""
         stiffer = max(self._ratio, 1.0)
         number = _IMAGES + round(_IMAGES_PER_OCTAVE * np.log2(stiffer))
-        depths = np.geomspace(_SHALLOWEST, _DEEPEST * stiffer, number)
+        depths = np.geomspace(_MIN_DEPTH, _MAX_DEPTH * stiffer, number)
         x = np.concatenate(
             [np.geomspace(1e-4 / stiffer, 1.0, 400), np.linspace(1.0, 40.0, 1000)[1:]]
         )
@@ -244,7 +253,7 @@ def _image_integral(
 def _distant_images(
     r: np.ndarray, strengths: np.ndarray, depths: np.ndarray
 ) -> np.ndarray:
-    """Integrate the images over unit cells at distances, to the second order."""
+    """Integrate the images over unit cells at distances r, to the second order."""
     if not r.size:
         return r
     knots = np.geomspace(r.min(), 1.001 * r.max(), _KNOTS)

@@ -1,9 +1,10 @@
 r"""Contact modulus of a crystal from its elastic constants, and hardness.
 
-.. math:: E^* = \frac{E}{1 - \nu^2}
+The contact modulus under a rigid indenter is
 
-for a rigid indenter. A crystal is replaced by its isotropic average after Voigt, Reuss
-and Hill.
+.. math:: E^* = \frac{E}{1 - \nu^2} .
+
+A crystal is replaced by its isotropic average after Voigt, Reuss and Hill.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from ase.data import atomic_numbers, chemical_symbols, reference_states
 from ase_roughcontact._util.files import tomllib
 from ase_roughcontact._util.validation import check_poisson, finite_array, positive
 
+#: Contents of the file ``materials.toml``.
 TABLES = tomllib.loads(
     files("ase_roughcontact.elasticity").joinpath("materials.toml").read_text("utf-8")
 )
@@ -61,8 +63,8 @@ def contact_modulus(elastic_constants: object) -> float:
     Raises
     ------
     ValueError
-        If the constants have another shape, are not finite, or the crystal is not
-        stable (its stiffness not positive definite).
+        If the constants have another shape or are not finite, or the crystal is not
+        stable (its stiffness is not positive definite).
 
     References
     ----------
@@ -84,14 +86,14 @@ def plane_strain_modulus(youngs_modulus: float, poisson: float) -> float:
     Parameters
     ----------
     youngs_modulus : float
-        E (pressure).
+        Young's modulus E (pressure).
     poisson : float
-        nu, above -1 and at most 1/2.
+        Poisson's ratio nu, above -1 and at most 1/2.
 
     Returns
     -------
     float
-        Pressure.
+        E* (pressure).
 
     Raises
     ------
@@ -142,9 +144,8 @@ def crystal_constants(symbol: str) -> tuple[float, float, float]:
     """
     if symbol not in CRYSTALS:
         raise ValueError(
-            f"the elastic constants of {symbol!r} are not known, but those of "
-            f"{', '.join(CRYSTALS)}: give them, or, of an isotropic solid, the contact "
-            "modulus"
+            f"the elastic constants of {symbol!r} are not known: give them, or the "
+            f"contact modulus, or one of {', '.join(CRYSTALS)}"
         )
     return CRYSTALS[symbol]
 
@@ -156,31 +157,42 @@ def crystal_modulus(symbol: str) -> float:
     Parameters
     ----------
     symbol : str
-        Chemical symbol of a crystal in the table `CRYSTALS`, or a `ValueError`.
+        Chemical symbol of a crystal in the table `CRYSTALS`.
 
     Returns
     -------
     float
         E* (GPa).
+
+    Raises
+    ------
+    ValueError
+        If the crystal is not in the table.
     """
     return contact_modulus(crystal_constants(symbol))
 
 
 def _hill(stiffness: np.ndarray, compliance: np.ndarray) -> tuple[float, float]:
     """Return Hill's averages of the bulk and the shear modulus."""
-    (total, trace, shear), (s_total, s_trace, s_shear) = (
-        (m[:3, :3].sum(), np.trace(m[:3, :3]), np.trace(m[3:, 3:]))
-        for m in (stiffness, compliance)
-    )
-    voigt = total / 9.0, (3.0 * trace - total + 6.0 * shear) / 30.0
-    reuss = 1.0 / s_total, 7.5 / (3.0 * s_trace - s_total + 1.5 * s_shear)
-    return float(voigt[0] + reuss[0]) / 2.0, float(voigt[1] + reuss[1]) / 2.0
+    total, trace, shear = _block_sums(stiffness)
+    voigt_bulk = total / 9.0
+    voigt_shear = (3.0 * trace - total + 6.0 * shear) / 30.0
+    total, trace, shear = _block_sums(compliance)
+    reuss_bulk = 1.0 / total
+    reuss_shear = 7.5 / (3.0 * trace - total + 1.5 * shear)
+    return (voigt_bulk + reuss_bulk) / 2.0, (voigt_shear + reuss_shear) / 2.0
+
+
+def _block_sums(matrix: np.ndarray) -> tuple[float, float, float]:
+    """Return the sum and the trace of the normal block, and the trace of shear."""
+    normal, shear = matrix[:3, :3], matrix[3:, 3:]
+    return float(normal.sum()), float(np.trace(normal)), float(np.trace(shear))
 
 
 def fcc_spacing(symbol: str) -> float:
     """Return the spacing of atoms in a (100) surface, a/sqrt(2).
 
-    That of fcc crystals and, without its reconstruction, of diamond structures.
+    It holds for fcc crystals and for unreconstructed diamond structures.
 
     Parameters
     ----------
@@ -190,7 +202,7 @@ def fcc_spacing(symbol: str) -> float:
     Returns
     -------
     float
-        In Å.
+        Spacing (Å).
 
     Raises
     ------

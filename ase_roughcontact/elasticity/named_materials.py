@@ -1,14 +1,14 @@
 r"""Materials of tips and substrates by name: moduli, hardness and work of adhesion.
 
-Two elastic bodies are replaced by a rigid one and one with the contact modulus
+Two elastic bodies are replaced by a rigid body and a body with the contact modulus
 
 .. math:: \frac{1}{E^*} = \frac{1 - \nu_1^2}{E_1} + \frac{1 - \nu_2^2}{E_2} .
 
-The work of adhesion is that of van der Waals forces across vacuum,
+The work of adhesion by van der Waals forces across vacuum is
 :math:`w = 2 \sqrt{\gamma_1 \gamma_2}`, with the surface energies :math:`\gamma = A/(24
-\pi D_0^2)` of the Hamaker constants A and :math:`D_0 = 0.165` nm. Water films, chemical
-bonds and charges add to it; contamination reduces it. :math:`D_0` is also a typical
-range of the attraction: the Lennard-Jones form of two half spaces with the same
+\pi D_0^2)` from the Hamaker constants A and :math:`D_0 = 0.165` nm. Water films,
+chemical bonds and charges add to it; contamination reduces it. :math:`D_0` is also a
+typical range of the attraction: the Lennard-Jones form of two half spaces with the same
 Hamaker constant and w has its minimum at :math:`\sqrt{3} D_0/2` = 0.143 nm.
 
 References
@@ -47,25 +47,26 @@ class Material:
     Attributes
     ----------
     contact_modulus : float
-        E/(1 - nu^2) (GPa).
+        Contact modulus E/(1 - nu^2) (GPa).
     source : str
-        Where the modulus is from.
+        Source of the modulus.
     symbol : str
         Chemical symbol for the atoms.
     spacing : float or None
-        Distance of the atoms (Å): of the square lattice of the (100) surface, or, of
-        amorphous and layered solids, the edge of a cube with the mean volume of an
-        atom. None for the nearest neighbours of an fcc crystal.
+        Distance of the atoms (Å): the spacing of the square lattice of a (100) surface,
+        or, for amorphous and layered solids, the edge of a cube with the mean volume of
+        an atom. None for the distance of nearest neighbours in an fcc crystal.
     surface_energy : float or None
         Dispersive surface energy (J/m^2), None if it is not known.
     adhesion_source : str
-        Where it is from.
+        Source of the surface energy.
     poisson : float or None
-        Poisson's ratio, None of anisotropic solids but for averages of cubic crystals.
+        Poisson's ratio; an average for cubic crystals, None for other anisotropic
+        solids.
     hardness : float
         Mean pressure under a plastic indentation (GPa); NaN if it is not known.
     hardness_source : str
-        Where it is from.
+        Source of the hardness.
     crystalline : bool
         Whether the solid is a cubic crystal, with atoms on the lattice of its surface.
     """
@@ -112,24 +113,26 @@ def _read(
         moduli = plane_strain_modulus(*isotropic), isotropic[1]
     else:
         moduli = indentation_modulus(*axial), None
-    if hamaker is not None:  # in 1e-20 J, to J/m^2
+    if hamaker is not None:  # 1e-20 J
         area = 24.0 * math.pi * (ATTRACTION_RANGE * 1e-9) ** 2
         entry["surface_energy"] = hamaker * 1e-20 / area
     return Material(moduli[0], poisson=moduli[1], **entry)
 
 
-#: Materials by name, from the file ``materials.toml``. Crystals of `CRYSTALS` are
-#: known, too; see `material`.
+#: Materials by name, from the file ``materials.toml``. The function `material` also
+#: finds the crystals of `CRYSTALS`.
 MATERIALS = {name: _read(**entry) for name, entry in TABLES["materials"].items()}
-_KNOWN = {
+# Crystals of the table `CRYSTALS`, replaced by materials of the same name.
+_ALL_MATERIALS = {
     each: _read(crystal=each, source=MATERIALS["Si"].source, symbol=each)
     for each in CRYSTALS
-} | MATERIALS
-#: Largest hardness of the materials relative to their contact modulus: 0.103, of DLC.
+}
+_ALL_MATERIALS.update(MATERIALS)
+#: Largest hardness of a material relative to its contact modulus: 0.103, of DLC.
 LARGEST_RELATIVE_HARDNESS = max(
-    known.hardness / known.contact_modulus
-    for known in _KNOWN.values()
-    if not math.isnan(known.hardness)
+    each.hardness / each.contact_modulus
+    for each in _ALL_MATERIALS.values()
+    if not math.isnan(each.hardness)
 )
 
 
@@ -139,18 +142,19 @@ def material(name: str) -> Material:
     Raises
     ------
     ValueError
-        If it is unknown.
+        If the material is unknown.
     """
-    if name not in _KNOWN:
-        words = {each.lower(): each for each in _KNOWN}
-        words |= TABLES["other_names"]
-        words |= {atomic_names[atomic_numbers[s]].lower(): s for s in CRYSTALS}
-        similar = get_close_matches(name[:100].lower(), words, n=1)
-        hint = f"did you mean {words[similar[0]]!r}? " if similar else ""
+    if name not in _ALL_MATERIALS:
+        names = {each.lower(): each for each in _ALL_MATERIALS}
+        names.update(TABLES["other_names"])
+        for symbol in CRYSTALS:
+            names[atomic_names[atomic_numbers[symbol]].lower()] = symbol
+        similar = get_close_matches(name[:100].lower(), names, n=1)
+        hint = f"did you mean {names[similar[0]]!r}? " if similar else ""
         raise ValueError(
-            f"unknown material {shown(name)}; {hint}Known: {', '.join(_KNOWN)}"
+            f"unknown material {shown(name)}; {hint}Known: {', '.join(_ALL_MATERIALS)}"
         )
-    return _KNOWN[name]
+    return _ALL_MATERIALS[name]
 
 
 def hardness_of(name: str) -> float:
@@ -164,15 +168,15 @@ def hardness_of(name: str) -> float:
     Returns
     -------
     float
-        GPa; NaN if it is not known.
+        Hardness (GPa); NaN if it is not known.
     """
-    if name in _KNOWN:
-        return _KNOWN[name].hardness
+    if name in _ALL_MATERIALS:
+        return _ALL_MATERIALS[name].hardness
     return HARDNESS.get(name, math.nan)
 
 
 def combined_modulus(*moduli: float) -> float:
-    """Return the contact modulus of two elastic bodies, from that of each.
+    """Return the contact modulus of elastic bodies in contact, from each one's modulus.
 
     Examples
     --------
@@ -183,9 +187,9 @@ def combined_modulus(*moduli: float) -> float:
 
 
 def combined_poisson(*bodies: tuple[float, float]) -> float:
-    r"""Return Poisson's ratio of the solid that slides as two elastic bodies do.
+    r"""Return Poisson's ratio of the solid with the lateral compliance of two bodies.
 
-    With :math:`G = E^* (1 - \nu)/2` of each body, the compliances
+    With the shear moduli :math:`G = E^* (1 - \nu)/2`, the compliances
     :math:`(1 - \nu)/G` along a wave and :math:`1/G` across it add up,
 
     .. math:: \frac{1}{G} = \frac{1}{G_1} + \frac{1}{G_2}, \qquad
@@ -194,15 +198,15 @@ def combined_poisson(*bodies: tuple[float, float]) -> float:
     Parameters
     ----------
     *bodies : (float, float)
-        Contact modulus and Poisson's ratio of each.
+        Contact modulus (pressure) and Poisson's ratio of each body.
 
     References
     ----------
     K. L. Johnson, Contact Mechanics (1985), Sec. 7.1.
     """
-    shear = [2.0 / (modulus * (1.0 - nu)) for modulus, nu in bodies]
-    terms = [nu * each for each, (_, nu) in zip(shear, bodies, strict=True)]
-    return sum(terms) / sum(shear)
+    inverse_shear = [2.0 / (modulus * (1.0 - nu)) for modulus, nu in bodies]
+    terms = [nu * each for each, (_, nu) in zip(inverse_shear, bodies, strict=True)]
+    return sum(terms) / sum(inverse_shear)
 
 
 def dundurs_parameter(first: tuple[float, float], second: tuple[float, float]) -> float:
@@ -214,7 +218,7 @@ def dundurs_parameter(first: tuple[float, float], second: tuple[float, float]) -
     Parameters
     ----------
     first, second : (float, float)
-        Contact modulus and Poisson's ratio of each.
+        Contact modulus (pressure) and Poisson's ratio of each body.
 
     References
     ----------
@@ -225,8 +229,8 @@ def dundurs_parameter(first: tuple[float, float], second: tuple[float, float]) -
     >>> dundurs_parameter((80.0, 0.3), (80.0, 0.3))
     0.0
     """
-    alone = [(1.0 - 2.0 * nu) / (2.0 - 2.0 * nu) / m for m, nu in (first, second)]
-    return (alone[0] - alone[1]) * combined_modulus(first[0], second[0])
+    rigid = [(1.0 - 2.0 * nu) / (2.0 - 2.0 * nu) / m for m, nu in (first, second)]
+    return (rigid[0] - rigid[1]) * combined_modulus(first[0], second[0])
 
 
 def work_of_adhesion(first: str, second: str) -> float:
@@ -240,7 +244,7 @@ def work_of_adhesion(first: str, second: str) -> float:
     Returns
     -------
     float
-        J/m^2.
+        Work of adhesion (J/m^2).
 
     Raises
     ------
@@ -258,8 +262,8 @@ def work_of_adhesion(first: str, second: str) -> float:
         if energy is None:
             known = [k for k, v in MATERIALS.items() if v.surface_energy is not None]
             raise ValueError(
-                f"the surface energy of {name} is not known, but those of "
-                f"{', '.join(known)}: give work_of_adhesion"
+                f"the surface energy of {name} is not known: give work_of_adhesion, or "
+                f"one of {', '.join(known)}"
             )
         product *= energy
     return 2.0 * math.sqrt(product)

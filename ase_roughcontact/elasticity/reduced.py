@@ -1,11 +1,11 @@
-"""Free half space whose padding has been eliminated.
+"""Free half space without the atoms of its padding.
 
 The atoms in the padding of a free half space carry no force, so that their displacement
-follows from that of the window. Eliminating them leaves the window alone, with a
-stiffness that is the inverse of the Green's function within the window. Energies and
-forces stay the same, and there are about four times fewer atoms to keep, move and
-write. In exchange, the pressure that belongs to a displacement is the solution of a
-linear system instead of one FFT pair.
+follows from the displacement of the window. Without them the stiffness of the window is
+the inverse of the Green's function within the window. Energies and forces stay the
+same, and there are about four times fewer atoms to keep, move and write. In exchange,
+the pressure that belongs to a displacement is the solution of a linear system instead
+of one FFT pair.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 
-# The conjugate gradients stop at this many rounding errors of the displacement.
-_ROUNDING_ERRORS = 50.0
+# Residual at which conjugate gradients stop, in rounding errors of the displacement.
+_MAX_RESIDUAL = 50.0
 
 
 class ReducedHalfSpace(FreeHalfSpace):
@@ -65,7 +65,7 @@ class ReducedHalfSpace(FreeHalfSpace):
         residual = -finite_array("displacement", displacement)
         pressure, direction = np.zeros(residual.shape), np.zeros(residual.shape)
         rounding = float(np.finfo(self.window_transform.dtype).eps)
-        tolerance = _ROUNDING_ERRORS * rounding * float(abs(residual).max())
+        tolerance = _MAX_RESIDUAL * rounding * float(abs(residual).max())
         last_work = np.inf
         for _ in range(self.max_iterations):
             if abs(residual).max() <= tolerance:
@@ -81,7 +81,7 @@ class ReducedHalfSpace(FreeHalfSpace):
             residual -= step * depth
             last_work = work
         raise RuntimeError(
-            f"the pressure of a displacement did not converge in "
-            f"{self.max_iterations} iterations: a residual of "
-            f"{abs(residual).max():.2g} is left of {abs(displacement).max():.2g}"
+            f"the pressure of a displacement up to {abs(displacement).max():.2g} did "
+            f"not converge in {self.max_iterations} iterations: its residual is "
+            f"{abs(residual).max():.2g}; increase max_iterations"
         )

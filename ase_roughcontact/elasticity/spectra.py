@@ -1,8 +1,9 @@
 """Fourier transforms of Green's functions on a grid, periodic or free.
 
-A periodic surface has the compliances of its waves, and no mean displacement; a free
-one the transform of the compliances of cells, wrapped around the grid. Components are
-even or odd along x and y, so that one quadrant determines them.
+The spectrum of a periodic surface is the compliance of its waves, and zero for the
+mean displacement. The spectrum of a free surface is the transform of the compliances of
+cells, wrapped around the grid. Components are even or odd along x and y, so that one
+quadrant determines them.
 """
 
 from __future__ import annotations
@@ -15,24 +16,28 @@ from scipy.fft import dct, rfft
 from ase_roughcontact._util.threads import available_threads, split, thread_map
 from ase_roughcontact.elasticity.greens import ElasticSolid
 
-#: Beginning of the names of the methods of a solid for its components, and whether
-#: these are odd along x and along y: zz; xx, yy and xy; zx and zy.
-NORMAL, LATERAL, CROSS = "", "lateral_", "cross_"
-_EVEN = False, False
+#: Prefix of the methods of a solid for the component zz.
+NORMAL = ""
+#: Prefix of the methods of a solid for the components xx, yy and xy.
+LATERAL = "lateral_"
+#: Prefix of the methods of a solid for the components zx and zy.
+CROSS = "cross_"
+# Whether each of these components is odd along x and along y.
 _ODD = {
-    NORMAL: [_EVEN],
-    LATERAL: [_EVEN, _EVEN, (True, True)],
+    NORMAL: [(False, False)],
+    LATERAL: [(False, False), (False, False), (True, True)],
     CROSS: [(True, False), (False, True)],
 }
 # Smallest number of grid points for which several threads are worth their start.
-_LEAST_SHARED = 256 * 256
-# Rows of a kernel that are evaluated at once, so that temporaries stay in the cache.
-_KERNEL_ROWS = 128
+_MIN_THREADED_POINTS = 256 * 256
+# Number of rows of a kernel that are evaluated at once, so that temporary arrays stay
+# in the cache.
+_ROWS_AT_ONCE = 128
 
 
 def _workers(points: int) -> int:
     """Return the number of threads for transforms of scipy: one for small grids."""
-    return available_threads() if points >= _LEAST_SHARED else 1
+    return available_threads() if points >= _MIN_THREADED_POINTS else 1
 
 
 def quadrants(
@@ -47,27 +52,31 @@ def quadrants(
     Parameters
     ----------
     solid : ElasticSolid
+        The solid.
     spacing : float
         Side of a cell (length).
     grid : (int, int)
-        Shape ``(N, M)``.
+        Shape ``(N, M)`` of the grid.
     periodic : bool
+        Whether the boundaries are periodic, or free.
     kind : {`NORMAL`, `LATERAL`, `CROSS`}
+        Components of the Green's function.
 
     Returns
     -------
     ndarray, shape (components, N//2 + 1, M//2 + 1)
-        Real; of components that are odd in one direction the imaginary parts
-        (length/pressure).
+        Real parts of the spectra, or imaginary parts for components that are odd in one
+        direction (length/pressure).
     """
     if periodic:
         qx, qy = (2.0 * np.pi * np.fft.rfftfreq(n, spacing) for n in grid)
         qx, qy = np.meshgrid(qx, qy, indexing="ij")
-        qx[0, 0] = 1.0 / spacing  # any finite wave: the mean is set to zero below
+        qx[0, 0] = 1.0 / spacing  # any wave number: the mean is set to zero below
         spectra = getattr(solid, f"{kind}wave_compliance")(qx, qy)
         spectra[..., 0, 0] = 0.0
         return spectra.reshape(-1, *qx.shape)
-    (n, m), compliance = grid, getattr(solid, f"{kind}cell_compliance")
+    n, m = grid
+    compliance = getattr(solid, f"{kind}cell_compliance")
     rows, columns = np.arange(n // 2 + 1)[:, None], np.arange(m // 2 + 1)
     kernels = np.empty((len(_ODD[kind]), rows.size, columns.size))
 
@@ -75,7 +84,7 @@ def quadrants(
         kernels[:, block] = compliance(rows[block], columns, spacing)
 
     threads = _workers(rows.size * columns.size)
-    thread_map(calculate, split(rows.size, _KERNEL_ROWS), threads)
+    thread_map(calculate, split(rows.size, _ROWS_AT_ONCE), threads)
     for kernel, (odd_x, odd_y) in zip(kernels, _ODD[kind], strict=True):
         spectrum = _transformed(_transformed(kernel, m, 1, odd_y), n, 0, odd_x)
         if not np.may_share_memory(spectrum, kernel):  # transformed in place
@@ -111,7 +120,7 @@ def _sign(n: int) -> np.ndarray:
 def _transformed(half: np.ndarray, n: int, axis: int, odd: bool) -> np.ndarray:
     """Transform n values that are even or odd on a ring, given the first half.
 
-    Of odd ones it is minus the imaginary part.
+    The transform of odd values is imaginary: its negative imaginary part is returned.
     """
     options: dict[str, Any] = {"axis": axis, "workers": _workers(half.size)}
     if not odd and n % 2 == 0:

@@ -1,13 +1,13 @@
-r"""Solids that creep: any elastic solid times a creep function.
+r"""Viscoelastic solids: any elastic solid times a creep function.
 
-With a Poisson's ratio that does not change in time, the displacement is
+If Poisson's ratio does not change in time, the displacement is
 
 .. math:: u(t) = -G * \int J(t - t')\, \dot p(t')\, dt'
 
 with the Green's function :math:`G` of the instantaneous solid. Over a time step in
-which the pressure is linear in time, :math:`u' = -G * (J_s p' + m)`: the past is a
-pressure :math:`m`, and the step is a contact with a solid softer by :math:`J_s`; see
-`contact.creep`.
+which the pressure is linear in time, :math:`u' = -G * (J_s p' + m)`: the past acts like
+a pressure :math:`m`, and the step is a contact with an elastic solid that is more
+compliant by the factor :math:`J_s`; see `contact.creep`.
 """
 
 from __future__ import annotations
@@ -24,12 +24,14 @@ from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 
 @dataclass(frozen=True)
 class Scaled(ElasticSolid):
-    """Solid whose compliance is that of another one times a factor.
+    """Another solid's compliance times a factor.
 
     Parameters
     ----------
     solid : ElasticSolid
+        The other solid.
     factor : float
+        Factor of the compliance, positive.
 
     Raises
     ------
@@ -45,7 +47,7 @@ class Scaled(ElasticSolid):
 
     @property
     def elastic(self) -> ElasticSolid:
-        """The solid that is scaled."""
+        """The instantaneous solid, without the factor."""
         return self.solid.elastic
 
     @property
@@ -89,23 +91,23 @@ class Viscoelastic(Scaled):
 
     .. math:: u(t) = -G * \int J(t - t')\, \dot p(t')\, dt'
 
-    Its instantaneous response is that of `solid`. States depend on time, so that it
-    needs a path in time, `time_path`.
+    Sudden changes are elastic, with the Green's function G of `solid`. States depend on
+    time, so that this solid needs a path in time, `time_path`.
 
     Parameters
     ----------
     solid : ElasticSolid or float
-        Instantaneous response; a number is the contact modulus of an isotropic solid,
-        for rubber that of the glassy state (pressure).
+        Instantaneous solid. A number is the contact modulus of an isotropic solid
+        (pressure), for rubber the modulus of the glassy state.
     creep : Creep
-        Creep compliance relative to it.
+        Creep compliance relative to the instantaneous compliance.
 
     Raises
     ------
     ValueError
-        If the solid creeps itself.
+        If the instantaneous solid is viscoelastic.
     TypeError
-        If `creep` is something else.
+        If `creep` is not a `Creep`.
 
     Examples
     --------
@@ -125,14 +127,18 @@ class Viscoelastic(Scaled):
         if not isinstance(self.solid, ElasticSolid):
             object.__setattr__(self, "solid", Isotropic(self.solid))
         if self.solid.creep is not None:
-            raise ValueError(f"the instantaneous solid must be elastic: {self.solid}")
+            raise ValueError(
+                f"the instantaneous solid must be elastic, got {self.solid}"
+            )
         instance_of(Creep, creep=self.creep)
 
     @property
     def relaxed(self) -> ElasticSolid:
-        """Solid to which it relaxes; raises `ValueError` for a fluid."""
+        """Elastic solid after a long time; raises `ValueError` for a fluid."""
         if not self.creep.relaxed:
-            raise ValueError("a fluid relaxes to no solid: its creep has a flow")
+            raise ValueError(
+                "a fluid, with a creep that has a flow, relaxes to no solid"
+            )
         return Scaled(self.solid, 1.0 / self.creep.relaxed)
 
     def todict(self) -> dict[str, Any]:

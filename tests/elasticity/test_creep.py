@@ -70,11 +70,11 @@ def test_a_sudden_step_is_instantaneous_and_a_long_one_relaxed():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Creep([1.0], [1.0, 2.0]), "same length"),
-        (lambda: Creep([1.0], [-1.0]), "times must be .*> 0"),
+        (lambda: Creep([1.0], [1.0, 2.0]), "length"),
+        (lambda: Creep([1.0], [-1.0]), "times"),
         (lambda: Creep([1.0], [1.0], flow=-1.0), "flow"),
-        (lambda: Creep.of_relaxation([0.7, 0.7], [1.0, 2.0]), "at most 1, got 1.4"),
-        (lambda: Creep.standard_solid(1.5, 1.0), "between 0 and 1, got 1.5"),
+        (lambda: Creep.of_relaxation([0.7, 0.7], [1.0, 2.0]), "1.4"),
+        (lambda: Creep.standard_solid(1.5, 1.0), "1.5"),
         (lambda: Creep([1.0], [1.0]).over(-1.0), "elapsed"),
     ],
 )
@@ -104,9 +104,9 @@ def test_moduli_of_a_power_law_are_fitted_to_the_error_that_is_stated():
 
 
 def test_errors_of_measured_moduli_say_what_is_wrong():
-    with pytest.raises(ValueError, match="of one length, got shapes"):
+    with pytest.raises(ValueError, match="length"):
         fit_relaxation([1.0, 2.0], [1.0, 2.0], [1.0])
-    with pytest.raises(ValueError, match="the solid is elastic"):
+    with pytest.raises(ValueError, match="elastic"):
         fit_relaxation([1.0, 10.0], [1.0, 1.0], [1e-9, 1e-9])
 
 

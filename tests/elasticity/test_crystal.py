@@ -48,7 +48,7 @@ def test_figures_and_lattice_constant(springs):
 
 def test_stress_at_another_lattice_constant_is_that_of_the_layers_of_a_slab():
     springs, (c11, c12, _) = fcc_springs(A)
-    with pytest.warns(UserWarning, match="under a stress of 1.14 GPa"):
+    with pytest.warns(UserWarning, match="1.14 GPa"):
         strained = make(springs, lattice_constant=1.01 * A)
     assert strained.spacing == pytest.approx(1.01 * SPACING)
     biaxial = (c11 + c12 - 2 * c12**2 / c11) * 0.01
@@ -124,9 +124,9 @@ def test_without_dispersion_it_is_the_continuum(springs, continuum):
 
 
 def test_a_grid_finer_than_the_atoms_is_refused(springs):
-    with pytest.raises(ValueError, match="spacing of 2"):
+    with pytest.raises(ValueError, match=r"2\.5.*spacing=solid.spacing"):
         PeriodicHalfSpace((8, 8), 0.9 * SPACING, springs).compliance  # noqa: B018
-    with pytest.raises(ValueError, match="have a spacing of 2"):
+    with pytest.raises(ValueError, match=r"2\.5.*spacing=solid.spacing"):
         springs.lateral_cell_compliance(1, 0, 2.0 * SPACING)
 
 
@@ -139,26 +139,26 @@ def test_file(springs, tmp_path):
     np.testing.assert_array_equal(same.lateral, springs.lateral)
     json.dumps(springs.todict())
     (tmp_path / "other.json").write_text('{"format": "other"}')
-    with pytest.raises(ValueError, match="is not a crystal: its format"):
+    with pytest.raises(ValueError, match=r"other.json .* format"):
         Crystal.read(tmp_path / "other.json")
 
 
 @pytest.mark.parametrize(
     "change, message",
     [
-        ({"table": [[1.0, 2.0], [3.0, 4.0]]}, "the table must be"),
-        ({"table": np.zeros((28, 20)).tolist()}, "must be positive"),
-        ({"stress": np.nan}, "stress must be a finite number"),
-        ({"symbol": 29}, "unknown element '29'"),
-        ({"spacing": -1.0}, "spacing must be"),
-        ({"surface": "fcc111"}, "square surface"),
+        ({"table": [[1.0, 2.0], [3.0, 4.0]]}, r"table .* \(28, 20\)"),
+        ({"table": np.zeros((28, 20)).tolist()}, "table .* positive"),
+        ({"stress": np.nan}, "stress"),
+        ({"symbol": 29}, "29"),
+        ({"spacing": -1.0}, "spacing"),
+        ({"surface": "fcc111"}, "fcc111"),
     ],
 )
 def test_a_changed_file_is_refused(springs, tmp_path, change, message):
     file = tmp_path / "springs.json"
     springs.write(file)
     file.write_text(json.dumps(json.loads(file.read_text()) | change))
-    with pytest.raises(ValueError, match=f"is not a crystal: .*{message}"):
+    with pytest.raises(ValueError, match=f"springs.json.*{message}"):
         Crystal.read(file)
 
 
@@ -211,30 +211,30 @@ def slabs(change):
 @pytest.mark.parametrize(
     "kind, options, message",
     [
-        (faulty(noise), {}, "other forces when asked again"),
-        (faulty(partial(noise, size=1e-7)), {}, "errors that a larger displacement"),
-        (faulty(springs_to_sites), {}, "resultant"),
-        (Softer, {}, "'long_waves' .* energies of strained bulk.* have noise"),
-        (slabs(lambda springs: springs[:1]), {}, "'long_waves' .* strained bulk"),
-        (slabs(lambda springs: springs * [1.001, 1.0]), {}, "'rest' .* once it is rep"),
-        (Springs, {"size": 3}, "reach beyond the slab: increase size"),
-        (faulty(lambda _, results: results["forces"].fill(0.0)), {}, "the same forces"),
-        (faulty(no_energy_of_shear), {}, "'long_waves' .* is nan"),
-        (faulty(lambda _, results: results.pop("forces")), {}, "no forces for a slab"),
-        (faulty(without_slabs), {}, "no forces for a slab of 11 layers.*crystals only"),
-        (faulty(lambda _, results: results.pop("energy")), {}, "no energy for a cr"),
-        (Springs, {"surface": "fcc111"}, "square surface"),
-        (Springs, {"layers": 12}, "must be odd"),
-        (Springs, {"layers": 7}, "layers must be an integer >= 9"),
-        (Springs, {"displacement": 0.0}, "Springs has no method get_hessian"),
-        (Springs, {"displacement": 0.3}, "or decrease displacement"),
-        (Springs, {"lattice_constant": 1.2 * A}, "not stable at the lattice constant"),
-        (Springs, {"crystal": "Xx"}, "got 'Xx'"),
-        (Springs, {"crystal": "Fe"}, "Fe is bcc.*give surface='bcc100'"),
+        (faulty(noise), {}, "'repetition'"),
+        (faulty(partial(noise, size=1e-7)), {}, "increase displacement"),
+        (faulty(springs_to_sites), {}, "'sum_rule'"),
+        (Softer, {}, "'long_waves' .* larger displacement"),
+        (slabs(lambda springs: springs[:1]), {}, "'long_waves'"),
+        (slabs(lambda springs: springs * [1.001, 1.0]), {}, "'rest'"),
+        (Springs, {"size": 3}, "'reach' .* increase size"),
+        (faulty(lambda _, results: results["forces"].fill(0.0)), {}, "displacement"),
+        (faulty(no_energy_of_shear), {}, "'long_waves' .* nan"),
+        (faulty(lambda _, results: results.pop("forces")), {}, "no forces"),
+        (faulty(without_slabs), {}, "no forces .* 11 layers.*crystals only"),
+        (faulty(lambda _, results: results.pop("energy")), {}, "no energy"),
+        (Springs, {"surface": "fcc111"}, "fcc111"),
+        (Springs, {"layers": 12}, "odd"),
+        (Springs, {"layers": 7}, "layers .* 9"),
+        (Springs, {"displacement": 0.0}, "Springs .* get_hessian"),
+        (Springs, {"displacement": 0.3}, "decrease displacement"),
+        (Springs, {"lattice_constant": 1.2 * A}, "omit lattice_constant"),
+        (Springs, {"crystal": "Xx"}, "Xx"),
+        (Springs, {"crystal": "Fe"}, "surface='bcc100'"),
         (Springs, {"crystal": bulk("NaCl", "rocksalt", a=A)}, "one element"),
         (Springs, {"crystal": bulk("Cu", a=2 * A)}, "give lattice_constant"),
-        (Springs, {"crystal": bulk("Cu", "hcp", a=SPACING)}, "bulk must be"),
-        (Springs, {"crystal": bulk("Cu", "bcc", a=2.9)}, "Cu is bcc"),
+        (Springs, {"crystal": bulk("Cu", "hcp", a=SPACING)}, "Cubic"),
+        (Springs, {"crystal": bulk("Cu", "bcc", a=2.9)}, "surface='bcc100'"),
     ],
 )
 def test_unsuitable_calculators_and_crystals_are_found_out(kind, options, message):
@@ -268,7 +268,7 @@ def test_copper_of_emt():
 
 @pytest.mark.slow
 def test_copper_under_stress():
-    with pytest.warns(UserWarning, match="0.704 GPa along the surface .* 3.61 Å"):
+    with pytest.warns(UserWarning, match="0.704 GPa .* 3.61 Å"):
         copper = Crystal.from_calculator(EMT(), "Cu", lattice_constant=3.61)
     # a continuum under this stress; 3 % below that of the crystal without it
     assert copper.contact_modulus / GPa == pytest.approx(148.725, rel=1e-4)

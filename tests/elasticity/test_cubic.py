@@ -110,7 +110,7 @@ def test_an_unstable_crystal_is_refused():
     with pytest.raises(ValueError, match="c12 < c11"):
         Cubic(100.0, 120.0, 50.0)
     for c44 in (0.01, 600.0):
-        with pytest.raises(ValueError, match=r"anisotropy .* between 0.01 and 100"):
+        with pytest.raises(ValueError, match=r"0.01 and 100"):
             Cubic(110.0, 100.0, c44)
-    with pytest.raises(ValueError, match="direction of the x axis"):
+    with pytest.raises(ValueError, match="111"):
         Cubic(*COPPER, x="111")

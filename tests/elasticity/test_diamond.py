@@ -78,9 +78,9 @@ def test_a_point_force_displaces_the_surface_of_a_thick_slab(diamond):
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"surface": "fcc100"}, "Si is diamond.*surface='diamond100'"),
-        ({"crystal": "Si", "surface": "fcc100"}, "Si is diamond.*surface='diamond100'"),
-        ({"crystal": bulk("Cu", a=3.6)}, "Cu is fcc.*surface='fcc100'"),
+        ({"surface": "fcc100"}, "surface='diamond100'"),
+        ({"crystal": "Si", "surface": "fcc100"}, "surface='diamond100'"),
+        ({"crystal": bulk("Cu", a=3.6)}, "surface='fcc100'"),
         ({"crystal": bulk("GaAs", "zincblende", a=A)}, "one element"),
         ({"crystal": "Ti"}, "Cubic"),
     ],

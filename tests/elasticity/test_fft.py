@@ -124,17 +124,17 @@ def test_fast_length_is_no_shorter_and_has_small_prime_factors(least):
 @pytest.mark.parametrize("out", [np.zeros((5, 5)), np.zeros((5, 6), np.float32)])
 def test_array_for_a_result_that_does_not_fit_is_refused(out):
     fft = transform((5, 6))
-    with pytest.raises(ValueError, match=r"out must be of the shape \(5, 6\) and"):
+    with pytest.raises(ValueError, match=r"\(5, 6\)"):
         fft.filter(random((5, 6)), fft.multiplier(np.ones((5, 4))), out)
 
 
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"grid": (8, 3)}, r"window \(4, 4\) does not fit .* \(8, 3\)"),
-        ({"engine": "fftpack"}, "'pyfftw' or 'ducc0', got 'fftpack'"),
-        ({"dtype": "foo"}, "dtype must be float32 or float64, got "),
-        ({"dtype": 3.5}, "dtype must be float32 or float64, got "),
+        ({"grid": (8, 3)}, r"\(4, 4\) .* \(8, 3\)"),
+        ({"engine": "fftpack"}, "'pyfftw' or 'ducc0'"),
+        ({"dtype": "foo"}, "float32 or float64"),
+        ({"dtype": 3.5}, "float32 or float64"),
     ],
 )
 def test_options_that_do_not_exist_are_refused(options, message):

@@ -166,13 +166,13 @@ def test_single_precision_keeps_six_digits(kind):
 @pytest.mark.parametrize(
     "make, message",
     [
-        (lambda: FreeHalfSpace((4, 4), 0.0, E), "spacing must be a finite number > 0"),
-        (lambda: FreeHalfSpace((4, 4), A0, "1"), "contact_modulus must be a finite"),
-        (lambda: FreeHalfSpace((2.5, 4), A0, E), "shape must be two whole numbers"),
-        (lambda: love_kernel(1, 0, -1.0, E), "spacing must be"),
-        (lambda: love_kernel(1, 0, A0, 0.0), "contact_modulus must be"),
-        (lambda: cerruti_kernel(1, 0, -1.0, E, 0.3), "spacing must be"),
-        (lambda: cross_kernel(1, 0, -1.0, E, 0.3), "spacing must be"),
+        (lambda: FreeHalfSpace((4, 4), 0.0, E), "spacing"),
+        (lambda: FreeHalfSpace((4, 4), A0, "1"), "contact_modulus"),
+        (lambda: FreeHalfSpace((2.5, 4), A0, E), "shape"),
+        (lambda: love_kernel(1, 0, -1.0, E), "spacing"),
+        (lambda: love_kernel(1, 0, A0, 0.0), "contact_modulus"),
+        (lambda: cerruti_kernel(1, 0, -1.0, E, 0.3), "spacing"),
+        (lambda: cross_kernel(1, 0, -1.0, E, 0.3), "spacing"),
     ],
 )
 def test_wrong_sizes_are_refused(make, message):
@@ -181,5 +181,5 @@ def test_wrong_sizes_are_refused(make, message):
 
 
 def test_padded_displacement_refuses_a_pressure_of_another_window():
-    with pytest.raises(ValueError, match=r"pressure must have the shape \(8, 8\)"):
+    with pytest.raises(ValueError, match=r"pressure .* \(8, 8\)"):
         FreeHalfSpace((8, 8), A0, E).padded_displacement(np.ones((4, 4)))

@@ -138,7 +138,7 @@ def test_a_layer_thinner_than_the_spacing_is_a_foundation(thickness):
     "name, value", [("thickness", 0.0), ("poisson", 0.6), ("base_modulus", 0.0)]
 )
 def test_impossible_layers_are_refused(name, value):
-    with pytest.raises(ValueError, match=f"{name} must be"):
+    with pytest.raises(ValueError, match=name):
         Layer(**{"layer_modulus": 1.0, "thickness": 1.0, name: value})
 
 
@@ -170,5 +170,5 @@ def test_the_stiffest_layer_bends_as_a_plate_on_its_base(bonded):
 
 
 def test_a_layer_too_stiff_for_rounding_is_refused():
-    with pytest.raises(ValueError, match=r"1e\+06 times as stiff"):
+    with pytest.raises(ValueError, match=r"1e\+06"):
         Layer(1.0, 5.0, 0.9e-6)

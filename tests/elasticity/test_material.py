@@ -64,7 +64,5 @@ def test_constants_of_no_crystal_are_refused(constants, message):
 
 
 def test_a_crystal_that_is_not_in_the_table_is_refused_by_name():
-    with pytest.raises(
-        ValueError, match="constants of 'Cn' are not known, but those of Ag, Al"
-    ):
+    with pytest.raises(ValueError, match=r"'Cn' .* Ag, Al"):
         crystal_modulus("Cn")

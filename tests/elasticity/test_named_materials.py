@@ -87,7 +87,7 @@ def test_the_work_of_adhesion_of_like_materials_is_twice_their_surface_energy():
 
 @pytest.mark.parametrize("names", [("Au", "mica"), ("SiO2", "DLC")])
 def test_an_unknown_surface_energy_is_an_error(names):
-    with pytest.raises(ValueError, match=r"surface energy of (Au|DLC) is not known"):
+    with pytest.raises(ValueError, match=r"(Au|DLC) .* give work_of_adhesion"):
         work_of_adhesion(*names)
 
 
@@ -221,7 +221,7 @@ def test_pressures_are_compared_with_the_hardness_of_the_softer_body(
 
 def test_a_plastic_wall_does_not_take_the_hardness_of_a_tip_for_the_substrate():
     plastic = '[interaction]\nkind = "plastic"\n'
-    with pytest.raises(ValueError, match="needs hardness"):
+    with pytest.raises(ValueError, match="hardness"):
         scene('material = "PDMS"', 'material = "SiO2"', plastic).check()
     both = scene('material = "Cu"', 'material = "Si"', plastic)
     assert both.wall.hardness == HARDNESS["Cu"] * UNITS["GPa"]
@@ -259,8 +259,8 @@ SOLIDS_WITHOUT_MODULUS = (
 @pytest.mark.parametrize(
     "substrate, sphere, message",
     [
-        ('material = "wood"', "", r"\[substrate\] unknown material 'wood'; Known: Ag"),
-        ("", 'material = "wood"', "unknown material 'wood'"),
+        ('material = "wood"', "", r"\[substrate\] .* 'wood'; Known: Ag"),
+        ("", 'material = "wood"', "'wood'"),
         ('material = "copper"', "", "did you mean 'Cu'[?] Known: .*Au.*mica"),
         ('material = "aluminum"', "", "did you mean 'Al'"),
         ('material = "MICA"', "", "did you mean 'mica'"),

@@ -60,9 +60,9 @@ def test_pressure_of_a_condensed_window_is_that_of_the_dense_matrix(rng):
 def test_pressure_that_does_not_converge_or_is_not_finite_is_an_error():
     halfspace = ReducedHalfSpace(SHAPE, 1.0, 1.0)
     halfspace.max_iterations = 1
-    with pytest.raises(RuntimeError, match="did not converge in 1 iterations"):
+    with pytest.raises(RuntimeError, match="increase max_iterations"):
         halfspace.elastic_pressure(np.eye(*SHAPE))
-    with pytest.raises(ValueError, match="displacement must be finite"):
+    with pytest.raises(ValueError, match="finite"):
         halfspace.elastic_pressure(np.full(SHAPE, np.nan))
 
 

@@ -1,12 +1,12 @@
-r"""Bulk crystals: their lattice constant, stress and moduli, from energies.
+r"""Lattice constant, stress and moduli of bulk crystals, from energies.
 
-The moduli are those of the nominal stress under a deformation gradient F,
+The moduli are derivatives of the nominal stress with the deformation gradient F,
 
 .. math:: A_{iJkL} = \frac{1}{V} \frac{\partial^2 E}
-                          {\partial F_{iJ}\, \partial F_{kL}},
+                          {\partial F_{iJ}\, \partial F_{kL}} .
 
-the elastic constants of a crystal without stress. They give the response to small
-displacements also under stress.
+They give the response to small displacements also under stress; without stress they are
+the elastic constants.
 """
 
 from __future__ import annotations
@@ -24,19 +24,22 @@ from scipy.optimize import brentq
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.elasticity.crystals.force_constants import SURFACES
 
-_ATOMS = {"fcc": 4, "bcc": 2, "diamond": 8}  # in a cubic cell
-# Distance, in lattice constants, up to which neighbours distinguish structures.
-_SHELLS = 1.3
-# Range of strains in which a stress is expected to vanish.
-_RANGE = 0.1
-# Strains of the differences that give stress and moduli.
-_STRAIN, _LARGE_STRAIN = 1e-4, 1e-3
+# Number of atoms in a cubic cell, by structure.
+_ATOMS_PER_CELL = {"fcc": 4, "bcc": 2, "diamond": 8}
+# Distance, in lattice constants, up to which neighbours are compared.
+_NEIGHBOUR_DISTANCE = 1.3
+# Largest strain at which the stress is expected to vanish.
+_MAX_STRAIN = 0.1
+# Strain of the differences that give a stress.
+_STRESS_STRAIN = 1e-4
+# Strain of the differences that give moduli.
+_MODULI_STRAIN = 1e-3
 
 
 def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
-    """Return the symbol of a crystal and a first guess of its lattice constant.
+    """Return the symbol of a crystal and a first guess of its lattice constant (Å).
 
-    The guess has the volume per atom of the given crystal, or of that in ASE's table.
+    The guess has the volume per atom of the given crystal, or of ASE's table.
     """
     if isinstance(bulk, Atoms):
         if len(set(bulk.symbols)) != 1 or not bulk.pbc.all():
@@ -44,34 +47,40 @@ def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
                 f"bulk must be a periodic crystal of one element, got {bulk!r}"
             )
         symbol, volume = bulk.symbols[0], bulk.cell.volume / len(bulk)
-        found = next((kind for kind in _ATOMS if _has_structure(bulk, kind)), None)
+        found = ""
+        for each in _ATOMS_PER_CELL:
+            if _has_structure(bulk, each):
+                found = each
+                break
     else:
         symbol, reference = bulk, reference_states[atomic_numbers.get(bulk, 0)] or {}
         found = reference.get("symmetry", "")
-        volume = reference.get("a", 0.0) ** 3 / _ATOMS.get(found, 1)
-    if found not in _ATOMS:
+        volume = reference.get("a", 0.0) ** 3 / _ATOMS_PER_CELL.get(found, 1)
+    if found not in _ATOMS_PER_CELL:
         raise ValueError(
-            f"bulk must be one of the crystals {', '.join(_ATOMS)}, got {bulk!r}: give "
-            "one of them as Atoms, or describe the solid by its elastic constants "
-            "(Cubic, Isotropic)"
+            f"bulk must be one of the crystals {', '.join(_ATOMS_PER_CELL)}, got "
+            f"{bulk!r}: give one of them as Atoms, or describe the solid by its "
+            "elastic constants (Cubic, Isotropic)"
         )
     if found != structure:
         raise ValueError(
             f"{symbol} is {found}, and this surface is {structure}: give surface="
             f"{found + '100'!r}, or a crystal of the other structure as Atoms"
         )
-    return symbol, float((volume * _ATOMS[structure]) ** (1 / 3))
+    return symbol, float((volume * _ATOMS_PER_CELL[structure]) ** (1 / 3))
 
 
 def _has_structure(crystal: Atoms, structure: str) -> bool:
-    """Return whether the neighbours of all atoms are those of a cubic crystal."""
-    a = (crystal.cell.volume / len(crystal) * _ATOMS[structure]) ** (1 / 3)
+    """Return whether all atoms have the neighbours of atoms in a cubic crystal."""
+    a = (crystal.cell.volume / len(crystal) * _ATOMS_PER_CELL[structure]) ** (1 / 3)
     ideal = bulk(crystal.symbols[0], structure, a)
-    found, expected = (
-        np.sort(np.tile(neighbor_list("d", one, _SHELLS * a), len(other)))
-        for one, other in ((crystal, ideal), (ideal, crystal))
-    )
-    return found.shape == expected.shape and np.allclose(found, expected, rtol=0.02)
+    distance = _NEIGHBOUR_DISTANCE * a
+    # repeated, so that both lists have the neighbours of equally many atoms
+    found = np.tile(neighbor_list("d", crystal, distance), len(ideal))
+    expected = np.tile(neighbor_list("d", ideal, distance), len(crystal))
+    if found.shape != expected.shape:
+        return False
+    return np.allclose(np.sort(found), np.sort(expected), rtol=0.02)
 
 
 def chosen_crystal(
@@ -80,9 +89,9 @@ def chosen_crystal(
     structure: str,
     lattice_constant: float | None,
 ) -> tuple[str, float]:
-    """Return the symbol of a crystal and its lattice constant.
+    """Return the symbol of a crystal and its lattice constant (Å).
 
-    It is that at which the crystal has no stress, unless it is given (Å).
+    The lattice constant is the given one, or else the one without stress.
     """
     symbol, guess = element(crystal, structure)
     if lattice_constant is not None:
@@ -94,8 +103,8 @@ def chosen_crystal(
     if stretch is None:
         raise ValueError(
             f"{structure} {symbol} has no lattice constant without stress between "
-            f"{(1.0 - _RANGE) * guess:.3f} and {(1.0 + _RANGE) * guess:.3f} Å with "
-            "this calculator: give lattice_constant"
+            f"{(1.0 - _MAX_STRAIN) * guess:.3f} and {(1.0 + _MAX_STRAIN) * guess:.3f} "
+            "Å with this calculator: give lattice_constant"
         )
     return symbol, guess * stretch
 
@@ -103,9 +112,9 @@ def chosen_crystal(
 def bulk_below(calculator: Any, symbol: str, surface: str, a: float) -> Atoms:
     """Return a periodic cell of the bulk below a surface, without stress along z.
 
-    Its axes are those of the surface, and ``a`` is its lattice constant along them (Å).
+    It has the axes of the surface, and the lattice constant ``a`` along x and y (Å).
     """
-    layers = {"fcc111": 3, "diamond100": 4}.get(surface, 2)  # after which they repeat
+    layers = {"fcc111": 3, "diamond100": 4}.get(surface, 2)  # period of the stacking
     crystal = SURFACES[surface](symbol, (1, 1, layers), a=a, periodic=True)
     stretch = stretch_without_stress(calculator, crystal, (2,))
     if stretch is None:
@@ -117,7 +126,7 @@ def bulk_below(calculator: Any, symbol: str, surface: str, a: float) -> Atoms:
 
 
 def deformed(crystal: Atoms, gradient: np.ndarray) -> Atoms:
-    """Return a periodic crystal under a deformation gradient, without calculator."""
+    """Return a crystal under a deformation gradient, without calculator."""
     atoms = crystal.copy()
     atoms.set_cell(crystal.cell.array @ gradient.T, scale_atoms=True)
     return atoms
@@ -129,28 +138,30 @@ def stress(calculator: Any, crystal: Atoms, axes: tuple[int, ...]) -> float:
     It is positive under tension.
     """
     strain = np.zeros(3)
-    strain[list(axes)] = _STRAIN
-    low, high = (
-        _energy(calculator, crystal, np.diag(1.0 + sign * strain)) for sign in (-1, 1)
-    )
-    return (high - low) / (2.0 * _STRAIN * len(axes) * crystal.cell.volume)
+    strain[list(axes)] = _STRESS_STRAIN
+    low = _energy(calculator, crystal, np.diag(1.0 - strain))
+    high = _energy(calculator, crystal, np.diag(1.0 + strain))
+    return (high - low) / (2.0 * _STRESS_STRAIN * len(axes) * crystal.cell.volume)
 
 
 def nominal_moduli(calculator: Any, crystal: Atoms, sublattices: int = 1) -> np.ndarray:
     """Return the moduli ``A_iJkL`` of a bulk crystal, shape (3, 3, 3, 3) (eV/Å^3).
 
-    Two sublattices, which alternate among the atoms, are displaced by a strain.
+    With two sublattices, which alternate among the atoms, their relative displacement
+    is relaxed.
     """
-    number = 6 + 3 * sublattices  # strains, and displacements of the second sublattice
-    steps = _LARGE_STRAIN * np.eye(number)
+    # 9 strains, and the displacement of the second sublattice
+    number = 6 + 3 * sublattices
+    steps = _MODULI_STRAIN * np.eye(number)
     hessian = np.zeros((number, number))
     for m, n in combinations_with_replacement(range(number), 2):
         for s, t in product((1, -1), repeat=2):
-            strain, shift = np.split(s * steps[m] + t * steps[n], [9])
+            strain, displacement = np.split(s * steps[m] + t * steps[n], [9])
             gradient = np.eye(3) + strain.reshape(3, 3)
-            hessian[m, n] += s * t * _energy(calculator, crystal, gradient, shift)
+            energy = _energy(calculator, crystal, gradient, displacement)
+            hessian[m, n] += s * t * energy
         hessian[n, m] = hessian[m, n]
-    hessian /= (2.0 * _LARGE_STRAIN) ** 2 * crystal.cell.volume
+    hessian /= (2.0 * _MODULI_STRAIN) ** 2 * crystal.cell.volume
     relaxed = np.linalg.solve(hessian[9:, 9:], hessian[9:, :9])
     return (hessian[:9, :9] - hessian[:9, 9:] @ relaxed).reshape(3, 3, 3, 3)
 
@@ -160,17 +171,18 @@ def stretch_without_stress(
 ) -> float | None:
     """Return the stretch along axes at which the stress along them vanishes.
 
-    It is None if there is none up to a strain of `_RANGE`.
+    Return None if the stress does not vanish up to a strain of `_MAX_STRAIN`.
     """
 
-    def stretched(stretch: float) -> float:
+    def stretched_stress(stretch: float) -> float:
         factors = np.ones(3)
         factors[list(axes)] = stretch
         return stress(calculator, deformed(crystal, np.diag(factors)), axes)
 
-    for width in (0.1 * _RANGE, 0.3 * _RANGE, _RANGE):
-        if stretched(1.0 - width) < 0.0 < stretched(1.0 + width):
-            return float(brentq(stretched, 1.0 - width, 1.0 + width))
+    for strain in (0.1 * _MAX_STRAIN, 0.3 * _MAX_STRAIN, _MAX_STRAIN):
+        low, high = 1.0 - strain, 1.0 + strain
+        if stretched_stress(low) < 0.0 < stretched_stress(high):
+            return float(brentq(stretched_stress, low, high))
     return None
 
 
@@ -178,12 +190,12 @@ def _energy(
     calculator: Any,
     crystal: Atoms,
     gradient: np.ndarray,
-    shift: np.ndarray | tuple = (),
+    displacement: np.ndarray | tuple = (),
 ) -> float:
-    """Return the energy under a deformation gradient and a shift of a sublattice."""
+    """Return the energy of a deformed crystal with a displaced second sublattice."""
     atoms = deformed(crystal, gradient)
-    if len(shift):
-        atoms.positions[1::2] += shift
+    if len(displacement):
+        atoms.positions[1::2] += displacement
     atoms.calc = calculator
     try:
         return float(atoms.get_potential_energy())

@@ -1,4 +1,4 @@
-"""A crystal and its relaxed surface as an ASE calculator describes them, checked."""
+"""Crystal and relaxed surface from an ASE calculator, with checks of their errors."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ase_roughcontact.elasticity.crystals.force_constants import (
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 from ase_roughcontact.elasticity.harmonics import cos2, sin2
 
-#: What to do about an error of a crystal, by its name.
+#: Cause of an error of a crystal and advice against it, by the name of the error.
 ADVICE = {
     "repetition": "the calculator returns other forces when asked again",
     "rest": "the relaxed slab has forces once it is repeated along the surface: the "
@@ -41,15 +41,21 @@ ADVICE = {
     "have noise that a larger displacement reduces",
 }
 
-# Waves along the surface, times the spacing, at which the modulus is compared.
-_NUMBERS = np.linspace(0.03, 0.97, 12) * np.pi
-_WAVES = np.array([[q, q * part] for q in _NUMBERS for part in np.linspace(0, 1, 5)])
-# Wave number, times the spacing, and directions of long waves.
-_LONG, _ANGLES = 1e-3, np.linspace(0.0, np.pi, 24, endpoint=False)
-# Residual stress, relative to the contact modulus, of which a warning is given.
-_STRESSED = 1e-3
-# Layers of a slab whose thinner one still has a layer of the bulk between its surfaces.
-_LEAST_LAYERS = 9
+# Components qx of the waves at which moduli are compared, times the spacing.
+_COMPARED_QX = np.linspace(0.03, 0.97, 12) * np.pi
+# Wave vectors of these waves, times the spacing.
+_COMPARED_WAVES = np.array(
+    [[qx, qx * ratio] for qx in _COMPARED_QX for ratio in np.linspace(0, 1, 5)]
+)
+# Wave number of long waves, times the spacing.
+_LONG_WAVE_NUMBER = 1e-3
+# Directions of long waves (rad).
+_ANGLES = np.linspace(0.0, np.pi, 24, endpoint=False)
+# Largest residual stress, relative to the contact modulus, without a warning.
+_MAX_STRESS = 1e-3
+# Smallest number of layers of a slab. With four layers less, it still has a layer of
+# the bulk between its surfaces.
+_MIN_LAYERS = 9
 
 
 class CalculatedSurface(NamedTuple):
@@ -60,13 +66,13 @@ class CalculatedSurface(NamedTuple):
     symbol : str
         Chemical symbol.
     lattice_constant : float
-        Of the cubic crystal (Å).
+        Lattice constant of the cubic crystal (Å).
     slab : Atoms
         One surface cell of the relaxed slab, ordered from the surface down.
     constants : ForceConstants
-        With the errors "thickness" and "long_waves", too.
+        Force constants. Their errors include "thickness" and "long_waves".
     greens : LatticeGreensFunction
-        Of the force constants.
+        Green's function from the force constants.
     stress : float
         Stress of the crystal below the surface along x and y (eV/Å^3).
     """
@@ -90,41 +96,39 @@ def calculated_surface(
     size: int = 9,
     displacement: float = 1e-3,
 ) -> CalculatedSurface:
-    """Calculate a surface, and raise `ValueError` if it has too large errors.
+    """Calculate a surface, and raise `ValueError` if an error is above the tolerance.
 
     See `Crystal.from_calculator` for the parameters.
     """
     lookup(surface, SURFACES, "surface")
     positive(tolerance=tolerance)
-    integer("layers", layers, _LEAST_LAYERS)
+    integer("layers", layers, _MIN_LAYERS)
     symbol, a = bulk_crystals.chosen_crystal(
         calculator, bulk, surface[:-3], lattice_constant
     )
     below = bulk_crystals.bulk_below(calculator, symbol, surface, a)
-    slab, thinner = (
-        relaxed_slab(calculator, symbol, surface, a, number)
-        for number in (layers, layers - 4)
-    )
+    slab = relaxed_slab(calculator, symbol, surface, a, layers)
+    thin_slab = relaxed_slab(calculator, symbol, surface, a, layers - 4)
     constants, thin = (
         force_constants(calculator, each, size, displacement, SUBLATTICES[surface])
-        for each in (slab, thinner)
+        for each in (slab, thin_slab)
     )
     name = f"{surface} {symbol} with {type(calculator).__name__}"
     check_errors(constants.figures, tolerance, name)
     greens = LatticeGreensFunction(constants)
     area = float(np.linalg.norm(np.cross(*slab.cell.array[:2])))
     moduli = bulk_crystals.nominal_moduli(calculator, below, constants.sublattices)
-    q, inverse = _WAVES / constants.spacing, long_wave_compliance(greens, area)
-    change = inverse_modulus(LatticeGreensFunction(thin), q, 1.0)
-    change /= inverse_modulus(greens, q, 1.0)
-    long = inverse * surface_modulus(moduli, _ANGLES)
+    q, inverse = _COMPARED_WAVES / constants.spacing, long_wave_compliance(greens, area)
+    thickness_ratio = inverse_modulus(LatticeGreensFunction(thin), q, 1.0)
+    thickness_ratio /= inverse_modulus(greens, q, 1.0)
+    long_wave_ratio = inverse * surface_modulus(moduli, _ANGLES)
     errors = {
-        "thickness": float(abs(change - 1.0).max()),
-        "long_waves": float(abs(long - 1.0).max()),
+        "thickness": float(abs(thickness_ratio - 1.0).max()),
+        "long_waves": float(abs(long_wave_ratio - 1.0).max()),
     }
     check_errors(errors, tolerance, name)
     residual = bulk_crystals.stress(calculator, below, (0, 1))
-    if abs(residual) * inverse.mean() > _STRESSED:
+    if abs(residual) * inverse.mean() > _MAX_STRESS:
         warnings.warn(
             f"{name} is under a stress of {residual / GPa:.3g} GPa along the surface "
             f"at the lattice constant {a:g} Å, which changes its moduli: omit "
@@ -144,9 +148,11 @@ def inverse_modulus(
 
 def long_wave_compliance(greens: LatticeGreensFunction, cell_area: float) -> np.ndarray:
     """Return ``1/E*(theta)`` of long waves at angles between 0 and pi, shape (n,)."""
-    waves = _LONG / greens.spacing * np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], -1)
-    once, twice = (inverse_modulus(greens, n * waves, cell_area) for n in (1, 2))
-    return 2.0 * once - twice  # linear in the wave number
+    directions = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], -1)
+    waves = _LONG_WAVE_NUMBER / greens.spacing * directions
+    once = inverse_modulus(greens, waves, cell_area)
+    twice = inverse_modulus(greens, 2 * waves, cell_area)
+    return 2.0 * once - twice  # extrapolated linearly to wave number zero
 
 
 def tables(
@@ -154,7 +160,7 @@ def tables(
 ) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
     """Return the coefficients of ``1/E*`` and of the lateral components, see `Crystal`.
 
-    With them are the errors "square" and "interpolation" of the first.
+    The third value are the errors "square" and "interpolation" of ``1/E*``.
     """
 
     def components(q: np.ndarray) -> np.ndarray:
@@ -170,29 +176,32 @@ def tables(
     values[5], exchanged[5] = exchanged[5], values[5].copy()  # y before x
     other = (values - exchanged) / cos2(*nodes.T)
     if equivalent:
-        other[3] = 0.0  # but for rounding, which its expansion would amplify
+        # zero up to rounding errors, which the expansion would amplify
+        other[3] = 0.0
     halves = np.stack([values + exchanged, other], axis=1) / 2.0
     table, *lateral = [
         np.array([kernel.interpolation_table(half) for half in both]) for both in halves
     ]
     if equivalent:  # the rows of atoms along x and y
         table = kernel.interpolation_table(values[0])
-    x, y = _WAVES.T
-    interpolation, *square = (
-        float(abs(inverse_modulus(greens, q, area) / found - 1.0).max())
-        for q, found in (
-            (np.stack(q, -1) / greens.spacing, kernel.interpolate(table, *q))
-            for q in ((x, y), (x, -y), (y, x), (-x, y))
-        )
-    )
-    errors = {"square": max(square), "interpolation": interpolation}
+
+    def deviation(qx: np.ndarray, qy: np.ndarray) -> float:
+        q = np.stack([qx, qy], -1) / greens.spacing
+        exact = inverse_modulus(greens, q, area)
+        return float(abs(exact / kernel.interpolate(table, qx, qy) - 1.0).max())
+
+    x, y = _COMPARED_WAVES.T
+    errors = {
+        "square": max(deviation(x, -y), deviation(y, x), deviation(-x, y)),
+        "interpolation": deviation(x, y),
+    }
     return table, np.array(lateral), errors
 
 
 def check_errors(figures: dict[str, float], tolerance: float, name: str) -> None:
-    """Raise an error about the first figure in the order of the advice."""
+    """Raise `ValueError` for the first error, by order of advice, above tolerance."""
     for figure, advice in ADVICE.items():
-        if not figures.get(figure, 0.0) <= tolerance:  # or not a number
+        if not figures.get(figure, 0.0) <= tolerance:  # true for NaN
             raise ValueError(
                 f"the relative error {figure!r} of {name} is {figures[figure]:.2g}, "
                 f"above {tolerance:g}: {advice}"

@@ -1,7 +1,7 @@
-r"""Crystal with a (100) surface, as an ASE calculator describes it.
+r"""Half space of a crystal with a (100) surface, from an ASE calculator.
 
-The Green's function of the surface (see `lattice_greens`) is written as a modulus of
-plane waves of pressure,
+The Green's function of the surface (see `lattice_greens`) gives a modulus of plane
+waves of pressure,
 
 .. math:: \frac{1}{E^*(q)} = \frac{a_0^2 |q|}{2}\, G_{zz}(q), \qquad
           \tilde u(q) = -\frac{2}{E^*(q) |q|} \tilde p(q) .
@@ -34,15 +34,15 @@ from ase_roughcontact.elasticity.harmonics import Harmonics
 _SURFACES = dict.fromkeys(("fcc100", "bcc100", "diamond100"))
 # Names of the components in the order of `ComponentSolid`.
 _COMPONENTS = "zz", "xx", "yy", "xy", "zx", "zy"
-# Relative difference of spacings, or of a wave vector to the edge of the zone.
-_ROUNDING = 1e-6
+# Largest relative difference of two spacings that are the same.
+_SPACING_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Crystal(Stored, ComponentSolid):
     """Half space of a crystal with a square grid of surface atoms.
 
-    It is made by `from_calculator` or `read`.
+    Objects are made by `from_calculator` or `read`.
 
     Parameters
     ----------
@@ -52,23 +52,23 @@ class Crystal(Stored, ComponentSolid):
         The surface; x and y are along its rows of nearest neighbours. In diamond100 the
         bonds of its atoms are along x, and waves along x and y differ.
     calculator : str
-        Name of the calculator.
+        Name of the ASE calculator.
     spacing : float
-        Distance a0 of nearest neighbours in the surface (Å), the only spacing at which
-        the solid can be used.
-    table : ndarray
+        Distance a0 of nearest neighbours in the surface (Å), the only spacing with
+        which the solid can be used.
+    table : ndarray, shape (28, 20) or (2, 28, 20)
         Coefficients of ``1/E*``, see `interpolate` (1/pressure).
     stress : float
-        Stress of the crystal below the surface along x and y, positive under tension;
-        along z it is zero (eV/Å^3).
+        Stress of the crystal below the surface along x and y, positive under tension
+        (eV/Å^3); the stress along z is zero.
     lateral : ndarray, shape (5, 2, 28, 20) or (3, 2, 28, 20), optional
-        Coefficients of ``|q| a0^2/2`` times the components xx, yy and, over
-        ``sin(2 theta)``, xy of the Green's function, see `interpolate`; then the
-        imaginary parts of zx over ``cos(theta)``, and of zy over ``sin(theta)`` with x
-        and y exchanged. Files of earlier versions lack these, or all (1/pressure).
+        Coefficients of ``|q| a0^2/2`` times components of the Green's function, see
+        `interpolate` (1/pressure): xx, yy and, over ``sin(2 theta)``, xy; then, unless
+        the coupling is not known, the imaginary parts of zx over ``cos(theta)``, and of
+        zy over ``sin(theta)`` with x and y exchanged.
     figures : dict
-        Relative errors. Those of the force constants are described in
-        `ForceConstants`, those of E* are "thickness" (change from a slab with four
+        Relative errors. Errors of the force constants are described in
+        `ForceConstants`. Errors of E* are "thickness" (change from a slab with four
         layers less), "square" (difference of directions that are equivalent on the
         surface), "interpolation", and "long_waves" (difference of long waves from
         an elastic continuum with the moduli of the strained bulk).
@@ -80,7 +80,7 @@ class Crystal(Stored, ComponentSolid):
     """
 
     _kind = "crystal"
-    _missing = "such lateral components (its file is an older one)"
+    _missing = "such lateral components (they are not in its file)"
 
     symbol: str
     surface: str
@@ -96,7 +96,7 @@ class Crystal(Stored, ComponentSolid):
         lookup(self.surface, _SURFACES, "square surface")
         positive(spacing=self.spacing)
         finite(stress=self.stress)
-        # one memory layout, so that a crystal from a file is the same to the last digit
+        # one memory layout, so that a crystal from a file gives the same last digits
         table = np.ascontiguousarray(self.table, dtype=float)
         if table.shape not in (NODES, (2, *NODES)) or not np.isfinite(table).all():
             shapes = f"{NODES} or {(2, *NODES)}"
@@ -106,8 +106,8 @@ class Crystal(Stored, ComponentSolid):
         object.__setattr__(self, "table", table)
         if self.lateral is not None:
             lateral = np.ascontiguousarray(self.lateral, dtype=float)
-            known = lateral.shape in ((5, 2, *NODES), (3, 2, *NODES))
-            if not known or not np.isfinite(lateral).all():
+            valid_shape = lateral.shape in ((5, 2, *NODES), (3, 2, *NODES))
+            if not valid_shape or not np.isfinite(lateral).all():
                 raise ValueError(
                     f"lateral must be finite numbers of the shape {(5, 2, *NODES)}"
                 )
@@ -132,34 +132,33 @@ class Crystal(Stored, ComponentSolid):
         Parameters
         ----------
         calculator : Calculator
-            Gives energies of bulk crystals and forces of slabs.
+            ASE calculator of the energies of bulk crystals and the forces of slabs.
         bulk : Atoms or str
-            Chemical symbol, or a crystal of one element, whose volume is the first
-            guess of the lattice constant.
+            Chemical symbol, or a crystal of one element with about the right lattice
+            constant.
         surface : {"fcc100", "bcc100", "diamond100"}
             Crystal structure and surface.
         tolerance : float
             Largest relative error of the force constants and of E*.
         **slab
-            ``lattice_constant``, in place of that at which the crystal has no stress
-            (Å); along z, the crystal is relaxed nevertheless, and a stress along x and
-            y above 1e-3 of the contact modulus is reported by a warning. ``layers``
-            of the slab, odd and at least 9 (15). ``size``, the number of surface cells
-            along each of its sides, odd (9). ``displacement`` for the force constants
-            (1e-3 Å); 0 to use the Hessian of the calculator, which must have the method
-            `get_hessian` of matscipy.
+            ``lattice_constant``, by default the one without stress (Å). With a given
+            one the crystal is still relaxed along z, and a warning reports a stress
+            along x and y above 1e-3 of the contact modulus. ``layers``, the number of
+            layers of the slab, odd and at least 9 (15). ``size``, the number of surface
+            cells along each side of the slab, odd (9). ``displacement`` for the force
+            constants (1e-3 Å); 0 to use the Hessian of the calculator, which must have
+            the method `get_hessian` of matscipy.
 
         Returns
         -------
         Crystal
+            The crystal; `write` keeps it in a file.
 
         Raises
         ------
         ValueError
-            If the surface is not a square grid, the calculator gives no forces for a
-            slab or returns others when asked again, its forces have a resultant or
-            reach beyond the slab, the slab is another crystal than the bulk or too
-            thin, or the surface is not stable.
+            If the surface is not a square grid or not stable, the calculator gives no
+            forces for a slab, or an error in `figures` is above the tolerance.
 
         Examples
         --------
@@ -189,7 +188,7 @@ class Crystal(Stored, ComponentSolid):
 
     def check(self, spacing: float) -> None:
         """Raise an error if the grid has another spacing; see `ElasticSolid.check`."""
-        if abs(spacing / self.spacing - 1.0) > _ROUNDING:
+        if not self._has_spacing(spacing):
             raise ValueError(
                 f"the atoms of {self.surface} {self.symbol} with {self.calculator} "
                 f"have a spacing of {self.spacing:.6f}, the grid {spacing:.6f}: build "
@@ -197,20 +196,28 @@ class Crystal(Stored, ComponentSolid):
             )
         super().check(spacing)
 
+    def _has_spacing(self, spacing: float) -> bool:
+        return abs(spacing / self.spacing - 1.0) <= _SPACING_TOLERANCE
+
     @cached_property
     def _components(self) -> list[LatticeComponent]:
-        tables = [self.table, *([] if self.lateral is None else self.lateral)]
-        return list(map(LatticeComponent, tables, _COMPONENTS))
+        tables = [self.table]
+        if self.lateral is not None:
+            tables.extend(self.lateral)
+        return [
+            LatticeComponent(table, name)
+            for table, name in zip(tables, _COMPONENTS, strict=False)
+        ]
 
     def cell_compliance(
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
         """Return the depth under unit pressure on an atom; see `ElasticSolid`.
 
-        At another spacing, as on the coarse grids of the solvers, the response is that
-        of long waves.
+        At another spacing, as on the coarse grids of the solvers, it is the response to
+        long waves.
         """
-        if abs(spacing / self.spacing - 1.0) > _ROUNDING:
+        if not self._has_spacing(spacing):
             return spacing * Harmonics(self._components[0].series[0]).cells(i, j)
         return super().cell_compliance(i, j, spacing)
 
@@ -220,13 +227,13 @@ class Crystal(Stored, ComponentSolid):
         Raises
         ------
         ValueError
-            If one is not in the Brillouin zone: the grid has another spacing.
+            If a wave vector is outside of the Brillouin zone, as on a finer grid.
         """
         x, y = np.multiply(qx, self.spacing), np.multiply(qy, self.spacing)
-        if max(abs(x).max(), abs(y).max()) > np.pi * (1.0 + _ROUNDING):
+        if max(abs(x).max(), abs(y).max()) > np.pi * (1.0 + _SPACING_TOLERANCE):
             raise ValueError(
-                f"the atoms of the crystal have a spacing of {self.spacing:.6g}, and a "
-                "smaller one was asked for"
+                f"the atoms of the crystal have a spacing of {self.spacing:.6g}, the "
+                "grid a smaller one: build it with spacing=solid.spacing"
             )
         return x, y
 
@@ -237,7 +244,10 @@ class Crystal(Stored, ComponentSolid):
         return super()._cells(part, i, j, spacing)
 
     def todict(self) -> dict[str, Any]:
-        """Return what identifies the solid in files, the table by its hash."""
+        """Return name and parameters, which identify the solid in files.
+
+        The table is replaced by its hash.
+        """
         return {
             "name": "Crystal",
             "symbol": self.symbol,

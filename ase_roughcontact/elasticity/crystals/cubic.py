@@ -1,4 +1,4 @@
-r"""Anisotropic half space: the (100) surface of a cubic crystal as a continuum.
+r"""Anisotropic half space: a cubic crystal with a (100) surface as a continuum.
 
 The surface impedance of an anisotropic half space gives the compliance of a plane wave
 of pressure that runs in the direction :math:`\theta`,
@@ -10,10 +10,10 @@ where :math:`Q_{ik} = m_j C_{ijkl} m_l`, :math:`R_{ik} = m_j C_{ijkl} n_l` and
 :math:`T_{ik} = n_j C_{ijkl} n_l`, and :math:`m` and :math:`n` are the wave's direction
 and the surface normal, both turned by :math:`\omega` in their plane. The displacement
 by a point force F in the direction :math:`\phi` is
-:math:`F/[\pi r E^*(\phi + \pi/2)]`, and lateral components of :math:`L^{-1}` are those
-of lateral tractions, in the same way. Lateral displacements by pressure are imaginary:
-the compliance is :math:`L^{-1} + i S L^{-1}`, with :math:`S = -\frac{1}{\pi}
-\int_0^\pi T^{-1} R^T d\omega`.
+:math:`F/[\pi r E^*(\phi + \pi/2)]`. In the same way, the lateral components of
+:math:`L^{-1}` give the response to lateral tractions. Lateral displacements by pressure
+are imaginary: the compliance is :math:`L^{-1} + i S L^{-1}`, with
+:math:`S = -\frac{1}{\pi} \int_0^\pi T^{-1} R^T d\omega`.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from ase_roughcontact.elasticity.material import cubic_stiffness
 
 # Index in Voigt's notation of each pair of coordinates.
 _VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
-# Angles of the rotation by which the integral of the surface impedance is summed; the
+# Number of rotation angles in the sum for the integral of the surface impedance. The
 # integrand is periodic, so that the sum converges exponentially.
 _ROTATIONS = 256
-# Directions of waves from which compliances are interpolated.
+# Number of directions of waves from which compliances are interpolated.
 _DIRECTIONS = 320
-# Anisotropy up to which the moduli of waves are accurate to 1e-4, and the displacement
+# Largest anisotropy, at which moduli of waves are accurate to 1e-4, and displacements
 # by pressure on one cell to 1e-3.
-_MOST_ANISOTROPIC = 100.0
-# Angle between the x axis and a cube axis, by the direction of the x axis.
+_MAX_ANISOTROPY = 100.0
+# Angle between the x axis and a cube axis, by the direction of the x axis (rad).
 _ANGLES = {"110": np.pi / 4, "100": 0.0}
 
 
@@ -48,16 +48,16 @@ def surface_compliance(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     stiffness : ndarray, shape (6, 6) or (3, 3, 3, 3)
-        Elastic constants in Voigt's notation, or the moduli ``A_iJkL`` of the nominal
-        stress of a solid under stress; the surface normal is z (pressure).
+        Elastic constants in Voigt's notation, or for a solid under stress the moduli
+        ``A_iJkL`` of the nominal stress (pressure). The surface normal is z.
     angles : ndarray, shape (n,)
-        Angles between the wave vectors and the x axis.
+        Angles between the wave vectors and the x axis (rad).
 
     Returns
     -------
-    ndarray, shape (n, 3, 3)
-        Complex; displacements along z by lateral tractions and the other way round are
-        imaginary (1/pressure).
+    ndarray of complex, shape (n, 3, 3)
+        Compliances (1/pressure). Displacements along z by lateral tractions, and
+        lateral displacements by pressure, are imaginary.
 
     References
     ----------
@@ -85,12 +85,12 @@ def surface_compliance(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
 def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Return the modulus of plane waves of pressure on an anisotropic half space.
 
-    Parameters are those of `surface_compliance`.
+    See `surface_compliance` for the parameters.
 
     Returns
     -------
     ndarray, shape (n,)
-        ``E*(theta)``; the compliance is ``2/(E* |q|)``.
+        Moduli ``E*(theta)`` (pressure); the compliance is ``2/(E* |q|)``.
     """
     return 2.0 / surface_compliance(stiffness, angles)[:, 2, 2].real
 
@@ -101,9 +101,10 @@ class Cubic(ComponentSolid):
 
     .. math:: G(q) = \frac{2}{E^*(\theta) |q|}
 
-    with the modulus of `surface_modulus`. On one cell, the Green's function
-    :math:`1/[\pi r E^*(\phi + \pi/2)]` is integrated over the cell. The contact modulus
-    is the indentation modulus, :math:`1/E^* = \langle 1/E^*(\theta) \rangle`.
+    with the moduli of `surface_modulus`. The response to pressure on one cell is the
+    integral of the Green's function :math:`1/[\pi r E^*(\phi + \pi/2)]` over the cell.
+    The contact modulus is the indentation modulus,
+    :math:`1/E^* = \langle 1/E^*(\theta) \rangle`.
 
     Parameters
     ----------
@@ -111,8 +112,7 @@ class Cubic(ComponentSolid):
         Elastic constants (pressure).
     x : {"110", "100"}
         Crystal direction of the x axis: "110", along the rows of nearest neighbours
-        of an fcc crystal, whose surface atoms are a square grid in these directions,
-        or "100", along a cube axis.
+        of an fcc crystal, which are a square grid, or "100", along a cube axis.
 
     Raises
     ------
@@ -146,19 +146,19 @@ class Cubic(ComponentSolid):
                 f"{self.c11:g} and c12 = {self.c12:g}"
             )
         anisotropy = 2.0 * self.c44 / (self.c11 - self.c12)
-        if not 1.0 / _MOST_ANISOTROPIC <= anisotropy <= _MOST_ANISOTROPIC:
+        if not 1.0 / _MAX_ANISOTROPY <= anisotropy <= _MAX_ANISOTROPY:
             raise ValueError(
                 "the anisotropy 2 c44/(c11 - c12) must be between "
-                f"{1.0 / _MOST_ANISOTROPIC:g} and {_MOST_ANISOTROPIC:g}, got "
+                f"{1.0 / _MAX_ANISOTROPY:g} and {_MAX_ANISOTROPY:g}, got "
                 f"{anisotropy:g}: check the elastic constants"
             )
 
     def surface_modulus(self, angles: np.ndarray) -> np.ndarray:
-        """Return ``E*(theta)`` of waves at angles to the x axis, shape (n,)."""
+        """Return ``E*(theta)`` of waves at angles to the x axis (rad), shape (n,)."""
         return 2.0 / self._surface_compliance(np.asarray(angles))[:, 2, 2].real
 
     def _surface_compliance(self, angles: np.ndarray) -> np.ndarray:
-        """Return the `surface_compliance` in axes of the crystal."""
+        """Return the `surface_compliance` in the axes of the cube."""
         stiffness = cubic_stiffness(self.c11, self.c12, self.c44)
         return surface_compliance(stiffness, angles + _ANGLES[self.x])
 

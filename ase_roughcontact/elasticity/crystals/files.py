@@ -15,23 +15,24 @@ AnyStored = TypeVar("AnyStored", bound="Stored")
 
 
 class Stored:
-    """Dataclass that is kept in a file."""
+    """Base class of dataclasses that can be written to files."""
 
+    #: Name of the kind of object in the file, as "crystal".
     _kind: ClassVar[str]
 
     @classmethod
     def read(cls: type[AnyStored], file: str | Path) -> AnyStored:
-        """Read a file written by `write`; `ValueError` if it is another one."""
+        """Read a file written by `write`; raise `ValueError` for other files."""
         try:
             entries = json.loads(Path(file).read_text())
             if entries.pop("format") != cls._format():
-                raise ValueError("its format is another one")
+                raise ValueError(f"its format is not {cls._format()!r}")
             return cls._of(entries)
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise ValueError(f"{file} is not a {cls._kind}: {error}") from error
 
     def write(self, file: str | Path) -> None:
-        """Write a file (JSON), one entry on each line."""
+        """Write the object to a file (JSON), one entry on each line."""
         entries = {"format": self._format(), **asdict(self)}  # type: ignore[call-overload]
         lines = (
             f"{json.dumps(key)}: {json.dumps(value, default=np.ndarray.tolist)}"

@@ -3,8 +3,8 @@ r"""Force constants of a crystal with a free surface, from an ASE calculator.
 A slab with one atom per layer in each surface cell is relaxed, and one atom of each
 layer from the surface to the middle is displaced (or the calculator's Hessian is
 read). Every coupling is stored with the true distance of the two atoms along the
-surface, so that the couplings deep in the crystal depend on the distance of the layers
-alone, and in diamond, whose two sublattices have alternate layers, on the sublattice.
+surface. Deep in the crystal the couplings then depend only on the distance of the
+layers, and in diamond, where two sublattices have alternate layers, on the sublattice.
 """
 
 from __future__ import annotations
@@ -30,12 +30,15 @@ SURFACES = {
 #: Sublattices of a crystal, on alternate layers, by the name of its surface.
 SUBLATTICES = dict.fromkeys(SURFACES, 1) | {"diamond100": 2}
 
-_VACUUM = 10.0  # on both sides of a slab (Å)
-# Couplings below this part of the largest one are left out.
-_NEGLIGIBLE = 1e-9
-# Largest force on a relaxed slab (eV/Å), and largest number of iterations.
-_FMAX, _MAX_STEPS = 1e-6, 1000
-# Relative change of the couplings of metals with the distance of atoms.
+# Vacuum on each side of a slab (Å).
+_VACUUM = 10.0
+# Smallest coupling that is kept, relative to the largest one.
+_MIN_COUPLING = 1e-9
+# Largest force on an atom of a relaxed slab (eV/Å).
+_FMAX = 1e-6
+# Largest number of iterations of the relaxation.
+_MAX_STEPS = 1000
+# Relative change of the couplings of metals over the strain that causes it.
 _ANHARMONICITY = 10.0
 
 
@@ -56,11 +59,12 @@ class ForceConstants:
     spacing : float
         Distance of nearest neighbours in the surface (length).
     figures : dict
-        Errors of the couplings, each relative to the largest one: "sum_rule" (their
-        sum for one atom), "symmetry" (under exchange of the two atoms), "reach" (those
-        across half of the slab's side), "repetition" (change of the forces when they
-        are calculated again), "rest" (change by the forces on the slab before an atom
-        is displaced, if a strain changes couplings by ten times as much).
+        Errors of the couplings, each relative to the largest one: "sum_rule" (sum of
+        the couplings of an atom), "symmetry" (difference under exchange of the two
+        atoms), "reach" (couplings across half of the slab's side), "repetition" (change
+        of the forces when they are calculated again), "rest" (change by the forces on
+        the slab before an atom is displaced, if a strain changes couplings by ten times
+        as much).
     sublattices : int
         Number of sublattices, on alternate layers.
     """
@@ -80,7 +84,7 @@ class ForceConstants:
 
     @property
     def reach(self) -> int:
-        """Number of layers, of all sublattices, that the bulk is coupled to."""
+        """Number of layers to which a bulk layer is coupled, for all sublattices."""
         bulk = self.source >= self.bulk
         layers = abs(self.target[bulk] - self.source[bulk]).max()
         return int(-(-layers // self.sublattices) * self.sublattices)
@@ -89,9 +93,9 @@ class ForceConstants:
 def relaxed_slab(
     calculator: Any, symbol: str, surface: str, a: float, layers: int
 ) -> Atoms:
-    """Return a slab of one surface cell, relaxed, without a calculator.
+    """Return a relaxed slab of one surface cell, without a calculator.
 
-    It is ordered from the surface down; ``a`` is its lattice constant (Å).
+    Its atoms are ordered from the surface down; ``a`` is the lattice constant (Å).
     """
     build = lookup(surface, SURFACES, "surface")
     atoms = build(symbol, (1, 1, layers), a=a, vacuum=_VACUUM)[::-1]
@@ -121,25 +125,27 @@ def force_constants(
 ) -> ForceConstants:
     """Return the force constants of a slab down to its middle.
 
-    They are read from the Hessian of calculators that have the method `get_hessian`,
-    as those of matscipy do, and are central differences of forces otherwise.
+    Central differences of forces give them, or the method `get_hessian` of the
+    calculator, which calculators of matscipy have.
 
     Parameters
     ----------
     calculator : Calculator
+        ASE calculator of the forces.
     slab : Atoms
-        One surface cell, see `relaxed_slab`; an odd number of layers.
+        One surface cell with an odd number of layers, see `relaxed_slab`.
     size : int
         Number of surface cells along each side of the slab; odd. It must be larger
         than twice the reach of the force constants.
     displacement : float, optional
-        Displacement for the differences (Å); 0 for the Hessian.
+        Displacement for the differences (Å); 0 for the Hessian of the calculator.
     sublattices : int, optional
         Number of sublattices, see `SUBLATTICES`.
 
     Returns
     -------
     ForceConstants
+        Couplings, with the errors of the list there.
 
     Raises
     ------
@@ -169,20 +175,20 @@ def force_constants(
     if displacement != 0.0:
         repetition = (atoms.get_forces() - reference) / displacement
     spacing = float(np.linalg.norm(slab.cell[0]))
-    # couplings of one atom of each layer to those of all cells and layers
+    # couplings of one atom of each layer to the atoms of all cells and layers
     blocks = matrix.reshape(middle + 1, size, size, layers, 3, 3)
-    known, back = blocks[:, :, :, : middle + 1], -np.arange(size) % size
-    exchanged = known[:, back][:, :, back].transpose(3, 1, 2, 0, 5, 4)
+    upper, opposite = blocks[:, :, :, : middle + 1], -np.arange(size) % size
+    exchanged = upper[:, opposite][:, :, opposite].transpose(3, 1, 2, 0, 5, 4)
     far = blocks[:, half], blocks[:, :, half], blocks[-sublattices:, ..., [0, -1], :, :]
     errors = {
         "sum_rule": blocks.sum(axis=(1, 2, 3)),
-        "symmetry": known - exchanged,
+        "symmetry": upper - exchanged,
         "reach": np.concatenate([each.ravel() for each in far]),
         "repetition": repetition,
         "rest": _ANHARMONICITY * reference / spacing,
     }
     figures = {name: float(abs(e).max() / scale) for name, e in errors.items()}
-    kept = abs(matrix).max(axis=(1, 2)) > _NEGLIGIBLE * scale
+    kept = abs(matrix).max(axis=(1, 2)) > _MIN_COUPLING * scale
     return ForceConstants(
         source[kept],
         target[kept],
@@ -203,13 +209,13 @@ def couplings(
 ) -> tuple[np.ndarray, ...]:
     """Return the couplings of some layers of a slab to all layers.
 
-    See `force_constants`. They are source, target, offset and matrix as in
-    `ForceConstants`, by source, cell and target; distances are within half of the side
-    of the repeated slab.
+    See `force_constants` for the parameters. The arrays source, target, offset and
+    matrix, as in `ForceConstants`, are sorted by source, cell and target; offsets are
+    within half of the side of the repeated slab.
     """
     atoms = slab.repeat((size, size, 1))
     atoms.calc = calculator
-    atoms.get_forces()  # the Hessian may need the atoms that the calculator knows
+    atoms.get_forces()  # the Hessian of some calculators needs a calculation before
     if displacement == 0.0:
         if not hasattr(atoms.calc, "get_hessian"):
             raise ValueError(
@@ -219,7 +225,7 @@ def couplings(
         index = (3 * np.array(sources)[:, None] + np.arange(3)).ravel()
         hessian = atoms.calc.get_hessian(atoms, format="sparse").tocsr()[index]
     else:
-        # its import takes as long as a small contact
+        # the import takes as long as a small contact
         from matscipy.numerical import numerical_hessian
 
         positive(displacement=displacement)
@@ -229,9 +235,9 @@ def couplings(
         raise ValueError("the calculator returns forces that are not finite")
     layers, half = len(slab), size // 2
     cell, layer = np.divmod(np.arange(len(atoms)), layers)
-    steps = (np.stack(np.divmod(cell, size), -1) + half) % size - half
+    cells = (np.stack(np.divmod(cell, size), -1) + half) % size - half
     source, target = np.repeat(sources, len(atoms)), np.tile(layer, len(sources))
     positions = slab.positions[:, :2]
     offset = positions[target] - positions[source]
-    offset += np.tile(steps @ slab.cell[:2, :2], (len(sources), 1))
+    offset += np.tile(cells @ slab.cell[:2, :2], (len(sources), 1))
     return source, target, offset, rows.reshape(-1, 3, 3)

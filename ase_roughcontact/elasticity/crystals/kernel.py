@@ -1,10 +1,10 @@
-r"""Green's function of a square lattice from that of waves along its surface.
+r"""Green's function of a square lattice, interpolated from waves along its surface.
 
 The inverse modulus of plane waves of pressure is interpolated by Chebyshev polynomials
 of :math:`s = q_x a_0` and :math:`v = q_y/q_x` on the eighth part
 :math:`0 \le q_y \le q_x \le \pi/a_0` of the Brillouin zone. Where x and y differ, as on
-the (100) surface of diamond, it is the sum of a part that is unchanged when they are
-exchanged and of :math:`\cos 2\theta` times another one. For long waves it is
+the (100) surface of diamond, it is the sum of two functions that are unchanged when x
+and y are exchanged, the second one times :math:`\cos 2\theta`. For long waves it is
 
 .. math:: \frac{1}{E^*(q)} = \sum_{k,n} m_{kn} (|q| a_0)^k \cos n\theta, \qquad
           n = 0, 2, 4, \ldots,
@@ -16,8 +16,8 @@ so that far from an atom the displacement by unit pressure on it is
           \gamma_{kn} = (-1)^{n/2}\, 2^k
           \frac{\Gamma[(n + k + 1)/2]}{\Gamma[(n - k + 1)/2]} .
 
-Near the atom it is the inverse Fourier transform over the Brillouin zone. The first two
-terms, which are singular at long waves, are multiplied by
+Near the atom the displacement is the inverse Fourier transform over the Brillouin zone.
+The first two terms, which are singular at long waves, are multiplied by
 :math:`\exp(-\sigma^2 q^2)` and transformed in closed form, the rest by an FFT.
 """
 
@@ -39,22 +39,24 @@ from ase_roughcontact.elasticity.harmonics import (
     sin2,
 )
 
-#: Chebyshev nodes along the wave number and the direction.
+#: Numbers of Chebyshev nodes along the wave number and the direction.
 NODES = 28, 20
-# Wave vectors that are interpolated at once.
-_CHUNK = 1 << 14
-# Number of harmonics in the expansion of long waves, by the power of the wave number,
-# and the directions from which they are determined.
-_HARMONICS, _DIRECTIONS = (33, 21, 17, 13), 160
+# Number of wave vectors that are interpolated at once.
+_WAVES_AT_ONCE = 1 << 14
+# Number of harmonics in the expansion of long waves, by the power of the wave number.
+_HARMONICS = (33, 21, 17, 13)
+# Number of directions from which these harmonics are determined.
+_DIRECTIONS = 160
 # Distance, in spacings, up to which the Green's function is tabulated.
-_TABLE = 48
-# Side of the grid in the Brillouin zone for this table, and the width, in spacings, of
-# the part that is subtracted.
-_GRID, _WIDTH = 1024, 1.7
+_TABULATED_SPACINGS = 48
+# Number of points along each side of the grid in the Brillouin zone for this table.
+_GRID = 1024
+# Width sigma of the Gaussian that multiplies the singular terms, in spacings.
+_WIDTH = 1.7
 
 
 def node_vectors() -> np.ndarray:
-    """Return the wave vectors of the interpolation, shape (n, 2), in units of 1/a0."""
+    """Return the wave vectors of the nodes, shape (n, 2), in units of 1/a0."""
     s = (chebpts1(NODES[0])[:, None] + 1.0) * np.pi / 2.0
     v = (chebpts1(NODES[1]) + 1.0) / 2.0
     return np.stack([np.broadcast_to(s, NODES), s * v], -1).reshape(-1, 2)
@@ -76,14 +78,16 @@ def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray
     Parameters
     ----------
     table : ndarray, shape (28, 20) or (2, 28, 20)
-        Coefficients, see `interpolation_table`, of the function if it is unchanged when
-        x and y are exchanged, or of its two parts.
+        Coefficients, see `interpolation_table`, of a function that is unchanged when
+        x and y are exchanged, or of the two such functions of any other one.
     qx, qy : ndarray
-        In units of 1/a0, between -pi and pi, broadcast together; not both zero.
+        Components of the wave vectors in units of 1/a0, between -pi and pi, broadcast
+        together; not both zero.
 
     Returns
     -------
     ndarray, shape of the broadcast
+        Values of the function.
     """
     if table.ndim > 2:
         same, other = (interpolate(part, qx, qy) for part in table)
@@ -91,8 +95,8 @@ def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray
     qx, qy = np.broadcast_arrays(abs(np.asarray(qx)), abs(np.asarray(qy)))
     large, small = np.maximum(qx, qy).ravel(), np.minimum(qx, qy).ravel()
     values = np.empty(large.size)
-    for start in range(0, large.size, _CHUNK):
-        chunk = slice(start, start + _CHUNK)
+    for start in range(0, large.size, _WAVES_AT_ONCE):
+        chunk = slice(start, start + _WAVES_AT_ONCE)
         along = chebvander(2.0 / np.pi * large[chunk] - 1.0, table.shape[0] - 1)
         across = chebvander(2.0 * small[chunk] / large[chunk] - 1.0, table.shape[1] - 1)
         values[chunk] = np.einsum("ij,ij->i", along @ table, across)
@@ -105,14 +109,14 @@ class LatticeComponent(Component):
     Parameters
     ----------
     table : ndarray, shape (28, 20) or (2, 28, 20)
-        Coefficients of the component of waves, times ``|q|/2`` and divided by a factor
-        of the direction, see `interpolate`.
+        Coefficients, see `interpolate`, of the component for plane waves, times
+        ``|q|/2`` and divided by a factor that depends on the direction.
     name : {"zz", "xx", "yy", "xy", "zx", "zy"}
-        The factor of xy is ``sin(2 theta)``, of zx ``cos(theta)``, of zy
-        ``sin(theta)``, with x and y exchanged in the table, and else 1.
+        Name of the component. The factor is ``sin(2 theta)`` for xy, ``cos(theta)`` for
+        zx, ``sin(theta)`` for zy, with x and y exchanged in the table, and 1 otherwise.
     """
 
-    _tabulated = _TABLE
+    _tabulated = _TABULATED_SPACINGS
 
     def __init__(self, table: np.ndarray, name: str) -> None:
         self.odd_x, self.odd_y = name in ("xy", "zx"), name in ("xy", "zy")
@@ -121,7 +125,7 @@ class LatticeComponent(Component):
         self._table = exchange * table if name == "zy" else table
 
     def waves(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
-        """See `Component`; wave vectors are those of `interpolate`."""
+        """Return the component at wave vectors in units of 1/a0; see `Component`."""
         return interpolate(self._table, qx, qy) * self._factor(qx, qy)
 
     @cached_property
@@ -143,6 +147,7 @@ class LatticeComponent(Component):
         return series
 
     def _factor(self, x: np.ndarray, y: np.ndarray) -> np.ndarray | float:
+        """Return the factor of the direction."""
         if self._cross:
             return (x if self.odd_x else y) / np.hypot(x, y)
         return sin2(x, y) if self.odd_x else 1.0
@@ -165,7 +170,7 @@ class LatticeComponent(Component):
     def _quadrant(self) -> np.ndarray:
         q = 2.0 * np.pi / _GRID * np.arange(_GRID // 2 + 1)
         qx, qy = np.meshgrid(q, q, indexing="ij")
-        qx[0, 0] = 1.0  # any: set below
+        qx[0, 0] = 1.0  # any wave number: the result is set below
         number, (first, second) = np.hypot(qx, qy), self.series[:2]
         singular = harmonic_sum(qx, qy, first, self._cross) / number
         singular += harmonic_sum(qx, qy, second, self._cross)
@@ -174,11 +179,12 @@ class LatticeComponent(Component):
         rest[0, 0] = 0.0
         for axis, odd in enumerate((self.odd_x, self.odd_y)):
             rest = _series(rest, odd, axis)
-        kernel = rest[:_TABLE, :_TABLE] * (2.0 / _GRID**2)
+        size = _TABULATED_SPACINGS
+        kernel = rest[:size, :size] * (2.0 / _GRID**2)
         if self.odd_x or self.odd_y:
             kernel = -kernel
 
-        i, half = np.arange(_TABLE, dtype=float), 0.5 * self._cross
+        i, half = np.arange(size, dtype=float), 0.5 * self._cross
         r = np.maximum(np.hypot(i[:, None], i), 1e-9)  # the limit at the origin
         angle, x = np.arctan2(i, i[:, None]), r * r / (8.0 * _WIDTH**2)
         for n, m in enumerate(first * self._signs(first.size)):
@@ -189,7 +195,7 @@ class LatticeComponent(Component):
             turned = (m * np.exp(2j * (n + half) * angle)).real
             kernel += turned * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
         if not (self.odd_x or self.odd_y):
-            # the images of the transform are far away and shift all values by the same
+            # periodic images are far away and add about the same to all values
             kernel += (self._distant(i[-1:], i) - kernel[-1]).mean()
         return kernel
 
@@ -199,7 +205,7 @@ class LatticeComponent(Component):
 
 
 def _series(values: np.ndarray, odd: bool, axis: int) -> np.ndarray:
-    """Sum sines, of odd values, or cosines along an axis."""
+    """Return sums of sines for odd values, or sums of cosines, along an axis."""
     if not odd:
         return dct(values, 1, axis=axis)
     inner = values.take(range(1, values.shape[axis] - 1), axis)

@@ -5,12 +5,12 @@ matrices
 
 .. math:: D_{ll'}(q) = \sum_R \Phi_{ll'}(R)\, e^{i q \cdot R},
 
-which act on displacements :math:`\exp(i q \cdot r)`. Those of the bulk depend on
-:math:`l' - l` and the sublattice of :math:`l` alone. Principal layers of as many layers
-as the force constants reach couple to their neighbours only. The bulk is condensed onto
-its first principal layer by decimation, each step of which eliminates every second one,
-and the layers near the surface are added on top. The Green's function is the block of
-the first layer of the inverse.
+which act on displacements :math:`\exp(i q \cdot r)`. In the bulk they depend only on
+:math:`l' - l` and on the sublattice of :math:`l`. Principal layers, each of as many
+layers as the force constants reach, couple to their neighbours only. Decimation
+condenses the bulk onto its first principal layer: each step eliminates every second
+principal layer. The layers near the surface are added on top. The Green's function is
+the block of the first layer in the inverse.
 
 References
 ----------
@@ -29,23 +29,26 @@ import numpy as np
 
 from ase_roughcontact.elasticity.crystals.force_constants import ForceConstants
 
-# Coupling of the remaining principal layers, relative to their stiffness, at which the
-# decimation ends, and its largest number of steps.
-_DECOUPLED, _MOST_STEPS = 1e-15, 60
+# Coupling of neighbouring principal layers, relative to their stiffness, at which the
+# decimation ends.
+_MIN_COUPLING = 1e-15
+# Largest number of steps of the decimation.
+_MAX_STEPS = 60
 
 
 class LatticeGreensFunction:
     """Response of the surface atoms of a crystal to forces on them.
 
     The sum rule and the symmetry under exchange of two atoms are imposed on the force
-    constants: couplings are averaged, and those of an atom with itself corrected.
+    constants: the couplings of two atoms are averaged, and the coupling of an atom with
+    itself is corrected.
 
     Parameters
     ----------
     constants : ForceConstants
         Couplings down to the first layer of the bulk.
     layers : int, optional
-        Largest number of layers of which `stiffness` is needed.
+        Largest number of layers for which `stiffness` is needed.
 
     Attributes
     ----------
@@ -65,7 +68,7 @@ class LatticeGreensFunction:
         self._couplings = astuple(constants)[:4]
         self._itself = np.zeros((self.layers + 2 * self._reach, 3, 3))
         totals = self._matrices(np.zeros((1, 2)))[0].real.sum(axis=1)
-        # those of the last principal layer lack some couplings, and are not needed
+        # sums of the last principal layer are incomplete, but not needed
         self._itself = -(totals + totals.swapaxes(1, 2)) / 2
 
     def __call__(self, q: np.ndarray) -> np.ndarray:
@@ -79,8 +82,8 @@ class LatticeGreensFunction:
         Returns
         -------
         ndarray, shape (n, 3, 3)
-            Displacement ``exp(i q.r)`` of the surface atoms per force on each
-            (length/force).
+            Amplitude of the displacement ``exp(i q.r)`` of the surface atoms per force
+            on each (length/force).
 
         Raises
         ------
@@ -98,7 +101,7 @@ class LatticeGreensFunction:
         return np.linalg.solve(top, load)[:, :3]
 
     def stiffness(self, q: np.ndarray, number: int) -> np.ndarray:
-        """Return the stiffness of the upper layers, the others being relaxed.
+        """Return the stiffness of the upper layers; the layers below are relaxed.
 
         Parameters
         ----------
@@ -140,16 +143,16 @@ class LatticeGreensFunction:
         """
         number, bulk = len(self._itself), self._bulk
         matrices = np.zeros((len(q), number, number, 3, 3), complex)
-        known = dynamical_matrices(q, self._couplings)
+        given = dynamical_matrices(q, self._couplings)
         for a, b in product(range(number), repeat=2):
             # the layer of the same sublattice that represents the bulk
             source = a if a < bulk else bulk + (a - bulk) % self.sublattices
-            matrix = known.get((source, source + b - a))
-            # layers that are decimated do not know the surface
+            matrix = given.get((source, source + b - a))
+            # decimated layers are not coupled to layers above the bulk
             beyond = a < bulk and b >= self.layers
             if matrix is None or beyond or b < bulk <= a:
                 continue
-            # both atoms are sources, but for one above the bulk and one of it
+            # a pair is found from both atoms, unless only one is above the bulk
             half = matrix if a < bulk <= b else matrix / 2
             matrices[:, a, b] += half
             matrices[:, b, a] += half.conj().swapaxes(1, 2)
@@ -163,8 +166,8 @@ def dynamical_matrices(
 ) -> dict[tuple[int, int], np.ndarray]:
     """Return the dynamical matrices at wave vectors, shape (n, 2), by pairs of layers.
 
-    Each has the shape (n, 3, 3). The couplings are source, target, offset and matrix as
-    in `ForceConstants`.
+    Each has the shape (n, 3, 3). The couplings are the arrays source, target, offset
+    and matrix of `ForceConstants`.
     """
     source, target, offset, matrix = couplings
     matrices = {}
@@ -178,8 +181,8 @@ def dynamical_matrices(
 def _decimated(within: np.ndarray, below: np.ndarray) -> np.ndarray:
     """Return the stiffness of the first principal layer of a semi-infinite crystal."""
     surface = within
-    for _ in range(_MOST_STEPS):
-        if abs(below).max() <= _DECOUPLED * abs(within).max():
+    for _ in range(_MAX_STEPS):
+        if abs(below).max() <= _MIN_COUPLING * abs(within).max():
             return surface
         above = below.conj().swapaxes(-1, -2)
         to_below, to_above = (np.linalg.solve(within, m) for m in (below, above))
@@ -189,7 +192,6 @@ def _decimated(within: np.ndarray, below: np.ndarray) -> np.ndarray:
         if np.linalg.eigvalsh(surface).min() <= 0.0:
             break
     raise ValueError(
-        "the crystal is not stable: its force constants have a negative mode, or "
-        "errors that a larger displacement or more layers reduce (or a wave vector is "
-        "zero)"
+        "the crystal is not stable: its force constants have a negative mode or large "
+        "errors: increase displacement or layers (wave vectors must not be zero)"
     )
