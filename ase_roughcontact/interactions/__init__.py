@@ -10,6 +10,7 @@ The walls have no units of their own: any consistent set can be used. Only `make
 and `Parameter`, which make walls from scene files, use ASE's.
 """
 
+from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact.interactions.base import (
     WALLS,
     Interaction,
@@ -17,6 +18,7 @@ from ase_roughcontact.interactions.base import (
     scaled_attraction,
     wall_parameters,
 )
+from ase_roughcontact.interactions.friction import LAWS
 from ase_roughcontact.interactions.hard import HardWall, PlasticWall
 from ase_roughcontact.interactions.hard_adhesive import (
     DugdaleWall,
@@ -29,9 +31,9 @@ from ase_roughcontact.interactions.lennard_jones import (
     LennardJones93,
     RepulsiveLennardJones93,
 )
-from ase_roughcontact.interactions.parameter import Parameter
 
 __all__ = [
+    "LAWS",
     "WALLS",
     "AdhesiveLennardJones93",
     "DugdaleWall",

@@ -9,16 +9,20 @@ from typing import ClassVar
 
 import numpy as np
 
-from ase_roughcontact._util.validation import lookup
-from ase_roughcontact.interactions.parameter import Parameter
+from ase_roughcontact._util.parameter import Parameter
+from ase_roughcontact._util.registry import Registered, Registry, types_of_parameters
 
 Profile = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 #: Walls by their `kind`; filled by the definition of a subclass of `Interaction`.
-WALLS: dict[str, type[Interaction]] = {}
+WALLS: Registry[type[Interaction]] = Registry("kind of interaction")
+#: Work of adhesion: at most some ten times that of metals, or it is in another unit.
+WORK_OF_ADHESION = Parameter("J/m^2", below=10.0)
+#: Range of the attraction; materials have one, see `build`.
+RANGE = Parameter("a0", optional=True)
 
 
-class Interaction(ABC):
+class Interaction(Registered, ABC):
     """Base class of walls: energy per area, pressure and stiffness of a gap.
 
     A subclass defines `evaluate` and the first four attributes, as class attributes,
@@ -77,32 +81,15 @@ class Interaction(ABC):
     hardness: float = math.inf
     permanent: bool = False
     kappa: float | None = None
-    kind: ClassVar[str] = ""
+    registry = WALLS
     label: ClassVar[str] = ""
-    parameters: ClassVar[Mapping[str, Parameter]] = {}
 
     def __init_subclass__(cls) -> None:
-        """Register a wall that has a `kind`.
-
-        Raises
-        ------
-        ValueError
-            If another wall has the same kind.
-        """
+        """Register a wall that has a `kind`, and give it a label."""
         super().__init_subclass__()
-        kind = vars(cls).get("kind")
         if "label" not in vars(cls):
+            kind = vars(cls).get("kind")
             cls.label = f"{kind} wall" if kind else cls.__name__
-        if not kind:
-            return
-        known = WALLS.setdefault(kind, cls)
-        # the definition of a class may be repeated, in a notebook for instance
-        names = [(wall.__module__, wall.__qualname__) for wall in (known, cls)]
-        if names[0] != names[1]:
-            raise ValueError(
-                f"kind must be a name of its own: {kind!r} is that of {known.__name__}"
-            )
-        WALLS[kind] = cls
 
     @classmethod
     def for_substrate(
@@ -235,9 +222,7 @@ def scaled_attraction(
 
 def wall_parameters() -> dict[str, tuple[type, ...]]:
     """Return the types of the parameters of all kinds of wall, by their names."""
-    walls = WALLS.values()
-    types = {k: each.types for wall in walls for k, each in wall.parameters.items()}
-    return dict(sorted(types.items()))
+    return types_of_parameters(WALLS)
 
 
 def make_wall(
@@ -268,22 +253,6 @@ def make_wall(
     ValueError
         If the kind is unknown, or a parameter is unknown, missing or out of range.
     """
-    wall = lookup(kind, WALLS, "kind of interaction")
-    foreign = [
-        f"kind = {kind!r} has no {name}, got {given!r}"
-        for name, given in parameters.items()
-        if name not in wall.parameters
-    ]
-    if foreign:
-        known = ", ".join(wall.parameters) or "none"
-        raise ValueError(f"{'; '.join(foreign)}; its parameters: {known}")
-    values = {}
-    for name, parameter in wall.parameters.items():
-        value = parameters.get(name, parameter.default)
-        if value is None and parameter.optional:
-            continue
-        if value is None:
-            unit = f" ({parameter.unit})" if parameter.unit else ""
-            raise ValueError(f"kind = {kind!r} needs {name}{unit}")
-        values[name] = parameter.convert(name, value, spacing)
+    wall = WALLS.find(kind)
+    values = wall.converted_parameters(parameters, spacing)
     return wall.for_substrate(contact_modulus, spacing, **values)

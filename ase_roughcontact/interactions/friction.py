@@ -8,16 +8,28 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.parameter import Parameter
+from ase_roughcontact._util.registry import Registered, Registry
 from ase_roughcontact._util.validation import positive, shown
 
+#: Friction laws by their `kind`; filled by the definition of subclasses.
+LAWS: Registry[type[FrictionLaw]] = Registry("kind of friction law")
 
-class FrictionLaw(ABC):
-    """Base class of friction laws; a subclass defines `bound`."""
+
+class FrictionLaw(Registered, ABC):
+    """Base class of friction laws; a subclass defines `bound`.
+
+    A subclass with a `kind` can be used in scene files, too; its `parameters` are keys
+    of the section ``[friction]``.
+    """
+
+    registry = LAWS
 
     @abstractmethod
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -82,6 +94,54 @@ class FrictionLaw(ABC):
         return {"name": type(self).__name__, **vars(self)}
 
 
+def law_of(kind: str | None, given: Mapping[str, Any]) -> type[FrictionLaw]:
+    """Return the class of a friction law of a scene file.
+
+    Parameters
+    ----------
+    kind : str or None
+        One of `LAWS`; None for the first law that the given keys fit.
+    given : mapping of str to float or str
+        Parameters of the law in the file.
+
+    Raises
+    ------
+    ValueError
+        If there is no such law.
+    """
+    if kind is not None:
+        return LAWS.find(kind)
+    fitting = [law for law in LAWS.values() if _fits(given, law)]
+    if not fitting:
+        raise ValueError("give coefficient, shear_strength, or both")
+    return fitting[0]
+
+
+def make_law(kind: str | None, given: Mapping[str, Any], spacing: float) -> FrictionLaw:
+    """Make the friction law of a scene file.
+
+    Parameters
+    ----------
+    kind, given
+        See `law_of`; values in the units of the file, or with a unit.
+    spacing : float
+        Atomic spacing a0 (Å).
+
+    Raises
+    ------
+    ValueError
+        If there is no such law, or a parameter is unknown, missing or out of range.
+    """
+    law = law_of(kind, given)
+    return law.of_parameters(**law.converted_parameters(given, spacing))
+
+
+def _fits(given: Mapping[str, Any], law: type[FrictionLaw]) -> bool:
+    """Return whether the keys of a section are the parameters of a law."""
+    needed = {name for name, each in law.parameters.items() if each.required}
+    return needed <= given.keys() <= law.parameters.keys()
+
+
 def check_law(friction: Any) -> None:
     """Raise `TypeError` unless friction is a law."""
     if not isinstance(friction, FrictionLaw):
@@ -109,6 +169,12 @@ class Coulomb(FrictionLaw):
         If a parameter is not positive.
     """
 
+    kind = "coulomb"
+    parameters = {
+        "coefficient": Parameter(),
+        "shear_strength": Parameter("GPa", optional=True),
+    }
+
     coefficient: float
     strength: float = math.inf
 
@@ -116,6 +182,12 @@ class Coulomb(FrictionLaw):
         positive(coefficient=self.coefficient)
         if self.strength != math.inf:
             positive(strength=self.strength)
+
+    @classmethod
+    def of_parameters(cls, **parameters: float) -> Coulomb:
+        """Return the law; the shear strength may be missing."""
+        strength = parameters.get("shear_strength", math.inf)
+        return cls(parameters["coefficient"], strength)
 
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return ``min(mu p, tau)``; see `FrictionLaw`."""
@@ -140,10 +212,18 @@ class Tresca(FrictionLaw):
         If it is not positive.
     """
 
+    kind = "tresca"
+    parameters = {"shear_strength": Parameter("GPa")}
+
     strength: float
 
     def __post_init__(self) -> None:
         positive(strength=self.strength)
+
+    @classmethod
+    def of_parameters(cls, **parameters: float) -> Tresca:
+        """Return the law of a shear strength."""
+        return cls(parameters["shear_strength"])
 
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the strength; see `FrictionLaw`."""

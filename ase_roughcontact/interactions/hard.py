@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.validation import boolean, positive
 from ase_roughcontact.interactions.base import Interaction, Profile
-from ase_roughcontact.interactions.parameter import Parameter
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.interactions.base import Interaction, Profile
-from ase_roughcontact.interactions.parameter import WORK_OF_ADHESION, Parameter
+from ase_roughcontact.interactions.base import WORK_OF_ADHESION, Interaction, Profile
 
 _RANGE = Parameter("a0", default=1.0)
 # Smallest relative cutoff: the difference to a straight line is lost to rounding below.

@@ -8,20 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import nonnegative, positive
-from ase_roughcontact.interactions.base import Interaction, Profile
+from ase_roughcontact.interactions.base import (
+    RANGE,
+    WORK_OF_ADHESION,
+    Interaction,
+    Profile,
+)
 from ase_roughcontact.interactions.forms import (
     nine_three,
     nine_three_inverse,
     smooth_tail,
     switched_off,
     taylor,
-)
-from ase_roughcontact.interactions.parameter import (
-    RANGE,
-    WORK_OF_ADHESION,
-    Parameter,
 )
 
 

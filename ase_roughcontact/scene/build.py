@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import Shape, lookup, positive
+from ase_roughcontact._util.validation import Shape, positive
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import (
     ElasticSolid,
@@ -313,8 +313,7 @@ def _wall(
 ) -> Interaction:
     """Return the wall, with parameters of the materials for those not given."""
     kind, parameters = scene.interaction.kind, dict(scene.interaction.parameters)
-    missing = lookup(kind, WALLS, "kind of interaction").parameters.keys()
-    missing -= parameters.keys()
+    missing = WALLS.find(kind).parameters.keys() - parameters.keys()
     materials = scene.substrate.material, scene.sphere.material
     if "work_of_adhesion" in missing and all(materials):
         parameters["work_of_adhesion"] = named_materials.work_of_adhesion(*materials)

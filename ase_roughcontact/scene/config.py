@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
 
-from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import grid_shape, lookup, one_of, positive
-from ase_roughcontact.interactions import WALLS, wall_parameters
-from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
+from ase_roughcontact._util.registry import Registry
+from ase_roughcontact._util.validation import grid_shape, lookup, one_of
+from ase_roughcontact.interactions import WALLS
+from ase_roughcontact.interactions.friction import LAWS, FrictionLaw, law_of, make_law
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.optimize.settings import on_modes
 from ase_roughcontact.path_kinds.sliding.coupling import COUPLINGS
-from ase_roughcontact.scene.section import Section, kind_of, plain_values
+from ase_roughcontact.scene.section import KindSection, Section
 from ase_roughcontact.windows.regrid import GridChange
 
 # Element of the atoms if none is named.
@@ -129,7 +128,7 @@ class SphereConfig(Section):
 
 
 @dataclass(frozen=True)
-class InteractionConfig(Section):
+class InteractionConfig(KindSection):
     """``[interaction]``: kind of wall, and its parameters.
 
     In a file the parameters are further keys of the section; the class of the wall
@@ -138,39 +137,31 @@ class InteractionConfig(Section):
 
     title = "interaction"
 
+    kinds = WALLS
+
     kind: str = "repulsive"
     parameters: Mapping[str, float | str] = field(default_factory=dict, hash=False)
 
-    @classmethod
-    def of(cls, entries: Mapping[str, Any]) -> InteractionConfig:
-        """Return the section with the given entries; see `Section.of`."""
-        kind_of(cls.title, entries, cls.kind, WALLS, "interaction")
-        parameters = cls.checked(entries)
-        return cls(parameters.pop("kind", cls.kind), parameters)
-
-    @classmethod
-    def types(cls) -> dict[str, tuple[type, ...]]:
-        """Return the types that each key accepts, parameters of all walls included."""
-        return {"kind": (str,), **wall_parameters()}
-
-    def entries(self) -> dict[str, Any]:
-        """Return the values by key, of parameters only those that are given."""
-        return {"kind": self.kind, **plain_values(dict(self.parameters))}
-
 
 @dataclass(frozen=True)
-class FrictionConfig(Section):
-    """``[friction]``: friction coefficient, shear strength in GPa, or both.
+class FrictionConfig(KindSection):
+    """``[friction]``: friction law, and its parameters.
 
+    Without a kind the law is the first one with the given keys: Coulomb's with a
+    friction coefficient, at most a shear strength if both are given, else Tresca's of a
+    shear strength (GPa). A law of one's own may have further keys, see `FrictionLaw`.
     `coupling` is that of normal and lateral motion, see `SlidingSteps`.
     """
 
     title = "friction"
     units = {"shear_strength": "GPa"}
+    kinds = LAWS
 
     coefficient: float | None = None
     shear_strength: float | None = None
     coupling: str = COUPLINGS[0]
+    kind: str | None = None
+    parameters: Mapping[str, float | str] = field(default_factory=dict, hash=False)
 
     @property
     def coupled(self) -> bool:
@@ -178,41 +169,52 @@ class FrictionConfig(Section):
         return self.coupling != COUPLINGS[0]
 
     @property
-    def law(self) -> FrictionLaw:
-        """Largest traction of an atom, the smaller one of two."""
+    def given_to_law(self) -> dict[str, float | str]:
+        """Parameters of the law that are given, in the units of the file."""
+        own = {"coefficient": self.coefficient, "shear_strength": self.shear_strength}
+        values = {key: value for key, value in own.items() if value is not None}
+        return values | dict(self.parameters)
+
+    def law_on(self, spacing: float) -> FrictionLaw:
+        """Return the law.
+
+        Parameters
+        ----------
+        spacing : float
+            Atomic spacing a0 (Å).
+
+        Raises
+        ------
+        ValueError
+            If the law can't be made from the keys; see `make_law`.
+        """
         one_of(COUPLINGS, coupling=self.coupling)
-        strength = self.shear_strength
-        if strength is not None:
-            positive(shear_strength=strength)
-            strength *= UNITS["GPa"]
-        if self.coefficient is not None:
-            return Coulomb(self.coefficient, strength or math.inf)
-        if strength is None:
-            raise ValueError("give coefficient, shear_strength, or both")
-        return Tresca(strength)
+        return make_law(self.kind, self.given_to_law, spacing)
 
     @property
     def label(self) -> str:
         """The law in words."""
-        found = (
-            [] if self.coefficient is None else [f"coefficient {self.coefficient:g}"]
-        )
-        if self.shear_strength is not None:
-            found.append(f"shear strength {self.shear_strength:g} GPa")
+        given = self.given_to_law
+        parameters = law_of(self.kind, given).parameters
+        words = [parameters[key].words(key, value) for key, value in given.items()]
+        kind = [self.kind] if self.kind else []
         coupled = "; coupled to the pressure" if self.coupled else ""
-        return ", at most a ".join(found) + coupled
+        return ", ".join(kind + words) + coupled
 
 
 #: Optimizers by the names used in scene files. One more is an entry:
 #: ``OPTIMIZERS["BFGS"] = on_modes(BFGS)``.
-OPTIMIZERS: dict[str, Callable[..., Any]] = {
-    "NewtonKrylov": NewtonKrylov,
-    "ActiveSet": ActiveSet,
-    "LBFGS": on_modes(LBFGS),
-    "FIRE": on_modes(FIRE),
-    "FIRE2": on_modes(FIRE2),
-    "BFGSLineSearch": on_modes(BFGSLineSearch),
-}
+OPTIMIZERS: Registry[Callable[..., Any]] = Registry(
+    "optimizer",
+    {
+        "NewtonKrylov": NewtonKrylov,
+        "ActiveSet": ActiveSet,
+        "LBFGS": on_modes(LBFGS),
+        "FIRE": on_modes(FIRE),
+        "FIRE2": on_modes(FIRE2),
+        "BFGSLineSearch": on_modes(BFGSLineSearch),
+    },
+)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 
 from ase_roughcontact._util.files import write_table
+from ase_roughcontact._util.registry import Registry
 from ase_roughcontact._util.units import FORCES, PRESSURES, QUANTITY, UNITS, with_unit
 from ase_roughcontact._util.validation import (
     FloatArray,
@@ -38,7 +39,7 @@ _OF_CURVES = {"time": "s", "distance": "nm", "deflection": "nm", "force": "nN"}
 AnyPath = TypeVar("AnyPath", bound="PathKind")
 
 #: Kinds of path by their `kind`; filled by the definition of a subclass of `PathKind`.
-PATHS: dict[str, type[PathKind]] = {}
+PATHS: Registry[type[PathKind]] = Registry("kind of path")
 
 
 @dataclass(frozen=True)
@@ -79,8 +80,8 @@ class PathKind(Section):
     def __init_subclass__(cls) -> None:
         """Make the kind known to scene files."""
         super().__init_subclass__()
-        if "kind" in vars(cls):
-            PATHS[cls.kind] = cls
+        if kind := vars(cls).get("kind"):
+            PATHS.add(kind, cls)
 
     @classmethod
     def of(cls, entries: Mapping[str, Any]) -> Any:
@@ -88,7 +89,7 @@ class PathKind(Section):
 
         Keys of other kinds are ignored at their defaults, which older files contain.
         """
-        kind = kind_of(cls.title, entries, PathKind.kind, PATHS, "path")
+        kind = kind_of(cls.title, entries, PathKind.kind, PATHS)
         if kind.kind == "loop" and entries.get("rate") is not None:
             kind = PATHS["time"]  # of penetrations
             entries = {"control": "penetration", **entries}

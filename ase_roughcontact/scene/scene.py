@@ -240,7 +240,7 @@ class Scene(SceneFile):
         with problems.of("output"):
             _ = self.record
         with problems.of("friction"):
-            _ = self.friction and self.friction.law
+            _ = self.friction and self.friction.law_on(self.spacing)
             if self.friction and not issubclass(self.path.record, SlidingStep):
                 kind = self.path.kind
                 raise ValueError(
@@ -303,7 +303,7 @@ class Scene(SceneFile):
     def optimizer(self) -> Any:
         """Optimizer; None if it is chosen for the wall."""
         name = self.solver.optimizer
-        return None if name is None else lookup(name, OPTIMIZERS, "optimizer")
+        return None if name is None else OPTIMIZERS.find(name)
 
     @property
     def shape(self) -> tuple[int, int] | None:

@@ -22,6 +22,7 @@ from typing import (
 )
 
 from ase_roughcontact._util.identity import canonical
+from ase_roughcontact._util.registry import Registry, types_of_parameters
 from ase_roughcontact._util.units import (
     LENGTHS,
     QUANTITY,
@@ -231,6 +232,52 @@ class Section:
         return replace(self, **files)
 
 
+class KindSection(Section):
+    """Section whose key `kind` names a class with keys of its own.
+
+    A subclass has the fields `kind` and `parameters`.
+
+    Attributes
+    ----------
+    kinds : Registry
+        The classes by their kind.
+    parameters : mapping of str to float or str
+        Values of the keys that are no fields.
+    """
+
+    kinds: ClassVar[Registry[Any]]
+    kind: Any
+    parameters: Mapping[str, float | str]
+
+    @classmethod
+    def of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
+        """Return the section with the given entries; see `Section.of`."""
+        given = cls.checked(entries)
+        own = {each.name for each in fields(cls)}
+        others = [key for key in given if key not in own]
+        given["parameters"] = {key: given.pop(key) for key in others}
+        return cls(**given)
+
+    @classmethod
+    def types(cls) -> dict[str, tuple[type, ...]]:
+        """Return the types that each key accepts, parameters of all kinds included."""
+        own = super().types()
+        del own["parameters"]
+        return types_of_parameters(cls.kinds) | own
+
+    @classmethod
+    def checked(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries; see `Section.checked`, also for an unknown kind."""
+        if entries.get("kind", cls.kind):
+            kind_of(cls.title, entries, cls.kind, cls.kinds)
+        return super().checked(entries)
+
+    def entries(self) -> dict[str, Any]:
+        """Return the values by key, of parameters only those that are given."""
+        entries = super().entries()
+        return entries | entries.pop("parameters")
+
+
 class Problems:
     """Errors in the sections of a scene, which are raised together.
 
@@ -267,7 +314,7 @@ class Problems:
 
 
 def kind_of(
-    title: str, entries: Mapping[str, Any], default: str, kinds: Mapping, what: str
+    title: str, entries: Mapping[str, Any], default: str, kinds: Registry[Any]
 ) -> Any:
     """Return the class that the entry ``kind`` of a section names."""
     kind = entries.get("kind", default)
@@ -275,7 +322,7 @@ def kind_of(
         raise ValueError(f"[{title}] kind must be a string, got {shown(kind)}")
     if kind not in kinds:
         raise ValueError(
-            f"[{title}] {unknown(kind, list(kinds), f'kind of {what}')}. A kind of "
+            f"[{title}] {unknown(kind, list(kinds), kinds.what)}. A kind of "
             "your own must be imported before the scene is read, in a Python script"
         )
     return kinds[kind]

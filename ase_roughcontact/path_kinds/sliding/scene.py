@@ -194,7 +194,7 @@ class Sliding(PathKind):
         return SlidingSteps(
             stepper,
             self.targets(bodies),
-            bodies.friction.law,
+            bodies.friction.law_on(bodies.spacing),
             np.outer(self._between(turns), self.towards),
             control,
             self.spring_stiffness,

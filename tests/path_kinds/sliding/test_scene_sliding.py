@@ -63,7 +63,7 @@ def relaxed(**values):
 
 
 def test_the_scene_of_the_guide_is_within_the_limits_of_the_model():
-    page = Path(__file__).parents[2] / "examples" / "guide" / "friction.md"
+    page = Path(__file__).parents[3] / "examples" / "guide" / "friction.md"
     (text,) = re.findall(r"(?s)```toml\n(.*?)```", page.read_text())
     steps = list(Scene.parse(text).relax())
     assert len(steps) == 25
@@ -268,11 +268,15 @@ def test_maps_of_tractions_are_turned_as_the_scan(tmp_path, monkeypatch):
 
 
 def test_laws_of_a_scene():
-    assert scene_with().friction.law == Coulomb(0.3)
-    both = scene_with(friction__shear_strength="500 MPa").friction.law
-    assert both == Coulomb(0.3, strength=0.5 * GPA)
-    only = scene_with(friction__coefficient=None, friction__shear_strength=0.5)
-    assert only.friction.law == Tresca(0.5 * GPA)
+    def law(**values):
+        return scene_with(**values).friction.law_on(2.5)
+
+    strength = {"friction__shear_strength": "500 MPa"}
+    assert law() == law(friction__kind="coulomb") == Coulomb(0.3)
+    assert law(**strength) == Coulomb(0.3, strength=0.5 * GPA)
+    assert law(**strength, friction__coefficient=None) == Tresca(0.5 * GPA)
+    with pytest.raises(ValueError, match=r"'tresca' has no coefficient, got 0\.3"):
+        law(**strength, friction__kind="tresca")
 
 
 def test_poissons_ratio_is_that_of_the_substrate():
@@ -326,8 +330,8 @@ def test_two_elastic_bodies_slide_as_their_compliances_add_up():
         ({"path.first": 1.0}, "first"),
         ({"friction": None}, r'"sliding" needs a section \[friction\]'),
         ({"friction.coefficient": None}, "give coefficient, shear_strength, or both"),
-        ({"friction.coefficient": -0.1}, "coefficient must be a finite number > 0"),
-        ({"friction.shear_strength": 0.0}, "shear_strength must be a finite number"),
+        ({"friction.coefficient": -0.1}, r"coefficient must be > 0, got -0\.1"),
+        ({"friction.shear_strength": 0.0}, "shear_strength must be > 0 GPa"),
         ({"substrate.poisson": None}, "give poisson"),
         ({"substrate.poisson": 0.7}, "poisson must be above -1 and at most 1/2"),
         (

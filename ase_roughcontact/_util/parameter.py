@@ -1,4 +1,4 @@
-"""Parameters of a wall in a scene file: units, defaults and limits."""
+"""Parameters of a part in a scene file: units, defaults and limits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ase_roughcontact._util.validation import boolean, finite
 
 @dataclass(frozen=True)
 class Parameter:
-    """Parameter with which a scene file specifies a wall.
+    """Parameter with which a scene file specifies a wall, a solid or a friction law.
 
     Parameters
     ----------
@@ -43,11 +43,21 @@ class Parameter:
             raise ValueError(f"unit must be one of {[*UNITS, 'a0']}, got {self.unit!r}")
 
     @property
+    def required(self) -> bool:
+        """Whether a file must give the parameter."""
+        return self.default is None and not self.optional
+
+    @property
     def types(self) -> tuple[type, ...]:
         """Types of the value in a file."""
         if isinstance(self.default, bool):
             return (bool,)
         return (float, str) if self.unit else (float,)
+
+    def words(self, name: str, value: float | str) -> str:
+        """Return name and value as they are printed: "shear strength 0.5 GPa"."""
+        text = value if isinstance(value, str) else f"{value:g} {self.unit}".rstrip()
+        return f"{name.replace('_', ' ')} {text}"
 
     def convert(self, name: str, value: float | str, spacing: float) -> float:
         """Return a value of a scene file in ASE's units.
@@ -83,9 +93,3 @@ class Parameter:
             unit = f" {self.unit}" if self.unit else ""
             raise ValueError(f"{name} must be {limits}{unit}, got {given!r}")
         return value * scale
-
-
-#: Work of adhesion: at most some ten times that of metals, or it is in another unit.
-WORK_OF_ADHESION = Parameter("J/m^2", below=10.0)
-#: Range of the attraction; materials have one, see `build`.
-RANGE = Parameter("a0", optional=True)

@@ -1,0 +1,147 @@
+"""Parts that are defined outside of the package, named in a scene file."""
+
+from dataclasses import dataclass
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from ase.optimize import FIRE2
+
+from ase_roughcontact import FrictionLaw
+from ase_roughcontact._util.registry import Registry
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.cli import main
+from ase_roughcontact.interactions import LAWS, Parameter
+from ase_roughcontact.optimize.settings import on_modes
+from ase_roughcontact.scene import OPTIMIZERS, PathKind, Scene
+from ase_roughcontact.scene.path_kind import PATHS
+
+SLIDING = """
+[substrate]
+model = "atoms"
+contact_modulus = 80.0
+poisson = 0.3
+spacing = 2.5
+hardness = inf
+[sphere]
+radius = "20 nm"
+[interaction]
+kind = "hard"
+[path]
+kind = "sliding"
+values = [20.0]
+displacements = [0, 1.0]
+steps = 2
+[friction]
+"""
+
+
+class Cohesive(FrictionLaw):
+    """Friction proportional to pressure beyond a cohesion, within a radius."""
+
+    parameters = {
+        "slope": Parameter(),
+        "cohesion": Parameter("GPa", default=0.0, above=-1.0),
+        "radius": Parameter("a0", default=1e3),
+    }
+
+    def __init__(self, slope, cohesion, radius):
+        self.slope, self.cohesion, self.radius = slope, cohesion, radius
+
+    def bound(self, pressure, x, y):
+        within = np.hypot(x, y) < self.radius
+        return within * (self.slope * pressure + self.cohesion)
+
+
+@dataclass(frozen=True)
+class Twice(PathKind):
+    """Two steps of the same penetration."""
+
+    control = "penetration"
+    depth: float = 1.0
+
+    def targets(self, bodies):
+        return np.array([self.depth, self.depth])
+
+
+@pytest.fixture(autouse=True)
+def known():
+    """Registries with these parts, which other tests do not have."""
+    Cohesive.kind, Twice.kind = "cohesive", "twice"
+    optimizers = {"Own": on_modes(FIRE2)}
+    with (
+        patch.dict(LAWS, cohesive=Cohesive),
+        patch.dict(PATHS, twice=Twice),
+        patch.dict(OPTIMIZERS, optimizers),
+    ):
+        yield
+
+
+def lateral_forces(law):
+    """Forces of the steps of sliding under a friction law."""
+    return [step.lateral_force_x for step in Scene.parse(SLIDING + law).relax()]
+
+
+def test_a_friction_law_has_keys_with_units_of_its_own():
+    text = 'kind = "cohesive"\nslope = 0.2\ncohesion = "30 MPa"\nradius = "1 nm"\n'
+    law = Scene.parse(SLIDING + text).friction.law_on(2.5)
+    assert law.slope == 0.2
+    assert law.cohesion == pytest.approx(0.03 * UNITS["GPa"])
+    assert law.radius == pytest.approx(10.0)
+
+
+def test_a_friction_law_of_ones_own_slides_like_the_same_law_of_the_package():
+    own = lateral_forces('kind = "cohesive"\nslope = 0.3\n')
+    assert own == lateral_forces("coefficient = 0.3\n")
+    assert own[-1] > 0.0
+    assert own[-1] > lateral_forces('kind = "cohesive"\nslope = 0.2\n')[-1]
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_the_command_runs_a_scene_with_a_friction_law_of_ones_own(tmp_path, capsys):
+    file, out = tmp_path / "own.toml", tmp_path / "results"
+    file.write_text(SLIDING + 'kind = "cohesive"\nslope = 0.3\ncohesion = 0.1\n')
+    assert main(["run", str(file), "--out", str(out)]) == 0
+    assert "cohesive, slope 0.3, cohesion 0.1 GPa" in capsys.readouterr().out
+    assert Scene.read(out / "scene.toml").friction.parameters["cohesion"] == 0.1
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ('kind = "cohesive"', "kind = .cohesive. needs slope"),
+        ('kind = "cohesive"\nslope = -1.0', "slope must be > 0"),
+        ('kind = "cohesive"\ncoefficient = 0.3', "has no coefficient"),
+        ('kind = "cohesion"', "did you mean .cohesive."),
+        ("slop = 0.3", "did you mean .slope."),
+    ],
+)
+def test_wrong_keys_of_a_friction_law_are_refused_by_name(law, message):
+    with pytest.raises(ValueError, match=rf"\[friction\].*{message}"):
+        Scene.parse(SLIDING + law).check()
+
+
+def test_a_scene_file_names_an_optimizer_and_a_kind_of_path():
+    text = """
+    [substrate]
+    contact_modulus = 80.0
+    shape = [12, 12]
+    [sphere]
+    radius = "5 nm"
+    [path]
+    kind = "twice"
+    depth = 0.5
+    [solver]
+    optimizer = "Own"
+    """
+    own = list(Scene.parse(text).relax())
+    usual = list(Scene.parse(text.replace('"Own"', '"NewtonKrylov"')).relax())
+    assert len(own) == 2
+    assert own[0].normal_force == pytest.approx(usual[0].normal_force, rel=1e-2)
+
+
+def test_a_registry_names_what_it_has():
+    registry = Registry("kind of thing", {"first": 1, "second": 2})
+    assert registry.find("first") == 1
+    with pytest.raises(ValueError, match=r"kind of thing 'frist'.*first.*second"):
+        registry.find("frist")
