@@ -11,7 +11,7 @@ from ase.constraints import Hookean
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.solvers.relaxation import Support
+from ase_roughcontact.contact.support import External, Support
 
 
 def soft_contact_of(atoms: Atoms) -> Contact:
@@ -39,22 +39,13 @@ def soft_contact_of(atoms: Atoms) -> Contact:
     return contact
 
 
-class Indenter:
-    """Load and constraints of the indenter atom, as functions of its height.
+def support_of(atoms: Atoms) -> Support:
+    """Return what holds the indenter atom: its height, or the load, and springs.
 
     Parameters
     ----------
     atoms : Atoms
         Substrate and indenter with a `RoughContact` calculator.
-
-    Attributes
-    ----------
-    fixed : bool
-        Whether the height is fixed.
-    support : Support
-        What holds the indenter.
-    springs : list of Hookean
-        Springs between the indenter and a point or a plane.
 
     Raises
     ------
@@ -62,61 +53,83 @@ class Indenter:
         If atoms stick, or a constraint acts on surface atoms along z, or does anything
         to the indenter but fix it or tie it by a `Hookean` to a point or a plane.
     """
+    check_released(atoms)
+    springs = []
+    for constraint in atoms.constraints:
+        if isinstance(constraint, Hookean):
+            _check_spring(constraint, atoms)
+            springs.append(constraint)
+        elif not _supported(constraint, atoms):
+            raise ValueError(
+                f"{constraint} acts on surface atoms, or is not supported here: "
+                "use one of ASE's optimizers on the atoms themselves"
+            )
+    return _support(atoms, _Springs(atoms, springs) if springs else None)
 
-    def __init__(self, atoms: Atoms) -> None:
-        check_released(atoms)
-        self._last = len(atoms) - 1
+
+def support_beside_others(atoms: Atoms) -> Support:
+    """Return what holds the indenter atom, or its load alone if surface atoms are held.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Substrate and indenter with a `RoughContact` calculator.
+    """
+    return _support(atoms, None) if surface_held(atoms) else support_of(atoms)
+
+
+def surface_held(atoms: Atoms) -> bool:
+    """Return whether atoms have constraints for which `support_of` raises an error."""
+    try:
+        support_of(atoms)
+    except ValueError:
+        return True
+    return False
+
+
+def _support(atoms: Atoms, springs: External | None) -> Support:
+    """Return the support by the calculator's load, and springs."""
+    fixed = indenter_fixed(atoms)
+    return Support(fixed, 0.0 if fixed else atoms.calc.parameters["load"], springs)
+
+
+class _Springs:
+    """Energy and upward force of springs on the indenter atom, at a height."""
+
+    def __init__(self, atoms: Atoms, springs: list[Hookean]) -> None:
+        self._last, self._springs = len(atoms) - 1, springs
         self._xy = atoms.positions[-1, :2].copy()
         self._cell = {"cell": atoms.cell.copy(), "pbc": atoms.pbc.copy()}
-        self.fixed = indenter_fixed(atoms)
-        load = 0.0 if self.fixed else atoms.calc.parameters["load"]
-        self.support = Support(self.fixed, load, self.springs_at)
-        self.springs = []
-        for constraint in atoms.constraints:
-            if isinstance(constraint, Hookean):
-                self.springs.append(self._spring(constraint))
-            elif not _supported(constraint, atoms):
-                raise ValueError(
-                    f"{constraint} acts on surface atoms, or is not supported here: "
-                    "use one of ASE's optimizers on the atoms themselves"
-                )
 
-    def springs_at(self, height: float) -> tuple[float, float]:
-        """Return the energy of the springs and their upward force (eV, eV/Å)."""
+    def __call__(self, height: float) -> tuple[float, float]:
+        """Return energy and upward force (eV, eV/Å)."""
         # a stand-in for arrays over all atoms, of which Hookean reads one entry
         position = np.array([*self._xy, height])
         atoms = SimpleNamespace(positions={self._last: position}, **self._cell)
         forces, energy = {self._last: np.zeros(3)}, 0.0
-        for spring in self.springs:
+        for spring in self._springs:
             spring.adjust_forces(atoms, forces)
             energy += spring.adjust_potential_energy(atoms)
         return float(energy), float(forces[self._last][2])
 
-    def _spring(self, constraint: Hookean) -> Hookean:
-        pair = constraint._type == "two atoms"
-        if pair or constraint.index % (self._last + 1) != self._last:
-            raise ValueError(
-                f"{constraint} does not tie the indenter to a point or a plane: "
-                "use one of ASE's optimizers on the atoms themselves"
-            )
-        if constraint._type == "point" and not np.allclose(
-            constraint.origin[:2], self._xy, rtol=0.0, atol=1e-6
-        ):
-            raise ValueError(
-                f"the spring is tied to {constraint.origin}, beside the indenter at "
-                f"{self._xy}, which moves along z only: tie it to a point above or "
-                "below, x, y, _ = atoms.positions[-1]"
-            )
-        return constraint
 
-
-def surface_held(atoms: Atoms) -> bool:
-    """Return whether atoms have constraints for which `Indenter` raises an error."""
-    try:
-        Indenter(atoms)
-    except ValueError:
-        return True
-    return False
+def _check_spring(constraint: Hookean, atoms: Atoms) -> None:
+    """Raise `ValueError` unless a spring ties the indenter along z."""
+    last, xy = len(atoms) - 1, atoms.positions[-1, :2]
+    pair = constraint._type == "two atoms"
+    if pair or constraint.index % len(atoms) != last:
+        raise ValueError(
+            f"{constraint} does not tie the indenter to a point or a plane: "
+            "use one of ASE's optimizers on the atoms themselves"
+        )
+    if constraint._type == "point" and not np.allclose(
+        constraint.origin[:2], xy, rtol=0.0, atol=1e-6
+    ):
+        raise ValueError(
+            f"the spring is tied to {constraint.origin}, beside the indenter at {xy}, "
+            "which moves along z only: tie it to a point above or below, "
+            "x, y, _ = atoms.positions[-1]"
+        )
 
 
 def _supported(constraint: object, atoms: Atoms) -> bool:

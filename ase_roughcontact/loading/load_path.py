@@ -13,7 +13,7 @@ from ase.constraints import Hookean
 
 from ase_roughcontact._util.validation import Shape, instance_of, positive
 from ase_roughcontact.atoms.calculator import problem_of
-from ase_roughcontact.atoms.constraints import Indenter
+from ase_roughcontact.atoms.constraints import support_of
 from ase_roughcontact.atoms.exchange import regrid
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.history import history_of
@@ -312,7 +312,7 @@ class AtomsPath:
             {"k": s["k"], "rt": s["rt"], "end": np.ravel(s["a2"]).tolist()[2:]}
             for s in described
         ]
-        external = Indenter(atoms).springs_at if springs else None
+        external = support_of(atoms).springs if springs else None
         lost = 0.0
         if change:
             if history_of(atoms, SurfaceGrid.of(atoms)):
@@ -326,7 +326,8 @@ class AtomsPath:
         pulled = (bool(springs) and control == LOAD) or control == BASE
         relaxer = relaxer_of(optimizer, problem.wall, self._frames, pulled)
         if isinstance(relaxer, SolverRelaxer):
-            Indenter(atoms)  # raises for constraints that only optimizers of ASE honour
+            # raises for constraints that only optimizers of ASE honour
+            support_of(atoms)
         self.stepper = Stepper(
             self._frames.problem,
             control,

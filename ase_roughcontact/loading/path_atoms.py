@@ -29,6 +29,7 @@ from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
 from ase_roughcontact.atoms.substrate import supported
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.contact.control import LOAD
+from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
@@ -36,7 +37,7 @@ from ase_roughcontact.loading.trajectory import read_frames, trajectory_writer
 from ase_roughcontact.optimize.base import ContactOptimizer
 from ase_roughcontact.optimize.optimizers import default_optimizer
 from ase_roughcontact.optimize.settings import make_optimizer
-from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start, Support
+from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start
 from ase_roughcontact.stepping.options import Relaxer
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 

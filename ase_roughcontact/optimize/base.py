@@ -15,7 +15,7 @@ from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import has_model, model_of, problem_of
-from ase_roughcontact.atoms.constraints import Indenter
+from ase_roughcontact.atoms.constraints import support_of
 from ase_roughcontact.atoms.grid import displacement
 from ase_roughcontact.contact import State
 from ase_roughcontact.elasticity.lattice import Box
@@ -191,8 +191,8 @@ class ContactOptimizer(Optimizer):
         self.pairs += state.pairs
         self.message = state.message
         self._energy, self._force = state.energy, state.error
-        if self.indenter.fixed:  # the springs are not part of the problem
-            self._energy += self.indenter.support.external(state.height)[0]
+        if self.support.fixed:  # the springs are not part of the problem
+            self._energy += self.support.external(state.height)[0]
         self._converged = state.converged
         if state.converged or state.message:
             self._states.close()  # frees its arrays
@@ -228,7 +228,7 @@ class ContactOptimizer(Optimizer):
         pressure, height = self._start()
         self._converged = is_relaxed(self.contact, pressure, self._force, fmax)
         self._states = self._relaxer.states(
-            self.contact, self.indenter.support, fmax, pressure, height
+            self.contact, self.support, fmax, pressure, height
         )
         try:
             if self.nsteps == 0:
@@ -254,8 +254,8 @@ class ContactOptimizer(Optimizer):
         """Read the constraints, and raise `ValueError` if there is no solver."""
         wall = problem_of(self.atoms)[0].wall
         self.check(wall)
-        self.indenter = Indenter(self.atoms)
-        self.check(wall, bool(self.indenter.springs) and not self.indenter.fixed)
+        self.support = support_of(self.atoms)
+        self.check(wall, self.support.springs is not None and not self.support.fixed)
         self.state = self._applied = None
         self._converged = False
 
@@ -266,7 +266,7 @@ class ContactOptimizer(Optimizer):
         pressure = self._model.elastic_pressure(self.atoms)
         state = State(Box((0, 0), pressure.shape), height, pressure, values)
         first, self._force, self._energy = starting_point(
-            self.contact, state, self.indenter.support
+            self.contact, state, self.support
         )
         return first, height
 

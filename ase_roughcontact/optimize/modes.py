@@ -28,9 +28,9 @@ from ase.utils.abc import Optimizable
 from ase_roughcontact._util.kernels import array_equal, inner, rowwise
 from ase_roughcontact.atoms.calculator import has_model, model_of
 from ase_roughcontact.atoms.constraints import (
-    Indenter,
     reference_stiffness,
     soft_contact_of,
+    support_of,
 )
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.solvers.relaxation import indenter_stiffness, is_relaxed
@@ -125,7 +125,7 @@ class FourierModes(Optimizable):
         rows, columns = self.contact.halfspace.dof_shape
         values = self._real(x, self._from_mode)[:rows, :columns]
         set_displacement(self.atoms, values)
-        if not self.indenter.fixed:
+        if not self.support.fixed:
             self.atoms.positions[-1, 2] = x[-1] * self._z_scale
         self.atoms.calc.reset()
         self._set(x)
@@ -184,7 +184,7 @@ class FourierModes(Optimizable):
 
     def _connect(self) -> None:
         self.contact = soft_contact_of(self.atoms)
-        self.indenter = Indenter(self.atoms)
+        self.support = support_of(self.atoms)
         self._model = model_of(self.atoms)
         self._positions = np.empty_like(self.atoms.positions)
         self._scale()
@@ -195,7 +195,7 @@ class FourierModes(Optimizable):
         The last entry is energy and force of load and springs.
         """
         atoms = self.atoms
-        external = self.indenter.support.external(float(atoms.positions[-1, 2]))
+        external = self.support.external(float(atoms.positions[-1, 2]))
         settings = (
             atoms.cell.tolist(),
             atoms.pbc.tolist(),
@@ -261,7 +261,7 @@ class FourierModes(Optimizable):
         self._known_settings = self._settings()
         self._positions[:] = self.atoms.positions
         self._x = np.array(x, dtype=float)
-        if self.indenter.fixed:
+        if self.support.fixed:
             self._x[-1] = 0.0
         self._gradient = self._norm = None
 
@@ -300,7 +300,7 @@ class FourierModes(Optimizable):
             self._pressure_to_gradient,
         )
         external_energy, external_force = self._known_settings[-1]
-        force = 0.0 if self.indenter.fixed else wall_force + external_force
+        force = 0.0 if self.support.fixed else wall_force + external_force
         gradient[-1] = -force * self._z_scale
         gradient.flags.writeable = False
         self._gradient = gradient

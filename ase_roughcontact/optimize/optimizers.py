@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.base import ContactOptimizer
 from ase_roughcontact.solvers.hard.active_set import active_set
@@ -109,9 +111,9 @@ class ActiveSet(ContactOptimizer):
         if self.state is None:
             raise RuntimeError("there are no residuals before the first step")
         height, load = self.state.height, None
-        if not self.indenter.fixed:
-            load = self.atoms.calc.parameters["load"]
-            load -= self.indenter.springs_at(height)[1]
+        if not self.support.fixed:
+            now = replace(self.support, load=self.atoms.calc.parameters["load"])
+            load = -now.external(height)[1]
         return optimality_residuals(self.contact, self.state.pressure, height, load)
 
 

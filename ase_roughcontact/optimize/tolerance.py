@@ -8,9 +8,8 @@ from ase import Atoms
 
 from ase_roughcontact.atoms.atoms_state import state_of
 from ase_roughcontact.atoms.calculator import model_of
-from ase_roughcontact.atoms.constraints import Indenter, surface_held
-from ase_roughcontact.atoms.sticking import indenter_fixed
-from ase_roughcontact.solvers.relaxation import Run, Support
+from ase_roughcontact.atoms.constraints import support_beside_others
+from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.stepping.convergence import StepRelaxer
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.surface_history import SurfaceHistory
@@ -94,12 +93,4 @@ def solution(atoms: Atoms, error: float) -> tuple[StepRelaxer, Run]:
     surface = SurfaceHistory(problem)
     state, contact = surface.contact(state_of(atoms), surface.step(0.0))
     relax = StepRelaxer(problem, StepOptions(accuracy=error))
-    return relax, relax(contact, state, _support(atoms))
-
-
-def _support(atoms: Atoms) -> Support:
-    """Return what holds the indenter, whatever holds surface atoms."""
-    if not surface_held(atoms):
-        return Indenter(atoms).support
-    fixed = indenter_fixed(atoms)
-    return Support(fixed, 0.0 if fixed else float(atoms.calc.parameters["load"]))
+    return relax, relax(contact, state, support_beside_others(atoms))

@@ -15,6 +15,7 @@ from ase_roughcontact._util.kernels import max_abs
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.contact import Contact, ContactState, State
 from ase_roughcontact.contact.state import without_rounding
+from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.fft import transformed_points
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 
@@ -26,9 +27,6 @@ P = ParamSpec("P")
 
 #: Pressure on the window, shape (n, m), and height of the indenter.
 Start: TypeAlias = "tuple[np.ndarray, float]"
-
-#: Energy of load and springs at a height, and their upward force on the indenter.
-External = Callable[[float], tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -85,31 +83,6 @@ def counts_pairs(
             del state  # its memory is needed
 
     return counting
-
-
-@dataclass(frozen=True)
-class Support:
-    """What holds the indenter: a fixed height, or a load, and springs.
-
-    Attributes
-    ----------
-    fixed : bool
-        Whether the height is given.
-    load : float
-        Force that presses the indenter down, unless its height is given.
-    springs : callable, optional
-        Energy and upward force of springs at a height.
-    """
-
-    fixed: bool
-    load: float = 0.0
-    springs: External | None = None
-
-    def external(self, height: float) -> tuple[float, float]:
-        """Return energy and upward force of load and springs at a height."""
-        load = 0.0 if self.fixed else self.load
-        energy, force = self.springs(height) if self.springs else (0.0, 0.0)
-        return load * height + energy, force - load
 
 
 @dataclass(frozen=True, eq=False)

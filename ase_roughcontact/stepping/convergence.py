@@ -18,7 +18,8 @@ from dataclasses import replace
 import numpy as np
 
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
-from ase_roughcontact.solvers.relaxation import Run, Start, Support, largest_error
+from ase_roughcontact.contact.support import Support
+from ase_roughcontact.solvers.relaxation import Run, Start, largest_error
 from ase_roughcontact.solvers.soft.newton import default_relaxer
 from ase_roughcontact.stepping.accuracy import accuracy_of, tolerance_for
 from ase_roughcontact.stepping.options import StepOptions

@@ -9,7 +9,8 @@ from typing import Any, TypeAlias
 
 from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.contact import Contact, State
-from ase_roughcontact.solvers.relaxation import Run, Start, Support
+from ase_roughcontact.contact.support import Support
+from ase_roughcontact.solvers.relaxation import Run, Start
 from ase_roughcontact.stepping.accuracy import accuracy_of
 
 #: Relaxes a contact from a state, to a tolerance in at most some steps; see

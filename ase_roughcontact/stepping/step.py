@@ -7,7 +7,6 @@ import math
 import time
 from copy import copy
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,9 @@ from ase_roughcontact._util.validation import function, instance_of
 from ase_roughcontact.contact import Problem, State
 from ase_roughcontact.contact.control import BASE, LOAD, Control, control_of
 from ase_roughcontact.contact.state import PLASTIC_DEPTH
+from ase_roughcontact.contact.support import External, Spring, Support
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.relaxation import External, Run, Support, fields_of
+from ase_roughcontact.solvers.relaxation import Run, fields_of
 from ase_roughcontact.stepping.accuracy import accuracy_of
 from ase_roughcontact.stepping.convergence import StepRelaxer
 from ase_roughcontact.stepping.extrapolation import extrapolated, with_earlier
@@ -304,16 +304,10 @@ class Stepper:
             height = min(state.height, first_contact)
             return state.at(height), Support(False, float(target), self._springs)
         if self.control == BASE:
-            spring = partial(_spring, self.options.cantilever, target)
+            spring = Spring(self.options.cantilever, target)
             return state, Support(False, 0.0, spring)
         height = float(self.control.height(target, first_contact))
         return state.at(height), Support(True, 0.0, self._springs)
-
-
-def _spring(stiffness: float, base: float, height: float) -> tuple[float, float]:
-    """Return the energy of a spring to a base, and its upward force."""
-    extension = base - height
-    return 0.5 * stiffness * extension**2, stiffness * extension
 
 
 def _encode(value: Any) -> Any:

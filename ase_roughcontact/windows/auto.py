@@ -25,9 +25,10 @@ from ase_roughcontact._util.kernels import max_abs
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.contact.control import HEIGHT, LOAD, Control
 from ase_roughcontact.contact.state import without_rounding
+from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.lattice import Box, carried
-from ase_roughcontact.solvers.relaxation import Run, Support
+from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
 from ase_roughcontact.windows.expected import (

@@ -9,8 +9,9 @@ import numpy as np
 
 from ase_roughcontact._util.units import with_unit
 from ase_roughcontact.contact import Contact, Problem, State
+from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.relaxation import Run, Support
+from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.topography import RoughSphere
 
 

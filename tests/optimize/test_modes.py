@@ -208,7 +208,7 @@ def test_later_runs_relax_the_atoms_as_they_are_now(changes, periodic):
         change(atoms)
         height = atoms.positions[-1, 2]
         assert dynamics.run(fmax=1e-6, steps=500)
-        if modes.indenter.fixed:
+        if modes.support.fixed:
             assert atoms.positions[-1, 2] == height
         expected = atoms.copy()
         expected.positions[:-1, 2] = 0.0

@@ -10,10 +10,11 @@ import pytest
 from built import atoms_under
 
 import ase_roughcontact as rc
+from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.results.errors import estimated_errors
-from ase_roughcontact.solvers.relaxation import Run, Support
+from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.step import Stepper

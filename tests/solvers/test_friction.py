@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from ase_roughcontact.contact.support import LateralSupport
 from ase_roughcontact.elasticity import Isotropic, cerruti_kernel
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.solvers.lateral.friction import (
-    Drive,
     FrictionOptions,
     solve_friction,
 )
@@ -70,7 +70,7 @@ def test_displacement_is_that_of_cattaneo_and_mindlin():
     full = bound.sum()
     for part in (0.2, 0.7, 0.95):
         found = solve_friction(
-            half, bound, np.zeros((2, n, n)), drive=Drive((part * full, 0.0))
+            half, bound, np.zeros((2, n, n)), support=LateralSupport((part * full, 0.0))
         )
         assert found.converged
         shear = 0.5 * modulus
@@ -95,7 +95,10 @@ def test_a_force_of_the_largest_friction_or_more_makes_the_contact_slide(part, m
     shape, _ = hertz(16, 6.0)
     half = LateralHalfSpace((16, 16), 1.0, Isotropic(1.0, 0.3))
     found = solve_friction(
-        half, shape, np.zeros((2, 16, 16)), drive=Drive((part * shape.sum(), 0.0))
+        half,
+        shape,
+        np.zeros((2, 16, 16)),
+        support=LateralSupport((part * shape.sum(), 0.0)),
     )
     assert not found.converged
     assert found.message.startswith(f"the contact slides: {message}")
@@ -118,8 +121,8 @@ def test_random_problems_under_a_force_are_solved(seed, stiffness):
             bound = np.minimum(bound, 0.5 * bound.max())
         angle, part = rng.uniform(0.0, 6.3), rng.choice([1e-6, 0.5, 0.9, 0.999999])
         force = part * bound.sum() * np.array([np.cos(angle), np.sin(angle)])
-        drive = Drive((force[0], force[1]), stiffness)
-        found = solve_friction(half, bound, np.zeros((2, n, m)), drive=drive)
+        support = LateralSupport((force[0], force[1]), stiffness)
+        found = solve_friction(half, bound, np.zeros((2, n, m)), support=support)
         assert found.converged, found.message
         t = found.tractions
         gap = found.shift[:, None, None] - (matrix @ t.ravel()).reshape(t.shape)
@@ -155,7 +158,7 @@ def test_atoms_that_slip_are_those_of_the_dense_solution(seed, outward):
         imposed = outward * np.stack([i - n / 2, j - m / 2])
         angle, part = rng.uniform(0.0, 6.3), rng.choice([0.1, 0.5, 0.9])
         x, y = part * bound.sum() * np.array([np.cos(angle), np.sin(angle)])
-        found = solve_friction(half, bound, imposed, drive=Drive((x, y)))
+        found = solve_friction(half, bound, imposed, support=LateralSupport((x, y)))
         assert found.converged
         slip = slips(half, matrix, bound, imposed + found.shift[:, None, None])
         decided = (bound > 0.0) & ((slip > 1e-5) | (abs(slip) < 1e-8))
@@ -189,7 +192,7 @@ def test_few_fft_pairs_are_needed():
         half,
         mu * shape,
         np.zeros((2, n, n)),
-        drive=Drive((0.9 * mu * shape.sum(), 0.0)),
+        support=LateralSupport((0.9 * mu * shape.sum(), 0.0)),
     )
     assert driven.converged
     assert driven.pairs < 100

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from contacts import constant, contact_of, solve, spring
 
+from ase_roughcontact.contact.support import Support
 from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.solvers.soft.energy import ContactEnergy, EnergyState
 from ase_roughcontact.solvers.soft.indenter_height import balance_load
@@ -26,7 +27,7 @@ def out_of_balance(wall, held, solid):
     """A state with the indenter slightly too low, and the relaxed one."""
     contact = scene(wall, solid=solid)
     last = solve(contact, held, tolerance=1e-10)
-    energy = ContactEnergy.of(contact, held)
+    energy = ContactEnergy.of(contact, Support.of(held))
     return EnergyState(energy, last.pressure, last.height - 5e-9), last
 
 

@@ -5,8 +5,8 @@ from contacts import constant, contact_of, rough_sphere
 
 import ase_roughcontact as rc
 from ase_roughcontact.contact import State
+from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.relaxation import Support
 from ase_roughcontact.solvers.soft.newton import default_relaxer
 
 WALLS = [rc.HardWall(), rc.LennardJones93.repulsive(1.0, 1.0)]

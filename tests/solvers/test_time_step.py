@@ -9,10 +9,10 @@ from contacts import ROUGH, spring
 import ase_roughcontact as rc
 from ase_roughcontact.contact import Contact, State
 from ase_roughcontact.contact.creep import before_step, past_of, with_depths
+from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import ExponentialWall
-from ase_roughcontact.solvers.relaxation import Support
 from ase_roughcontact.solvers.soft.newton import default_relaxer
 
 CREEP = rc.Creep([0.5, 2.0], [0.3, 4.0], flow=0.1)

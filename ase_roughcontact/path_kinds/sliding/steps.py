@@ -25,6 +25,7 @@ import numpy as np
 from ase_roughcontact._util.validation import finite_array, one_of, positive
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
+from ase_roughcontact.contact.support import LateralSupport
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw, check_law
@@ -40,7 +41,6 @@ from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.paths.path_steps import NumberedSteps
 from ase_roughcontact.solvers.lateral.friction import (
-    Drive,
     FrictionOptions,
     solve_friction,
 )
@@ -289,13 +289,13 @@ class SlidingSteps(NumberedSteps):
             by_pressure = self._cross.lateral(relaxed.state, box)
             imposed = imposed + self._cross.lateral(before, box) - by_pressure
         area, options = relaxed.fields.cell_area, FrictionOptions()
-        at, moved, drive = self._driven(move, area, last)
+        at, moved, support = self._supported(move, area, last)
         imposed = imposed + moved[:, None, None]
         if last is not None:
             start = _carried(last.solution.tractions, last.box, box)
         options = replace(options, tolerance=max(tolerance, options.tolerance))
         solution = solve_friction(
-            halfspace, bounds, imposed, start, drive=drive, options=options
+            halfspace, bounds, imposed, start, support=support, options=options
         )
         slip = imposed + solution.shift[:, None, None] - solution.displacement
         lost = area * float((solution.tractions * slip).sum())
@@ -336,10 +336,10 @@ class SlidingSteps(NumberedSteps):
             box = touching.union(loaded) if touching else loaded or Box((0, 0), (1, 1))
         return carried(bounds, window, box), box, _carried(old, before.window, box)
 
-    def _driven(
+    def _supported(
         self, move: _Move, area: float, last: LateralState | None
-    ) -> tuple[np.ndarray, np.ndarray, Drive | None]:
-        """Return where the indenter was, its known move, and what moves it further."""
+    ) -> tuple[np.ndarray, np.ndarray, LateralSupport | None]:
+        """Return where the indenter was, its known move, and what holds it."""
         if self.control == "displacements":
             at = move.target if move.at is None else move.at
             return at, move.target - at, None
@@ -348,7 +348,7 @@ class SlidingSteps(NumberedSteps):
         spring = self.spring or 0.0
         force = spring * (move.target - at - moved) if spring else move.target
         x, y = (force / area).tolist()
-        return at, moved, Drive((x, y), spring / area)
+        return at, moved, LateralSupport((x, y), spring / area)
 
 
 def _carried(vectors: Iterable[np.ndarray], box: Box, window: Box) -> np.ndarray:

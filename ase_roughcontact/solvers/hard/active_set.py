@@ -5,7 +5,7 @@ Find the pressure :math:`p` on the window and the height :math:`Z` of the indent
 .. math:: g = Z + h + G p \ge 0, \qquad p \ge 0, \qquad g p = 0,
 
 where :math:`Z`, the load :math:`a_0^2 \sum p`, or stiffness and end of a spring are
-given, see `hold`. With a hardness :math:`H` of
+given, see `linear_support`. With a hardness :math:`H` of
 the wall, :math:`p \le H`, and :math:`g \le 0` where :math:`p = H`. The solution is the
 minimum of the convex energy :math:`\tfrac12 p \cdot G p + (Z + h) \cdot p` over these
 pressures.
@@ -31,6 +31,7 @@ import numpy as np
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.contact.state import without_rounding
+from ase_roughcontact.contact.support import External
 from ase_roughcontact.elasticity.circulant import covering_model
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.solvers.coarsening import (
@@ -41,10 +42,9 @@ from ase_roughcontact.solvers.coarsening import (
     refine,
 )
 from ase_roughcontact.solvers.hard.defect_correction import defect_correction
-from ase_roughcontact.solvers.hard.hold import Hold
+from ase_roughcontact.solvers.hard.linear_support import LinearSupport
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import (
-    External,
     Relaxation,
     checked_start,
     counts_pairs,
@@ -108,27 +108,27 @@ def active_set(
         hardness times the area, or no load reaches the height of a periodic surface.
     """
     _check(contact, height, external is None, tolerance)
-    hold = Hold.of(contact, height, external)
+    support = LinearSupport.of(contact, height, external)
     halfspace = contact.halfspace
     start = checked_start(contact, start)
     if start is not None:
         start = _nonnegative(contact, start)
-    if hold.load is not None:
-        _check_capacity(contact, hold.load)
+    if support.load is not None:
+        _check_capacity(contact, support.load)
     least = force_per_gap(halfspace) * options.largest_gap * halfspace.spacing
-    if hold.load is not None and hold.load <= least:
+    if support.load is not None and support.load <= least:
         # carried by the lowest atom, which coarser grids may not contain
         height, start = -float(contact.heights.min()), np.zeros(halfspace.shape)
-        hold = Hold(height, hold.load or None)
+        support = LinearSupport(height, support.load or None)
     gap = gap_tolerance(halfspace, tolerance, options.largest_gap)
-    states = _solve(contact, hold, start, gap, options)
+    states = _solve(contact, support, start, gap, options)
     del start  # its memory is needed
     for state in states:
         energy = state.energy + contact.plastic_work
         if external is not None:
             if state.converged:
                 force = halfspace.cell_area * float(state.pressure.sum())
-                hold.check(external, state.height, force)
+                support.check(external, state.height, force)
             energy += external(state.height)[0]
         yield replace(state, energy=energy)
 
@@ -178,26 +178,26 @@ def _nonnegative(contact: Contact, start: np.ndarray) -> np.ndarray:
 
 def _solve(
     contact: Contact,
-    hold: Hold,
+    support: LinearSupport,
     start: np.ndarray | None,
     tolerance: float,
     options: ActiveSetOptions,
 ) -> Iterator[Relaxation]:
     """Solve on a window, cropped where possible."""
-    halfspace, load = contact.halfspace, hold.load
-    height = hold.height  # a guess under a load
+    halfspace, load = contact.halfspace, support.load
+    height = support.height  # a guess under a load
     if start is None and load is not None:
         start = _full_contact(contact, load)
     if start is None and can_coarsen(contact, options.coarsest):
         gap = 2.0 * _COARSE_GAP * halfspace.spacing
-        states = _solve(coarsen(contact), hold, None, gap, options)
+        states = _solve(coarsen(contact), support, None, gap, options)
         coarse = deque(states, maxlen=1).pop()
         start = refine(coarse.pressure, halfspace.shape)
-        if load is not None or hold.softness:
+        if load is not None or support.compliance:
             height = coarse.height - gap
         del coarse  # its memory is needed
     elif start is not None:
-        height += hold.softness * halfspace.cell_area * float(start.sum())
+        height += support.compliance * halfspace.cell_area * float(start.sum())
     can_crop = not (halfspace.periodic or halfspace.solid.bulges)
     box = window = Box((0, 0), halfspace.shape)
     if start is not None and can_crop:
@@ -207,7 +207,9 @@ def _solve(
         box = _worthwhile(box, window) if carries else window
     while True:
         part = None if start is None else start[box.slices]
-        states = defect_correction(crop(contact, box), hold, part, tolerance, options)
+        states = defect_correction(
+            crop(contact, box), support, part, tolerance, options
+        )
         del part, start  # their memory is needed
         for state in states:
             needed = box

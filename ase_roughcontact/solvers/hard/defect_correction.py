@@ -37,7 +37,7 @@ from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.hard.bounds import with_sum
 from ase_roughcontact.solvers.hard.complementarity import ComplementarityProblem
-from ase_roughcontact.solvers.hard.hold import Hold
+from ase_roughcontact.solvers.hard.linear_support import LinearSupport
 from ase_roughcontact.solvers.hard.starting_pressure import initial_pressure
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import (
@@ -58,7 +58,7 @@ _PATIENCE, _LEAST_PROGRESS = 10, 0.99
 
 def defect_correction(
     contact: Contact,
-    hold: Hold,
+    support: LinearSupport,
     start: np.ndarray | None,
     tolerance: float,
     options: ActiveSetOptions,
@@ -69,7 +69,7 @@ def defect_correction(
     ----------
     contact : Contact
         The wall counts as hard.
-    hold : Hold
+    support : LinearSupport
         What holds the indenter; its height is ignored if there is a load.
     start : ndarray, shape (n, m), optional
         Nonnegative initial pressure.
@@ -83,7 +83,7 @@ def defect_correction(
         The start, and the state after each step. The last one is converged, or has a
         message.
     """
-    solver = _DefectCorrection(contact, hold, start, tolerance, options)
+    solver = _DefectCorrection(contact, support, start, tolerance, options)
     del start  # its memory is needed
     while True:
         state = solver.evaluate()
@@ -99,19 +99,20 @@ class _DefectCorrection:
     def __init__(
         self,
         contact: Contact,
-        hold: Hold,
+        support: LinearSupport,
         start: np.ndarray | None,
         tolerance: float,
         options: ActiveSetOptions,
     ) -> None:
         self._contact, self._halfspace = contact, contact.halfspace
-        self._height, self._tolerance = hold.height, tolerance
+        self._height, self._tolerance = support.height, tolerance
         self._options = options
         self._hardness = contact.interaction.hardness
         area = self._halfspace.cell_area
-        self._total = None if hold.load is None else hold.load / area
-        self._yielding = hold.softness * area  # of a spring to the sum of pressures
-        self._pressure = initial_pressure(contact, hold.load, start)
+        self._total = None if support.load is None else support.load / area
+        # compliance of a spring to the sum of pressures
+        self._yielding = support.compliance * area
+        self._pressure = initial_pressure(contact, support.load, start)
         self._opening = self._opened(self._pressure)
         self._model: CirculantModel | None = None
         self._violations: list[float] = []

@@ -30,6 +30,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ase_roughcontact._util.validation import check_options
+from ase_roughcontact.contact.support import LateralSupport
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.solvers.lateral.friction_problem import (
     FrictionProblem,
@@ -45,30 +46,6 @@ _AT_LARGEST = 5e-7
 # Smallest residual, in units of the rounding of a transform: ten times what single
 # precision leaves.
 _LEAST_RESIDUAL = 100.0
-
-
-@dataclass(frozen=True)
-class Drive:
-    """What moves the indenter sideways, if its displacement is not given.
-
-    Attributes
-    ----------
-    force : (float, float)
-        Sums of the tractions along x and y, at a shift of zero (pressure).
-    stiffness : float
-        By which these sums decrease with the shift (pressure/length); 0 for a force.
-    """
-
-    force: tuple[float, float]
-    stiffness: float = 0.0
-
-    def excess(self, bound: np.ndarray) -> float:
-        """Return the part of a force that friction does not carry, negative below it.
-
-        Minus infinity with a spring, or without a force.
-        """
-        size, largest = float(np.hypot(*self.force)), float(bound.sum())
-        return 1.0 - largest / size if size and not self.stiffness else -np.inf
 
 
 @dataclass(frozen=True)
@@ -147,7 +124,7 @@ def solve_friction(
     imposed: np.ndarray,
     start: np.ndarray | None = None,
     *,
-    drive: Drive | None = None,
+    support: LateralSupport | None = None,
     options: FrictionOptions | None = None,
 ) -> FrictionSolution:
     """Return the tractions of a contact with friction.
@@ -161,8 +138,8 @@ def solve_friction(
         Displacement of atoms that stick (length).
     start : ndarray, shape (2, n, m), optional
         Tractions from which the iteration starts.
-    drive : Drive, optional
-        What moves the indenter further; by default nothing.
+    support : LateralSupport, optional
+        What holds the indenter sideways; by default it does not move further.
     options : FrictionOptions, optional
 
     Returns
@@ -178,13 +155,13 @@ def solve_friction(
     problem = FrictionProblem(halfspace, bound, imposed / unit)
     tractions = np.zeros(imposed.shape) if start is None else start
     residual, message = 0.0, ""
-    if drive is not None:
-        force, excess = np.array(drive.force), drive.excess(bound)
+    if support is not None:
+        force, excess = np.array(support.force), support.excess(bound)
         slides, residual = excess > -_AT_LARGEST, max(excess, 0.0)
         if slides:
             tractions = (force / np.hypot(*force))[:, None, None] * bound
         else:
-            problem = replace(problem, force=force, spring=unit * drive.stiffness)
+            problem = replace(problem, force=force, spring=unit * support.stiffness)
     state = problem.at(problem.feasible(tractions, problem.force), np.zeros(2))
     while not slides and state.residual > tolerance:
         if state.steps == options.max_steps:

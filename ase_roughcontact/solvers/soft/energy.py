@@ -42,10 +42,10 @@ from ase_roughcontact._util.kernels import (
     total,
 )
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction, scaled_attraction
 from ase_roughcontact.interactions.base import Profile
-from ase_roughcontact.solvers.relaxation import External
 
 # Rounding error of an energy, relative to the sum of the magnitudes of its terms.
 _ROUNDING = 1e-14
@@ -64,9 +64,8 @@ class ContactEnergy:
     ----------
     contact : Contact
         Contact with a soft wall, or a hard one with attraction.
-    support : callable or None
-        Energy and upward force of load and springs on the indenter at a height; None
-        if the height is fixed.
+    support : Support
+        What holds the indenter.
     stiffness : float
         D of a hard wall (pressure per length); zero for others.
     reaction : ndarray, shape (n, m), or None
@@ -77,13 +76,13 @@ class ContactEnergy:
     """
 
     contact: Contact
-    support: External | None
+    support: Support
     stiffness: float = 0.0
     reaction: np.ndarray | None = None
     inverse: bool = False
 
     @classmethod
-    def of(cls, contact: Contact, support: External | None) -> ContactEnergy:
+    def of(cls, contact: Contact, support: Support) -> ContactEnergy:
         """Return the energy without a reaction, by the inverse of the wall if known."""
         wall, stiffness = contact.interaction, 0.0
         if wall.hard:
@@ -104,8 +103,8 @@ class ContactEnergy:
         return self.contact.halfspace.cell_area
 
     def external(self, height: float) -> tuple[float, float]:
-        """Return energy and upward force of load and springs at a height."""
-        return self.support(height) if self.support else (0.0, 0.0)
+        """Return energy and upward force of load and springs on a free indenter."""
+        return (0.0, 0.0) if self.support.fixed else self.support.external(height)
 
     def opening(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``G q``, the opening of the gap by a pressure: one convolution."""
@@ -258,7 +257,7 @@ class EnergyState:
         magnitude = area * (float(abs(energies).sum()) + function.constant)
         outside, force = function.external(height)
         unbalanced = force + area * float(r.sum())
-        self.load_residual = unbalanced if function.support else 0.0
+        self.load_residual = 0.0 if function.support.fixed else unbalanced
         r = r - q  # a wall may return one array as pressure and stiffness
         self.surface_error = area * float(abs(r).max(initial=0.0))
         del energies  # its memory is needed, and that of the gap

@@ -30,12 +30,12 @@ import numpy as np
 
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.contact.support import External, Support
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.solvers.coarsening import can_coarsen, coarsen, refine
 from ase_roughcontact.solvers.hard.active_set import active_set, check_height
 from ase_roughcontact.solvers.options import NewtonKrylovOptions
 from ase_roughcontact.solvers.relaxation import (
-    External,
     Relaxation,
     SolverRelaxer,
     checked_start,
@@ -130,7 +130,7 @@ def newton_krylov(
     if contact.interaction.hard and external is None:
         check_height(contact, height)
     start = checked_start(contact, start)
-    energy = ContactEnergy.of(contact, external)
+    energy = ContactEnergy.of(contact, Support.of(external))
     state = None if start is None else EnergyState(energy, start, height)
     if state is None or _is_far(state, options):
         state = _cold_start(energy, height, options)
@@ -149,7 +149,7 @@ def default_relaxer(wall: Interaction) -> SolverRelaxer:
 def _is_far(state: EnergyState, options: NewtonKrylovOptions) -> bool:
     """Return whether coarser grids are a better start, since the load differs much."""
     energy = state.function
-    if energy.support is None:
+    if energy.support.fixed:
         return False
     if energy.wall.attractive:
         distance = abs(state.load_residual) / indenter_stiffness(energy.contact)
@@ -172,7 +172,7 @@ def _cold_start(
         states = islice(_relax(state, tolerance, options), _COARSE_STEPS)
         found = deque(states, maxlen=1).pop()
         height, pressure = found.height, refine(found.pressure, shape)
-    elif energy.support is not None:
+    elif not energy.support.fixed:
         height = first_height(energy, height)
     return EnergyState(energy, pressure, height)
 
@@ -204,7 +204,7 @@ def _relax(
             new = balance_load(new, tolerance)
             progress.add(state, new)
             state = new
-        elif state.function.support is None or supports_indenter(state):
+        elif state.function.support.fixed or supports_indenter(state):
             progress.obstacle = "no step lowers the energy"
         else:
             progress.obstacle = "nothing holds the indenter"

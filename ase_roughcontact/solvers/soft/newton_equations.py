@@ -86,7 +86,7 @@ class NewtonEquations:
         self._state, self.model, energy = state, model, state.function
         self._window = state.box.slices
         self._inside = state.box.slices_in(model.box)
-        self._free, self._load, self._spring = energy.support is not None, 0.0, 0.0
+        self._free, self._load, self._spring = not energy.support.fixed, 0.0, 0.0
         if self._free:  # per area of an atom
             force = energy.external(state.height)[1]
             self._load = -force / energy.area - total(state.pressure)

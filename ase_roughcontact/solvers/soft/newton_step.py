@@ -96,7 +96,7 @@ class NewtonStepper:
             Force at which the solver will stop.
         """
         energy = state.function
-        if energy.support and not supports_indenter(state):
+        if not energy.support.fixed and not supports_indenter(state):
             # lower the indenter to where the surface, held fixed, carries the load
             height = carrying_height(energy, state.opening, state.height)
             if height is None or height == state.height:

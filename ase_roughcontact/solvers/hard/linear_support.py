@@ -1,4 +1,9 @@
-"""What holds the indenter in a contact with a hard wall."""
+"""What holds the indenter, as the solver of a hard wall needs it: linear in the height.
+
+The loads of a `Support` may be any function of the height. `ActiveSet` has the height
+eliminated from its equations, for which they must be constant or those of one linear
+spring where the indenter touches the surface.
+"""
 
 from __future__ import annotations
 
@@ -6,33 +11,35 @@ import math
 from dataclasses import dataclass
 
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.solvers.relaxation import External
+from ase_roughcontact.contact.support import External
 
 # Relative difference of loads that counts as rounding.
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class Hold:
-    """A height of the indenter, a load on it, or a spring.
+class LinearSupport:
+    """A height of the indenter, a constant load on it, or a linear spring.
 
     Attributes
     ----------
     height : float
-        Height of the indenter; with a load its initial one, with a spring that at which
-        the spring is without force (length).
+        Height of the indenter; with a load its initial one, with a spring the height at
+        which the spring is without force (length).
     load : float or None
         Positive constant load (force).
-    softness : float
-        Of the spring, one over its stiffness; zero without (length per force).
+    compliance : float
+        Inverse of the stiffness of the spring; zero without a spring (length/force).
     """
 
     height: float
     load: float | None = None
-    softness: float = 0.0
+    compliance: float = 0.0
 
     @classmethod
-    def of(cls, contact: Contact, height: float, external: External | None) -> Hold:
+    def of(
+        cls, contact: Contact, height: float, external: External | None
+    ) -> LinearSupport:
         """Return what holds the indenter where it can touch the surface.
 
         Raises
@@ -52,20 +59,20 @@ class Hold:
                     f"got {low:g}"
                 )
             return cls(height, low)
-        softness = spacing / (high - low)
-        if not 0.0 < softness < math.inf:
+        compliance = spacing / (high - low)
+        if not 0.0 < compliance < math.inf:
             raise ValueError(
                 f"the load must not decrease with the height, but it is {low:g} at "
                 f"height {first:g} and {high:g} at {first + spacing:g}"
             )
-        return cls(first - softness * low, softness=softness)
+        return cls(first - compliance * low, compliance=compliance)
 
     def check(self, external: External, height: float, force: float) -> None:
-        """Raise `ValueError` if the force at a height is not that of the load there."""
+        """Raise `ValueError` if the load at a height is not the expected force."""
         load = -external(height)[1]
         scale = max(abs(load), abs(force))
-        if self.softness:
-            scale += (abs(height) + abs(self.height)) / self.softness
+        if self.compliance:
+            scale += (abs(height) + abs(self.height)) / self.compliance
         if abs(load - force) > _ROUNDING * scale:
             raise ValueError(
                 "ActiveSet needs a load that is constant or that of a linear spring: "
