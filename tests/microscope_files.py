@@ -174,6 +174,30 @@ def write_netcdf(file, heights, pixel):
         values.unit = "nm"
 
 
+def write_mi(file, heights, pixel):
+    """Molecular Imaging: the height between two channels of friction in V."""
+    n, m = heights.shape
+    sizes = {"xPixels": n, "yPixels": m}
+    sizes |= {"xLength": 1e-9 * pixel[0] * n, "yLength": 1e-9 * pixel[1] * m}
+    head = {"fileType": "Image", **sizes}
+    lines = [f"{key:<14}{value}" for key, value in head.items()]
+    channels = ("Friction", "V"), ("Topography", "nm"), ("Friction", "V")
+    for name, unit in channels:
+        keys = {"bufferLabel": name, "bufferUnit": unit, "bufferRange": _RANGE}
+        lines += [f"{key:<14}{value}" for key, value in keys.items()]
+    lines.append(f"{'data':<14}BINARY_32\n")
+    data = np.rint(heights.T[::-1] / _RANGE * 2**31).astype("<i4").tobytes()
+    file.write_bytes("\n".join(lines).encode() + 3 * data)
+
+
+def write_h5(file, heights, pixel):
+    """HDF5 with one data set, without sizes."""
+    from h5py import File  # comes with SurfaceTopography
+
+    with File(file, "w") as data:
+        data["height"] = heights
+
+
 def write_xyz(file, heights, pixel):
     """List of points; missing ones are left out."""
     points = [
@@ -191,6 +215,9 @@ def write_text(file, heights, pixel):
     np.savetxt(file, 1e-9 * heights.T, header=header)
 
 
+# Largest height (nm) that a file with whole numbers can have.
+_RANGE = 100.0
+
 #: Writers by name of a file.
 WRITERS = {
     "scan.ibw": write_ibw,
@@ -200,8 +227,9 @@ WRITERS = {
     "scan.jpk": write_jpk,
     "scan.x3p": write_x3p,
     "scan.nc": write_netcdf,
+    "scan.mi": write_mi,
     "scan.xyz": write_xyz,
     "scan.txt": write_text,
 }
 #: Names of the formats that have missing points.
-WITH_MISSING = set(WRITERS) - {"scan.jpk"}
+WITH_MISSING = set(WRITERS) - {"scan.jpk", "scan.mi"}

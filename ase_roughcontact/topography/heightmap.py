@@ -149,7 +149,7 @@ class HeightMap(Topography):
             The scan, with heights that are positive outside of the body, as microscopes
             show them: its highest points touch first. The first index of an array is
             along x. Of text files with a matrix each line is a line of the scan
-            (constant y); see `scan_files`. Other formats are read by the package
+            (constant y); see `scan_text`. Other formats are read by the package
             SurfaceTopography.
         role : {"indenter", "substrate"}
             Which body was scanned. A substrate stays in place, ``h(x, y) = -z(x, y)``.
@@ -176,7 +176,8 @@ class HeightMap(Topography):
         periodic : bool, optional
             Whether the scan is periodic; by default whether the object says so.
         channel : int or str, optional
-            Channel of a file with several; by default the height.
+            Number (from 0) or name of the channel of a file with several; by default
+            the only one that is a height.
         transpose : bool
             Whether the indices of an array, or of the matrix in a file, are exchanged
             before anything else: the first index of ``.npy`` is then along y.

@@ -36,7 +36,9 @@ from ase_roughcontact._util.validation import (
     unknown,
 )
 from ase_roughcontact.topography.interpolation import ROUNDING
-from ase_roughcontact.topography.scan_files import RawScan, read_scan, scan_of
+from ase_roughcontact.topography.profile import LineProfile
+from ase_roughcontact.topography.raw_scan import RawScan, scan_of
+from ase_roughcontact.topography.scan_files import read_scan
 from ase_roughcontact.topography.spectrum import axis_spacings
 
 #: A number, or a string of a number and a unit of length.
@@ -65,18 +67,27 @@ def scan_in_angstrom(
     """
     is_file = isinstance(topography, (str, os.PathLike))
     raw = read_scan(topography, channel) if is_file else scan_of(topography)
+    if isinstance(raw, LineProfile):
+        raise ValueError(
+            f"{os.fspath(topography)!r} is {raw.described(unit)}, and a contact needs "
+            "a map: scan an area, or give a random surface with these values "
+            "([roughness])"
+        )
     if transpose:
-        turned = raw.spacing and raw.spacing[::-1]
-        raw = replace(raw, heights=raw.heights.T, spacing=turned)
+        raw = raw.transposed
     if raw.unit is None and unit is None and (is_file or raw.spacing is not None):
         raise ValueError(
             f"the unit of {topography!r} is not known: give unit, for example 'nm'"
         )
-    of_scan, given = (
+    of_scan, given, lateral = (
         lookup(name or "A", LENGTHS, "unit of length")
-        for name in (raw.unit or unit, unit or raw.unit)
+        for name in (
+            raw.unit or unit,
+            unit or raw.unit,
+            raw.lateral_unit or raw.unit or unit,
+        )
     )
-    found = raw.spacing and (raw.spacing[0] * of_scan, raw.spacing[1] * of_scan)
+    found = raw.spacing and (raw.spacing[0] * lateral, raw.spacing[1] * lateral)
     steps = found
     if spacing is not None:
         steps = axis_spacings(in_angstrom("spacing", spacing, given))
