@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact._util.units import LENGTHS, UNITS, with_unit
+from ase_roughcontact._util.units import LENGTHS, with_unit
 from ase_roughcontact._util.validation import FloatArray
 
 

@@ -81,6 +81,7 @@ def heights_of(values: Any) -> FloatArray:
 
 def finite_heights(values: Any) -> FloatArray:
     """Return heights with NaN in place of masked and infinite points."""
-    heights: FloatArray = np.ma.asarray(values).astype(float).filled(np.nan)
+    array: Any = np.ma.asarray(values)
+    heights: FloatArray = array.astype(float).filled(np.nan)
     heights[~np.isfinite(heights)] = np.nan
     return heights

@@ -19,7 +19,12 @@ import numpy as np
 from ase_roughcontact._util.extras import imported, silenced
 from ase_roughcontact.topography.channels import Channel, chosen
 from ase_roughcontact.topography.profile import LineProfile
-from ase_roughcontact.topography.raw_scan import RawScan, finite_heights, heights_of, scan_of
+from ase_roughcontact.topography.raw_scan import (
+    RawScan,
+    finite_heights,
+    heights_of,
+    scan_of,
+)
 from ase_roughcontact.topography.scan_text import Table, scan_from_tables, tables_of
 
 #: Endings of the names of text files.
@@ -146,7 +151,9 @@ def _scan_of_channel(reader: Any, channel: int | str | None) -> RawScan | LinePr
         topography = reader.topography(channel_index=number, physical_sizes=sizes)
     if topography.dim == 1:
         places = np.asarray(topography.positions()) if sizes is None else None
-        return LineProfile(finite_heights(topography.heights()), places, topography.unit)
+        return LineProfile(
+            finite_heights(topography.heights()), places, topography.unit
+        )
     scan = scan_of(topography)
     return scan if sizes is None else replace(scan, spacing=None)
 

@@ -174,29 +174,35 @@ def tables_of(text: str) -> list[Table]:
         _check_commas(lines, parsed)
     if separator is not None:
         parsed = _without_empty_ends(lines, parsed, separator)
+    return _joined(_split(lines, parsed, separator))
+
+
+def _split(
+    lines: list[str], parsed: list[list[float] | None], separator: str | None
+) -> list[Table]:
+    """Return the tables of a text, with the lines above each as its header."""
     tables: list[Table] = []
-    header: list[str] = []
-    rows: list[list[float]] = []
+    rows: list[list[float]] = []  # of the present table
+    header, between = "", []  # above it, and since its last row
     for number, (line, cells) in enumerate(zip(lines, parsed, strict=True), 1):
         if cells and (rows or not np.isnan(cells).all()):
-            if rows and header and _separates(header, len(rows[0])):
-                tables.append(_table(above, rows))
+            if rows and _separates(between, len(rows[0])):
+                tables.append(_table(header, rows))
                 rows = []
             if not rows:
-                above = "\n".join(header)
-            header = []
+                header = "\n".join(between)
             rows.append(cells)
-            continue
-        if rows and cells is None and _is_damaged(line, separator):
+            between = []
+        elif rows and cells is None and _is_damaged(line, separator):
             raise ValueError(
                 f"line {number} is not one of numbers, as those before it: "
                 f"{shown(line.strip())}"
             )
-        header.append(line)
+        else:
+            between.append(line)
     if not rows:
         raise ValueError("the file contains no rows of numbers")
-    tables.append(_table(above, rows))
-    return _joined(tables)
+    return [*tables, _table(header, rows)]
 
 
 def _separates(lines: list[str], columns: int) -> bool:

@@ -89,7 +89,7 @@ def test_the_height_of_a_binary_file_is_read_and_friction_in_volt_refused(
     file = tmp_path / "scan.mi"
     write_mi(file, HEIGHT, (2.0, 2.0))
     assert_heights(read(file), HEIGHT)
-    with pytest.raises(ValueError, match="2 channels are named 'Friction'.* number"):
+    with pytest.raises(ValueError, match=r"2 channels are named 'Friction'.* number"):
         read(file, channel="Friction")
     with pytest.raises(ValueError, match="'Friction' is no height, but in V"):
         read(file, channel=2)
