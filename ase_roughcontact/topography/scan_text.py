@@ -183,7 +183,8 @@ def _split(
     """Return the tables of a text, with the lines above each as its header."""
     tables: list[Table] = []
     rows: list[list[float]] = []  # of the present table
-    header, between = "", []  # above it, and since its last row
+    header = ""  # above it
+    between: list[str] = []  # lines since its last row
     for number, (line, cells) in enumerate(zip(lines, parsed, strict=True), 1):
         if cells and (rows or not np.isnan(cells).all()):
             if rows and _separates(between, len(rows[0])):
