@@ -1,18 +1,14 @@
 """The public names of the package, imported when one of them is used."""
 
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from ase_roughcontact._util.parts import shown_by
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
 from ase_roughcontact.contact import Problem, State
 from ase_roughcontact.elasticity import Creep, Viscoelastic
-from ase_roughcontact.foundation import (
-    CrystalSurface,
-    ElasticFoundation,
-    FoundationPrecon,
-    RigidIndenter,
-    add_indenter,
-    crystal_slab,
-)
 from ase_roughcontact.interactions import (
     DugdaleWall,
     ExponentialWall,
@@ -23,7 +19,7 @@ from ase_roughcontact.interactions import (
     PowerLawWall,
 )
 from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
-from ase_roughcontact.loading.load_path import load_path, time_path
+from ase_roughcontact.loading.load_path import load_path
 from ase_roughcontact.optimize import (
     ActiveSet,
     FourierModes,
@@ -34,11 +30,6 @@ from ase_roughcontact.optimize.comparison import compare_optimizers
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.optimize.settings import on_modes, settings_for
 from ase_roughcontact.optimize.tolerance import fmax_for
-from ase_roughcontact.path_kinds.loop.atoms import adhesion_loop
-from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
-from ase_roughcontact.path_kinds.sliding.atoms import release, sliding_path, stick
-from ase_roughcontact.path_kinds.sliding.record import SlidingStep
-from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.column import column
@@ -53,16 +44,28 @@ from ase_roughcontact.topography import (
     SelfAffine,
 )
 
+if TYPE_CHECKING:
+    from ase_roughcontact.foundation.builders import crystal_slab
+    from ase_roughcontact.foundation.calculator import ElasticFoundation
+    from ase_roughcontact.foundation.indenter import RigidIndenter, add_indenter
+    from ase_roughcontact.foundation.precon import FoundationPrecon
+    from ase_roughcontact.foundation.surface import CrystalSurface
+    from ase_roughcontact.path_kinds.loop.atoms import adhesion_loop
+    from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
+    from ase_roughcontact.path_kinds.sliding.atoms import release, sliding_path, stick
+    from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+    from ase_roughcontact.path_kinds.time.atoms import time_path
+    from ase_roughcontact.path_kinds.time.record import TimeStep
+else:
+    for name, module in shown_by("api").items():  # of packages that can be left out
+        globals()[name] = getattr(import_module(module), name)
+
 __all__ = [
     "ActiveSet",
-    "AdhesionLoop",
     "Coulomb",
     "Creep",
-    "CrystalSurface",
     "DugdaleWall",
-    "ElasticFoundation",
     "ExponentialWall",
-    "FoundationPrecon",
     "FourierModes",
     "FrictionLaw",
     "HalfSpacePrecon",
@@ -78,36 +81,27 @@ __all__ = [
     "PlasticWall",
     "PowerLawWall",
     "Problem",
-    "RigidIndenter",
     "RoughContact",
     "RoughSphere",
     "Schedule",
     "SelfAffine",
-    "SlidingStep",
     "State",
     "StepOptions",
     "Stepper",
-    "TimeStep",
     "Tresca",
     "Validity",
     "ValidityWarning",
     "Viscoelastic",
-    "add_indenter",
-    "adhesion_loop",
     "column",
     "compare_optimizers",
-    "crystal_slab",
     "fcc_spacing",
     "fmax_for",
     "load_path",
     "on_modes",
     "pressure_of",
-    "release",
     "restore",
     "settings_for",
-    "sliding_path",
     "snapshot",
-    "stick",
     "substrate",
-    "time_path",
+    *shown_by("api"),
 ]

@@ -37,6 +37,10 @@ LAYERS = [
     {"api", "__main__"},
 ]
 LAYER_OF = {name: layer for layer, names in enumerate(LAYERS) for name in names}
+# Packages that show names of others above them, whose imports are for type checkers.
+SHOWING = {"plot.__init__": "plot", "scene.__init__": "scene", "api": "api"}
+# Only these may import a package that can be left out, and what builds on it.
+REGISTRIES = {"api", "cli"}
 EXTRAS = ("dask", "ducc0")
 
 
@@ -56,8 +60,15 @@ def is_module(name):
 
 
 def imports(module):
-    """Modules of the package imported anywhere in `module`, also in functions."""
-    for node in ast.walk(ast.parse(FILES[module].read_text())):
+    """Modules of the package imported anywhere in `module`, also in functions.
+
+    Of a module in `SHOWING` only what is imported at run time.
+    """
+    tree = ast.parse(FILES[module].read_text())
+    left_out = set(map(id, for_type_checkers(tree))) if module in SHOWING else set()
+    for node in ast.walk(tree):
+        if id(node) in left_out:
+            continue
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -69,6 +80,13 @@ def imports(module):
             first, _, inner = name.partition(".")
             if first == PACKAGE:
                 yield inner if is_module(inner) else inner.rpartition(".")[0]
+
+
+def for_type_checkers(tree):
+    """Imports of a module under ``if TYPE_CHECKING``."""
+    for node in tree.body:
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            yield from node.body
 
 
 def test_modules_import_only_from_their_own_layer_or_below():

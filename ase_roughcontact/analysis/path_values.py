@@ -1,6 +1,7 @@
 """Values that follow from the steps of paths.
 
-Static friction, energies of loops, dynamic stiffness, limit of fine grids.
+Static friction, energies of loops, dynamic stiffness, limit of fine grids, and a
+warning of a pull-off force that is a lower bound.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.units import with_unit
 from ase_roughcontact._util.validation import FloatArray, finite_array, positive
+from ase_roughcontact.results.record import LoadStep
 
 # Distance of the ends of a closed loop, relative to the range of the path.
 _CLOSED = 1e-3
@@ -222,3 +225,25 @@ def extrapolate(
     if len(limits) == 2:
         error = np.maximum(abs(limits[0] - limits[1]), error / 2.0)
     return GridLimit(limits[0], error)
+
+
+def tension_at_turn(turn: LoadStep, pull_off_force: float) -> str:
+    """Return a warning of an indenter that is pulled where it begins to retract.
+
+    Parameters
+    ----------
+    turn : LoadStep
+        State at which the retraction begins, of a negative force.
+    pull_off_force : float
+        Largest tension during the retraction (eV/Å).
+
+    Returns
+    -------
+    str
+    """
+    return (
+        f"the pull-off force of {with_unit(pull_off_force, 'nN')} is a lower bound: at "
+        f"the turn, at a penetration of {with_unit(turn.penetration, 'Å')}, the tip is "
+        f"still pulled by {with_unit(-turn.normal_force, 'nN')}: go deeper before the "
+        "retraction"
+    )

@@ -18,11 +18,8 @@ from ase_roughcontact.analysis.view import with_indenter
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.cli.report import printed_times
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.fitting.least_squares import Fit
-from ase_roughcontact.fitting.smooth_fit import SmoothFit
 from ase_roughcontact.loading.trajectory import read_frames
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
-from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
 from ase_roughcontact.plot.surfaces import map_panels
@@ -30,7 +27,6 @@ from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.topography import SelfAffine
-from ase_roughcontact.tradeoff.result import Tradeoff
 
 NN, _NM2 = UNITS["nN"], UNITS["nm²"]
 # Rounding of times, relative.
@@ -39,9 +35,6 @@ _ROUNDING = 1e-12
 _MAPS = 4
 # Maps share their range if their widths differ by at most this factor.
 _SHARED_RANGE = 3.0
-# Part of the largest tension from which points belong to the part under tension, and
-# least margin beside it, relative to the curve.
-_TENSION, _LEAST_MARGIN = 0.5, 0.03
 # Number of points of a curve of theory, and its extent relative to that of the steps.
 _POINTS, _EXTENT = 60, 1.2
 
@@ -117,85 +110,6 @@ def draw(
 def _column(steps: Sequence[LoadStep], name: str) -> FloatArray:
     """Return a column of some steps."""
     return np.array([getattr(step, name) for step in steps])
-
-
-def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
-    """Draw a measured force curve, its fits, and the residuals.
-
-    Parameters
-    ----------
-    fit : Fit
-    smooth : SmoothFit, optional
-        Fit of a smooth sphere.
-    file : path
-    """
-    curves: list[tuple] = [("fit", fit, plot.BLUE, 2.0, "-")]
-    if smooth is not None:
-        curves.append(("smooth sphere", smooth, plot.ORANGE, 1.2, "--"))
-    (name, x_unit), (_, y_unit) = fit.abscissa, fit.ordinate
-    with written(file, 5.5) as figure:
-        ratios = (3, 1.3) if x_unit == "s" else (3, 1.3, 3)
-        panels = figure.subplots(len(ratios), 1, height_ratios=ratios)
-        upper, lower, *details = panels
-        _draw_curves(upper, fit, curves, size=1.5)
-        for detail in details:
-            _draw_curves(detail, fit, curves, size=2.5)
-            _cut_to_tension(detail, fit)
-        for _, each, colour, _, _ in curves:
-            residual = (each.fitted - fit.force)[fit.compared] / UNITS[y_unit]
-            distance = fit.distance[fit.compared] / UNITS[x_unit]
-            lower.plot(distance, residual, ".", color=colour, ms=2)
-        lower.axhline(0.0, color="black", lw=0.5)
-        lower.set_ylabel(f"residual ({y_unit})")
-        lower.sharex(upper)
-        for axes in panels:
-            axes.set_xlabel(f"{name} ({x_unit})")
-        letter(panels)
-        legend_below(figure, [upper])
-
-
-def _draw_curves(axes: Any, fit: Fit, curves: Sequence[tuple], size: float) -> None:
-    """Draw measured points, hollow where they are not compared, below some curves."""
-    (_, x_unit), (label, y_unit) = fit.abscissa, fit.ordinate
-    distance, force = fit.distance / UNITS[x_unit], fit.force / UNITS[y_unit]
-    points = {"color": plot.GREY, "ms": size}
-    inside, outside = fit.compared, ~fit.compared
-    axes.plot(distance[inside], force[inside], "o", **points, label="measured")
-    if outside.any():
-        hollow = distance[outside], force[outside]
-        left_out = "measured at a jump, not compared"
-        axes.plot(*hollow, "o", **points, mfc="white", label=left_out)
-    for name, each, colour, width, line in curves:
-        x, y = each.line or (fit.distance, each.fitted)
-        x, y = x / UNITS[x_unit], y / UNITS[y_unit]
-        axes.plot(x, y, line, color=colour, lw=width, label=name)
-    axes.set_ylabel(f"{label} ({y_unit})")
-
-
-def _cut_to_tension(axes: Any, fit: Fit) -> None:
-    """Limit axes to the part of a curve under tension, with as much compression."""
-    distance, force = fit.distance / UNITS["nm"], fit.force / NN
-    free = fit.far_force / NN
-    tension = free - force.min()
-    part = distance[force < free - _TENSION * tension]
-    if part.size:
-        margin = max(2.0 * np.ptp(part), _LEAST_MARGIN * np.ptp(distance))
-        ends = part.min() - margin, part.max() + margin
-        axes.set_xlim(np.clip(ends, distance.min(), distance.max()))
-        lowest = min(line.get_ydata().min() for line in axes.lines)
-        axes.set_ylim(free - 1.2 * (free - lowest), free + tension)
-
-
-def draw_tradeoff(study: Tradeoff, file: Path) -> None:
-    """Draw errors of choices against their costs."""
-    choices = [
-        (c.source, f"{'≤ ' * c.is_bound}{c.label}", c.error, c.cost)
-        for c in study.choices
-    ]
-    front = [n for n, choice in enumerate(study.choices) if choice in study.front]
-    with written(file, 4.2, width=6.0) as figure:
-        axes = figure.subplots()
-        plot.plot_tradeoff(axes, choices, front, study.wanted, study.of)
 
 
 def draw_optimizers(compared: OptimizerComparison, file: Path) -> None:
@@ -331,9 +245,9 @@ def _draw_maps(
 ) -> None:
     """Draw maps of some steps, with the contact of a smooth sphere under their load."""
     frames = [read(folder / "sweep.traj", index=step.step) for step in shown]
-    ways = reference.scene.path.ways(reference.scene.bodies, steps)
+    branches = reference.scene.path.branch_names(reference.scene.bodies, steps)
     titles = [
-        f"({name}) {_title(reference.scene, step, ways[steps.index(step)])}"
+        f"({name}) {_title(reference.scene, step, branches[steps.index(step)])}"
         for name, step in zip(letters(len(shown)), shown, strict=True)
     ]
     scene, smooth = reference.scene, reference.smooth
@@ -373,7 +287,7 @@ def _draw_maps(
         legend_below(figure, panels)
 
 
-def _title(scene: Scene, step: LoadStep, way: str) -> str:
+def _title(scene: Scene, step: Any, branch: str) -> str:
     """Return the position of a step on the path."""
     is_zero = abs(step.normal_force) <= step.tolerance
     lines = [f"{_short(0.0 if is_zero else step.normal_force / UNITS['nN'])} nN"]
@@ -381,12 +295,12 @@ def _title(scene: Scene, step: LoadStep, way: str) -> str:
         pressure = step.normal_force / scene.nominal_area
         unit = pressure_unit(pressure)
         lines = [f"{_short(pressure / UNITS[unit])} {unit}"]
-    if isinstance(step, TimeStep):
+    if scene.path.in_time:
         lines.insert(0, f"{_short(step.time)} s")
     elif scene.control != LOAD:
         along = scene.path.along
         lines.insert(0, f"{along} {_short(getattr(step, along))} Å")
-    lines[-1] += f", {way}" if way else ""
+    lines[-1] += f", {branch}" if branch else ""
     return "\n".join(lines if step.converged else [*lines, "NOT CONVERGED"])
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any, NoReturn
 
+from ase_roughcontact._util.parts import found_parts
 from ase_roughcontact._util.printing import write
 
 # Completions of arguments in the format of shtab.
@@ -99,11 +100,13 @@ def make_parser() -> argparse.ArgumentParser:
         command("ensemble", "run many variants of a scene", "ensembles.ensemble")
     )
     _add_places(command("places", "map area and adhesion over a scan", "places.places"))
-    summary = "measure the cost of accuracy in a scene"
-    _add_tradeoff(command("tradeoff", summary, "commands.measure_tradeoff"))
+    if "tradeoff" in found_parts():
+        summary = "measure the cost of accuracy in a scene"
+        _add_tradeoff(command("tradeoff", summary, "tradeoff.measure_tradeoff"))
     summary = "compare optimizers on a scene"
     _add_optimizers(command("optimizers", summary, "commands.optimizers"))
-    _add_fit(command("fit", "fit a scene to a measured force curve", "commands.fit"))
+    if "fitting" in found_parts():
+        _add_fit(command("fit", "fit a scene to a measured force curve", "fit.fit"))
     summary = "write maps of pressure and gap of a run"
     maps = command("maps", summary, "runs.write_maps")
     _add_folder(maps)

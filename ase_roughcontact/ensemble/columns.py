@@ -13,8 +13,6 @@ import numpy as np
 from ase_roughcontact._util.files import PathName, check_different, write_table
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
-from ase_roughcontact.path_kinds.sliding.record import SlidingStep
-from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.results.flat_record import FlatStep
 from ase_roughcontact.results.record import (
     MISSING,
@@ -24,6 +22,7 @@ from ase_roughcontact.results.record import (
     units_of,
 )
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.path_kind import PATHS
 
 # Columns that the scene determines, and the types of those that are not floats.
 _OF_SCENE = (
@@ -32,11 +31,9 @@ _OF_SCENE = (
     *("friction_coefficient", "shear_strength", "spacing", "contact_modulus", "rate"),
 )
 _TYPES = {"control": str, "seed": int, "kind": str, "permanent": bool}
-# Records whose columns an ensemble has, those on request included.
-_RECORDS = [
-    record.with_columns(list(columns_on_request(record)))
-    for record in (LoadStep, TimeStep, FlatStep, SlidingStep)
-]
+# Steps whose columns an ensemble has, and the same with columns on request.
+_STEPS: list[type[LoadStep]] = [*(kind.record for kind in PATHS.values()), FlatStep]
+_RECORDS = [step.with_columns(list(columns_on_request(step))) for step in _STEPS]
 # Units of columns, with those of the scene.
 _COLUMN_UNITS = {
     **dict.fromkeys(("radius", "short_wavelength", "long_wavelength"), "a0"),

@@ -209,8 +209,7 @@ class Residuals:
         scene = changed(scene, dict(zip(free, values, strict=False)))
         lowest = values[-1] * _NM - self._corrected(values).deepest
         # at least into the range of the wall, or to a contact with a hard one
-        attraction = scene.wall.cutoff - scene.wall.contact_distance
-        least = _SHALLOWEST * scene.spacing - 0.5 * attraction
+        least = _SHALLOWEST * scene.spacing - 0.5 * scene.wall.reach
         deepest = max(float(scene.first_contact - lowest), least)
         path = Loop(deepest, tolerance=self._tolerance)
         trial = replace(scene, path=path)

@@ -102,6 +102,11 @@ class Interaction(Registered, ABC):
         """
         return cls(**parameters)
 
+    @property
+    def reach(self) -> float:
+        """Height above first contact at which the wall begins to act (length)."""
+        return self.cutoff - self.contact_distance
+
     @abstractmethod
     def evaluate(self, gap: np.ndarray) -> Profile:
         """Return energy, pressure and stiffness at the given gaps.

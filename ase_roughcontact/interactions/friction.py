@@ -18,6 +18,9 @@ from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.registry import Registered, Registry
 from ase_roughcontact._util.validation import positive, shown
 
+#: Whether the coupling of normal and lateral motion is neglected (Goodman), or solved
+#: for.
+COUPLINGS = ("neglected", "solved")
 #: Friction laws by their `kind`; filled by the definition of subclasses.
 LAWS: Registry[type[FrictionLaw]] = Registry("kind of friction law")
 

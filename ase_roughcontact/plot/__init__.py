@@ -11,27 +11,14 @@ Arguments are in ASE's units unless noted otherwise. Figures are in nm, nN and G
 heights and penetrations in Å.
 """
 
-from ase_roughcontact.path_kinds.sliding.figures import (
-    draw_friction,
-    draw_tractions,
-    plot_friction_loop,
-    plot_slip_areas,
-    plot_tractions,
-)
-from ase_roughcontact.path_kinds.time.figures import (
-    draw_cantilever_path,
-    draw_time_path,
-    plot_moduli,
-    plot_over_depth,
-    plot_over_time,
-)
+from typing import TYPE_CHECKING, Any
+
+from ase_roughcontact._util.parts import import_shown, shown_by
 from ase_roughcontact.plot.curves import (
     plot_area,
-    plot_cantilever,
     plot_convergence,
     plot_curve,
     plot_force,
-    plot_loop,
 )
 from ase_roughcontact.plot.files import draw_file
 from ase_roughcontact.plot.flats import (
@@ -39,6 +26,7 @@ from ase_roughcontact.plot.flats import (
     plot_flat_conductance,
     plot_flat_gap,
 )
+from ase_roughcontact.plot.moduli import plot_moduli
 from ase_roughcontact.plot.optimizers import plot_optimizers
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import (
@@ -47,20 +35,37 @@ from ase_roughcontact.plot.surfaces import (
     scale_bar,
     show_as_scanned,
 )
-from ase_roughcontact.tradeoff.figures import plot_tradeoff
+
+if TYPE_CHECKING:
+    from ase_roughcontact.path_kinds.loop.figures import plot_cantilever, plot_loop
+    from ase_roughcontact.path_kinds.sliding.figures import (
+        draw_friction,
+        draw_tractions,
+        plot_friction_loop,
+        plot_slip_areas,
+        plot_tractions,
+    )
+    from ase_roughcontact.path_kinds.time.figures import (
+        draw_cantilever_path,
+        draw_time_path,
+        plot_over_depth,
+        plot_over_time,
+    )
+    from ase_roughcontact.tradeoff.figures import plot_tradeoff
+else:
+
+    def __getattr__(name: str) -> Any:
+        """Import a figure of a package that can be left out when it is used."""
+        return import_shown("plot", name)
+
 
 __all__ = [
     "BLUE",
     "COLOURS",
     "GREY",
     "ORANGE",
-    "draw_cantilever_path",
     "draw_file",
-    "draw_friction",
-    "draw_time_path",
-    "draw_tractions",
     "plot_area",
-    "plot_cantilever",
     "plot_contact",
     "plot_convergence",
     "plot_curve",
@@ -68,17 +73,11 @@ __all__ = [
     "plot_flat_conductance",
     "plot_flat_gap",
     "plot_force",
-    "plot_friction_loop",
-    "plot_loop",
     "plot_moduli",
     "plot_optimizers",
-    "plot_over_depth",
-    "plot_over_time",
     "plot_pressure",
-    "plot_slip_areas",
-    "plot_tractions",
-    "plot_tradeoff",
     "scale_bar",
     "show_as_scanned",
     "style",
+    *shown_by("plot"),
 ]

@@ -20,9 +20,10 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 scene.
 """
 
-from ase_roughcontact.path_kinds.loop.scene import Loop
-from ase_roughcontact.path_kinds.sliding.scene import Sliding
-from ase_roughcontact.path_kinds.time.scene import Timed
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from ase_roughcontact._util.parts import import_shown, shown_by
 from ase_roughcontact.scene.config import (
     OPTIMIZERS,
     InteractionConfig,
@@ -38,26 +39,36 @@ from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessC
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.scene import NANONEWTON, Scene
 
-PathConfig = Steps
+if TYPE_CHECKING:
+    from ase_roughcontact.path_kinds.loop.scene import Loop, relax_loop
+    from ase_roughcontact.path_kinds.sliding.scene import Sliding
+    from ase_roughcontact.path_kinds.time.scene import Timed
+else:
+
+    def __getattr__(name: str) -> Any:
+        """Return a kind of path from its own package."""
+        return import_shown("scene", name)
+
+
+for _module in shown_by("scene").values():
+    import_module(_module)  # makes a kind of path known to scene files
+
 
 __all__ = [
     "NANONEWTON",
     "OPTIMIZERS",
     "HeterogeneityConfig",
     "InteractionConfig",
-    "Loop",
     "OutputConfig",
-    "PathConfig",
     "PathKind",
     "RoughnessConfig",
     "Scene",
-    "Sliding",
     "SolverConfig",
     "SphereConfig",
     "Steps",
     "SubstrateConfig",
-    "Timed",
     "TopographyConfig",
     "default_text",
     "on_modes",
+    *shown_by("scene"),
 ]

@@ -338,5 +338,5 @@ def _local_adhesion(
         raise ValueError(f"needs a wall with a work of adhesion, got kind = {kind!r}")
     in_range = 0.0
     if radius < math.inf:
-        in_range = math.sqrt(2.0 * radius * (wall.cutoff - wall.contact_distance))
+        in_range = math.sqrt(2.0 * radius * wall.reach)
     return local_adhesion(scene.heterogeneity, spacing, _ROOM * in_range)

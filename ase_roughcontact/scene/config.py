@@ -11,10 +11,15 @@ from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
 from ase_roughcontact._util.registry import Registry
 from ase_roughcontact._util.validation import grid_shape, lookup, one_of
 from ase_roughcontact.interactions import WALLS
-from ase_roughcontact.interactions.friction import LAWS, FrictionLaw, law_of, make_law
+from ase_roughcontact.interactions.friction import (
+    COUPLINGS,
+    LAWS,
+    FrictionLaw,
+    law_of,
+    make_law,
+)
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.optimize.settings import on_modes
-from ase_roughcontact.path_kinds.sliding.coupling import COUPLINGS
 from ase_roughcontact.scene.section import KindSection, Section
 from ase_roughcontact.windows.regrid import GridChange
 

@@ -23,7 +23,6 @@ from ase_roughcontact._util.validation import (
     positive,
 )
 from ase_roughcontact.contact.control import HEIGHT, LOAD, PENETRATION, Control
-from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.record import LoadStep
@@ -65,6 +64,13 @@ class PathKind(Section):
     in_order : bool
         Whether states depend on those before: a preview has all of them, and area over
         load and force over depth are not drawn.
+    in_time : bool
+        Whether its states have a time, which a viscoelastic solid needs.
+    has_friction : bool
+        Whether the indenter moves sideways, for which a section [friction] is.
+    is_loop : bool
+        Whether it ends when nothing acts on the indenter, and the answer is the
+        pull-off force.
     controls : tuple of Control
         Quantities that `control` may name.
     """
@@ -75,6 +81,9 @@ class PathKind(Section):
     columns: ClassVar[Mapping[str, str]] = {}
     captions: ClassVar[Mapping[str, str]] = {}
     in_order: ClassVar[bool] = False
+    in_time: ClassVar[bool] = False
+    has_friction: ClassVar[bool] = False
+    is_loop: ClassVar[bool] = False
     controls: ClassVar[tuple[Control, ...]] = (LOAD, PENETRATION, HEIGHT)
 
     def __init_subclass__(cls) -> None:
@@ -89,10 +98,9 @@ class PathKind(Section):
 
         Keys of other kinds are ignored at their defaults, which older files contain.
         """
+        for each in PATHS.values():
+            entries = each.own_entries(entries)
         kind = kind_of(cls.title, entries, PathKind.kind, PATHS)
-        if kind.kind == "loop" and entries.get("rate") is not None:
-            kind = PATHS["time"]  # of penetrations
-            entries = {"control": "penetration", **entries}
         problems, types = Problems(), kind.types()
         given, foreign = {}, dict[str, list[str]]()
         for key, value in entries.items():
@@ -115,6 +123,14 @@ class PathKind(Section):
             path = super(PathKind, kind).of(given)
         problems.check()
         return path
+
+    @classmethod
+    def own_entries(cls, entries: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the entries of a section, in the keys of this kind if it is meant.
+
+        A kind that is known by another name, too, overrides this.
+        """
+        return entries
 
     @property
     def given(self) -> dict[str, Any]:
@@ -191,7 +207,7 @@ class PathKind(Section):
 
     def check(self, bodies: Bodies) -> None:
         """Raise an error if the solid or the wall needs another kind of path."""
-        if bodies.solid.creep is not None and not issubclass(self.record, TimeStep):
+        if bodies.solid.creep is not None and not self.in_time:
             raise ValueError(
                 'the solid of relaxation_moduli is viscoelastic: give kind = "time"'
                 ", or rate in a loop"
@@ -259,7 +275,7 @@ class PathKind(Section):
         return ""
 
     def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
-        """Return what relaxes the states, one after the other."""
+        """Return the driver that relaxes the states, one after the other."""
         targets = targets_of(stepper.control, self.targets(bodies))
         return NumberedSteps(stepper, targets)
 
@@ -268,8 +284,8 @@ class PathKind(Section):
         """Springs of the path as they are written beside its results."""
         return {"springs": []}
 
-    def ways(self, bodies: Bodies, states: Sequence[LoadStep]) -> list[str]:
-        """Return what the path does at each state, "approach" for instance."""
+    def branch_names(self, bodies: Bodies, states: Sequence[LoadStep]) -> list[str]:
+        """Return the name of the branch of each state, "approach" for instance."""
         depths = np.array([state.penetration for state in states])
         approaches = np.diff(depths, prepend=-np.inf) > 0.0
         if self.in_order or approaches.all():
@@ -359,15 +375,15 @@ class Steps(PathKind):
 
 
 def write_curve(
-    file: Path, ways: Sequence[str], columns: Mapping[str, Iterable[float]]
+    file: Path, branches: Sequence[str], columns: Mapping[str, Iterable[float]]
 ) -> None:
     """Write the force curve of a cantilever as CSV, with the branch of each point.
 
     Parameters
     ----------
     file : path
-    ways : sequence of str, length n
-        Names of the branches.
+    branches : sequence of str, length n
+        Name of the branch of each point.
     columns : mapping of str to iterable of float, length n
         Some of time (s), distance, deflection (Å), and force (eV/Å).
     """
@@ -377,7 +393,7 @@ def write_curve(
         [f"{value / UNITS[units[name]]:.8g}" for value in values]
         for name, values in columns.items()
     )
-    write_table(file, heads, zip(ways, *scaled, strict=True))
+    write_table(file, heads, zip(branches, *scaled, strict=True))
 
 
 def turn_text(turn: LoadStep) -> str:
@@ -395,24 +411,27 @@ def stiffness_of(**given: float | None) -> float | None:
     return stiffness * UNITS["N/m"]
 
 
-def range_at(bodies: Bodies, given: Any, deepest: float) -> float:
-    """Return the range of the wall (Å); raise an error for a loop that ends above it.
+def check_deepest(bodies: Bodies, given: Any, deepest: float) -> None:
+    """Raise an error for a loop that turns where the wall does not act yet.
 
     Parameters
     ----------
     bodies : Bodies
     given : float or str
-        Deepest penetration of the loop as given, whose unit an error has.
+        Deepest penetration of the loop as the user gave it, for the message.
     deepest : float
-        The same in Å.
+        The same penetration (Å).
+
+    Raises
+    ------
+    ValueError
     """
-    attraction = bodies.wall.cutoff - bodies.wall.contact_distance
-    if not -attraction < deepest < math.inf:
-        found = QUANTITY.fullmatch(str(given))
-        unit = found[2] if found else "Å"
-        value = lengths(bodies.spacing)[unit]
-        raise ValueError(
-            f"deepest must be a penetration above {-attraction / value:.4g} {unit}, "
-            f"where the wall begins to act, got {deepest / value:g} {unit}"
-        )
-    return attraction
+    if -bodies.wall.reach < deepest < math.inf:
+        return
+    found = QUANTITY.fullmatch(str(given))
+    unit = found[2] if found else "Å"
+    value = lengths(bodies.spacing)[unit]
+    raise ValueError(
+        f"deepest must be a penetration above {-bodies.wall.reach / value:.4g} {unit}, "
+        f"where the wall begins to act, got {deepest / value:g} {unit}"
+    )

@@ -13,7 +13,6 @@ import numpy as np
 from ase import Atoms
 from numpy.typing import ArrayLike
 
-from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import integer, lookup, positive
 from ase_roughcontact.atoms.calculator import contact_of
@@ -21,9 +20,6 @@ from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.control import LOAD, Control
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.loading.path_atoms import ProblemAtoms, relaxer_of
-from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
-from ase_roughcontact.path_kinds.loop.scene import Loop
-from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.paths.output import Output, follow
 from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.planned_steps import Plan
@@ -241,11 +237,11 @@ class Scene(SceneFile):
             _ = self.record
         with problems.of("friction"):
             _ = self.friction and self.friction.law_on(self.spacing)
-            if self.friction and not issubclass(self.path.record, SlidingStep):
-                kind = self.path.kind
+            if self.friction and not self.path.has_friction:
                 raise ValueError(
                     'needs [path] kind = "sliding" with displacements, forces or '
-                    f'bases, got kind = "{kind}": change the path, or omit [friction]'
+                    f'bases, got kind = "{self.path.kind}": change the path, or omit '
+                    "[friction]"
                 )
         with problems.of("path"):
             _ = self.planned, self.cantilever
@@ -400,30 +396,6 @@ class Scene(SceneFile):
         Of a path that chooses its targets as it runs, `planned` has a plan.
         """
         return plan_of(self)
-
-    def loop(self, validity: str = "warn") -> AdhesionLoop:
-        """Approach and retract; see `adhesion_loop`.
-
-        Parameters
-        ----------
-        validity : {"warn", "raise", "ignore"}
-            What to do if a step exceeds a limit of the model; see `load_path`.
-
-        Returns
-        -------
-        AdhesionLoop
-
-        Raises
-        ------
-        ValueError
-            If the path is not a loop.
-        """
-        if not isinstance(self.path, Loop):
-            raise ValueError('the path is not a loop: give [path] kind = "loop"')
-        loop = self.path.result(self.bodies, tuple(self.relax(validity=validity)))
-        for message in loop.warnings:
-            warn(message)
-        return loop
 
     def relax(
         self,

@@ -1,1 +1,3 @@
 """Accuracy of a calculation against its time."""
+
+SHOWN = {"plot": {"plot_tradeoff": "figures"}}

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from itertools import compress, product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.transforms import Bbox
 
+from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import COLOURS, GREY
+from ase_roughcontact.tradeoff.result import Tradeoff
 
 _MARKERS = "osD^v<>P"
 # Smallest error that is distinguished from zero, relative to the wanted one.
@@ -21,6 +24,18 @@ _SIZE, _LARGER, _DISTANCES = 5.0, 0.8, (8.0, 14.0, 22.0)
 # Directions from a point to its label, the preferred ones first.
 _DIRECTIONS = (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)
 _HORIZONTAL, _VERTICAL = ("center", "left", "right"), ("center", "bottom", "top")
+
+
+def draw_tradeoff(study: Tradeoff, file: Path) -> None:
+    """Draw errors of choices against their costs."""
+    choices = [
+        (c.source, f"{'≤ ' * c.is_bound}{c.label}", c.error, c.cost)
+        for c in study.choices
+    ]
+    front = [n for n, choice in enumerate(study.choices) if choice in study.front]
+    with written(file, 4.2, width=6.0) as figure:
+        axes = figure.subplots()
+        plot_tradeoff(axes, choices, front, study.wanted, study.of)
 
 
 def plot_tradeoff(

@@ -19,7 +19,6 @@ import numpy as np
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, integer, lookup, positive
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.path_kinds.loop.scene import Loop
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.results.record import size_of
 from ase_roughcontact.scene.scene import Scene
@@ -137,7 +136,7 @@ def tradeoff(
     integer("steps", steps, 1)
     integer("points", points, 1)
     lookup(of, _COLUMNS, "answer")
-    is_loop = isinstance(scene.path, Loop)
+    is_loop = scene.path.is_loop
     if is_loop and of != "force":
         raise ValueError(
             f"the answer of a loop is its pull-off force, got the {of}: ask for the "
@@ -334,7 +333,7 @@ def _planned(scene: Scene, plan: Sequence[Choice]) -> Scene:
 
 def _answers(scene: Scene, targets: Sequence[float], of: str) -> _Answers:
     """Return answers and costs of the steps of a scene, or of its loop."""
-    if isinstance(scene.path, Loop):
+    if scene.path.is_loop:
         return _loop_answers(scene)
     columns = (name or scene.area_column for name in _COLUMNS[of])
     steps = list(scene.relax(targets, validity="ignore", scan_errors=False))

@@ -10,7 +10,6 @@ import numpy as np
 
 from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
-from ase_roughcontact.path_kinds.loop.scene import Loop
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.stepping.accuracy import LEVELS, OF_ATOMS
@@ -53,7 +52,7 @@ def most_accurate(scene: Scene) -> Scene:
         values["interaction.cutoff"] = _LARGEST_CUTOFF
     if scene.substrate.periodic and scene.radius < math.inf:
         values |= {"substrate.periodic": False, "substrate.shape": "auto"}
-    if isinstance(scene.path, Loop):
+    if scene.path.is_loop:
         values["path.tolerance"] = _FINEST_LOOP
     return scene.with_values(values).with_grid(None)
 
@@ -121,7 +120,7 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
     else:
         for error in (_LOOSE, OF_ATOMS):
             yield "tolerance", f"{error:g}", {"solver.accuracy": error}
-    if isinstance(best.path, Loop):
+    if best.path.is_loop:
         for tolerance in _LOOPS:
             yield "steps", f"{tolerance:g}", {"path.tolerance": tolerance}
     free: dict[str, Any] = {"substrate.periodic": False, "substrate.shape": "auto"}
@@ -146,7 +145,7 @@ def unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[floa
     if scene.roughness is not None:
         seed = scene.roughness.seed + PILOT
         return scene.with_values({"roughness.seed": seed}), targets
-    if isinstance(scene.path, Loop):
+    if scene.path.is_loop:
         return scene.with_values({"sphere.radius": f"{_OTHER * scene.radius} Å"}), []
     between = np.unique([*targets, 0.9 * targets[-1]])
     return scene, list((between[1:] + between[:-1]) / 2.0)

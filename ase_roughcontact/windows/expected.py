@@ -144,7 +144,7 @@ class ExpectedContact:
         """Return a height below which the rigid sphere is in the range of the wall."""
         if control == HEIGHT:
             return self.wall.cutoff - target
-        level = self.wall.cutoff - self.wall.contact_distance
+        level = self.wall.reach
         level -= self._depth_of_roughness  # by which asperities hold the sphere up
         if control == PENETRATION:
             return level + target
@@ -233,7 +233,7 @@ def predicted_depth(
         elastic = LOAD_FACTOR * modulus_under(radius, solid, spacing) * depth * radius
         return min(elastic, wall.hardness * math.pi * radius**2)
 
-    level = wall.cutoff - wall.contact_distance + footprint.lowest
+    level = wall.reach + footprint.lowest
     largest = math.inf if wall.plastic else load / carried(1.0, 0.5)
     # ends at the latest where the domain does, or where the depth is infinite
     while (depth := _FIRST_DEPTH * spacing * _DEPTH_RATIO**power) < largest:
@@ -321,7 +321,7 @@ def contact_level(
     float
         At most `level`.
     """
-    roughness = max(-lowest, 0.0) + wall.cutoff - wall.contact_distance
+    roughness = max(-lowest, 0.0) + wall.reach
     depth = level - lowest
     smooth_depth = depth - roughness
     if smooth_depth <= 0.0:

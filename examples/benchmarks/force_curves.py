@@ -16,12 +16,12 @@ import numpy as np
 from markdown import table
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.cli.figures import draw_fit
+from ase_roughcontact.fitting.figures import draw_fit
 from ase_roughcontact.fitting.fit import fit_curve
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.fitting.smooth_fit import smooth_fit
 from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import Scene, relax_loop
 
 WORK, FIRST, NOISE, POINTS, ZERO = 0.1, 0.06, 0.1 * UNITS["nN"], 150, 37.0
 # those used while the method was developed, and others
@@ -52,7 +52,7 @@ tolerance = {tolerance}
 
 def measured(scene, rng):
     """Return approach and retraction at equal steps of the base, with noise."""
-    exact = cantilever_curve(scene.loop(validity="ignore"), scene.cantilever)
+    exact = cantilever_curve(relax_loop(scene, validity="ignore"), scene.cantilever)
     ends = exact.retraction.distance[[0, -1]]
     base = np.linspace(*ends, POINTS)
     down, up = (

@@ -15,7 +15,7 @@ from ase.db import connect
 
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.plot import plot_curve, style
-from ase_roughcontact.scene import NANONEWTON, PathConfig, Scene
+from ase_roughcontact.scene import NANONEWTON, Scene, Steps
 
 SEEDS = 8
 LOADS = (3.0, 10.0, 30.0, 100.0, 300.0)  # nN
@@ -26,7 +26,7 @@ DATABASE = "spheres.db"
 # A ``Scene`` describes a whole calculation, as a TOML file does. ``product`` makes one
 # scene for each combination of values.
 
-scene = replace(Scene.default(), path=PathConfig(values=LOADS))
+scene = replace(Scene.default(), path=Steps(values=LOADS))
 scenes = product(scene, {"roughness.seed": range(SEEDS)})
 
 

@@ -19,10 +19,10 @@ from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.scene import (
     NANONEWTON,
     InteractionConfig,
-    PathConfig,
     RoughnessConfig,
     Scene,
     SphereConfig,
+    Steps,
     SubstrateConfig,
 )
 from ase_roughcontact.theory import (
@@ -103,7 +103,7 @@ def scene(
         sphere=SphereConfig(radius=radius),
         roughness=RoughnessConfig(rms_slope=slope, seed=seed, domain=DOMAIN),
         interaction=InteractionConfig(kind, adhesion),
-        path=PathConfig(values=tuple(loads / NANONEWTON)),
+        path=Steps(values=tuple(loads / NANONEWTON)),
     )
 
 

@@ -8,7 +8,7 @@ import pytest
 from small_scene import LOOP, SMALL
 
 from ase_roughcontact.cli import main
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import Scene, relax_loop
 from ase_roughcontact.scene.optimizers import compare_on, deepest_atoms
 
 NAMES = "NewtonKrylov, LBFGS on modes"
@@ -66,7 +66,7 @@ def test_state_is_the_deepest_of_the_scene(control):
 
 def test_deepest_state_of_a_loop_is_compared():
     scene = Scene.parse(LOOP)
-    loop = scene.loop(validity="ignore")
+    loop = relax_loop(scene, validity="ignore")
     deepest = max(loop.approach, key=lambda step: step.penetration)
     compared = compare_on(scene, ["NewtonKrylov"])
     assert compared.contact_atoms == deepest.repulsive_atoms

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
-from ase_roughcontact.cli.figures import draw_fit
+from ase_roughcontact.fitting.figures import draw_fit
 from ase_roughcontact.fitting.fit import fit_curve
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.fitting.parameters import (
@@ -23,7 +23,7 @@ from ase_roughcontact.fitting.parameters import (
 from ase_roughcontact.fitting.residuals import Residuals
 from ase_roughcontact.fitting.smooth_fit import SmoothFit, smooth_fit
 from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import Scene, relax_loop
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.theory import sphere_theory
 
@@ -61,7 +61,7 @@ def scene(work=0.1, stiffness=2.0):
 
 def curve_of(scene, noise=NOISE, points=60):
     """Approach and retraction at equal steps of the base, with noise."""
-    exact = cantilever_curve(scene.loop(validity="ignore"), scene.cantilever)
+    exact = cantilever_curve(relax_loop(scene, validity="ignore"), scene.cantilever)
     zero = scene.first_contact
     return sampled(exact, 25.0 - zero, points, noise, ZERO - zero)
 

@@ -11,7 +11,7 @@ from ase_roughcontact.fitting.fit import fit_curve
 from ase_roughcontact.fitting.least_squares import Trial, solve
 from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import Scene, relax_loop
 
 NN = UNITS["nN"]
 BASELINE = ["force_offset", "force_slope"]
@@ -42,7 +42,7 @@ def scene(kind, work=0.05, shape='"auto"'):
 
 def curve_of(scene, noise=0.1 * NN, capillary=0.0):
     """Curve at equal steps of the base, with a further tension in contact (nN)."""
-    loop = scene.loop(validity="ignore")
+    loop = relax_loop(scene, validity="ignore")
     branches = (
         tuple(
             replace(s, normal_force=s.normal_force - NN * capillary)

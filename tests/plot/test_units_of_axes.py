@@ -16,8 +16,8 @@ import ase_roughcontact as rc
 from ase_roughcontact import plot
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import ContactMap
-from ase_roughcontact.cli.figures import draw_fit
 from ase_roughcontact.elasticity.creep import Creep, RelaxationFit
+from ase_roughcontact.fitting.figures import draw_fit
 from ase_roughcontact.fitting.least_squares import Fit
 from ase_roughcontact.path_kinds.loop.cantilever import (
     CantileverBranch,

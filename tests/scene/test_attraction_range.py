@@ -9,7 +9,7 @@ from ase_roughcontact.elasticity.named_materials import ATTRACTION_RANGE
 from ase_roughcontact.fitting.fit import fit_curve
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import Scene, relax_loop
 
 NM, NN = UNITS["nm"], UNITS["nN"]
 SCENE = """
@@ -50,7 +50,7 @@ def test_range_and_energy_do_not_depend_on_grid_and_modulus(kind):
 @pytest.mark.parametrize("kind", SOFT_KINDS)
 def test_the_pull_off_force_does_not_depend_on_the_grid(kind):
     fine, coarse = (
-        scene(kind, spacing).loop(validity="ignore").pull_off_force
+        relax_loop(scene(kind, spacing), validity="ignore").pull_off_force
         for spacing in (0.25, 0.6)
     )
     assert coarse == pytest.approx(fine, rel=0.01)
@@ -93,7 +93,7 @@ def test_a_grid_that_does_not_resolve_the_range_is_reported_with_one_it_resolves
 
 def test_the_range_can_be_fitted():
     true = scene("full", spacing=0.6, reach=0.3)
-    curve = cantilever_curve(true.loop(validity="ignore"), true.cantilever)
+    curve = cantilever_curve(relax_loop(true, validity="ignore"), true.cantilever)
     both = sampled(curve, 25.0, 60, 0.01 * NN, zero=30.0)
     measured = ForceCurve(both.depth[:60], both.force[:60], true.cantilever)
     free = ["work_of_adhesion", "attraction_range"]

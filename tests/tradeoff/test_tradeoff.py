@@ -11,10 +11,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from ase_roughcontact.cli import main
-from ase_roughcontact.cli.figures import draw_tradeoff
 from ase_roughcontact.plot import plot_tradeoff
 from ase_roughcontact.plot.files import check_picture
-from ase_roughcontact.scene import Loop, Scene
+from ase_roughcontact.scene import Loop, Scene, relax_loop
+from ase_roughcontact.tradeoff.figures import draw_tradeoff
 from ase_roughcontact.tradeoff.result import Choice, Tradeoff
 from ase_roughcontact.tradeoff.tradeoff import tradeoff
 
@@ -245,13 +245,14 @@ def test_the_pull_off_force_of_a_loop_is_traded():
     loop = scene("atoms").with_values(LOOP)
     found = tradeoff(loop, 0.1, of="force")
     steps = errors_of(found, "steps")
-    (accurate,) = (
-        loop.with_values({"path.tolerance": 1e-4, "solver.accuracy": 1e-8})
-        .loop("ignore")
-        .pull_off_force,
+    coarse, accurate = (
+        relax_loop(
+            loop.with_values({"path.tolerance": each, "solver.accuracy": 1e-8}),
+            validity="ignore",
+        )
+        for each in (1e-2, 1e-4)
     )
-    coarse = loop.with_values({"path.tolerance": 1e-2, "solver.accuracy": 1e-8})
-    error = abs(coarse.loop("ignore").pull_off_force / accurate - 1.0)
+    error = abs(coarse.pull_off_force / accurate.pull_off_force - 1.0)
     assert steps["0.01"] == pytest.approx(error, abs=1e-3)
     assert found.kept and "tolerance = 0.01" in found.toml
 

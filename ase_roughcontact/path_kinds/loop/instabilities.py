@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from ase_roughcontact._util.units import with_unit
 from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.analysis.path_values import tension_at_turn
 from ase_roughcontact.results.record import LoadStep
 
 # Relative rounding of a step.
@@ -205,28 +205,6 @@ class AdhesionLoop:
     def energy_lost_in_jumps(self) -> float:
         """Energy lost in the jumps; all that is dissipated, if none was missed (eV)."""
         return sum(jump.dissipated_energy for jump in self.jumps)
-
-
-def tension_at_turn(turn: LoadStep, pull_off_force: float) -> str:
-    """Return a warning of an indenter that is pulled where it begins to retract.
-
-    Parameters
-    ----------
-    turn : LoadStep
-        State at which the retraction begins, of a negative force.
-    pull_off_force : float
-        Largest tension during the retraction (eV/Å).
-
-    Returns
-    -------
-    str
-    """
-    return (
-        f"the pull-off force of {with_unit(pull_off_force, 'nN')} is a lower bound: at "
-        f"the turn, at a penetration of {with_unit(turn.penetration, 'Å')}, the tip is "
-        f"still pulled by {with_unit(-turn.normal_force, 'nN')}: go deeper before the "
-        "retraction"
-    )
 
 
 def balanced(

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS, with_unit
 from ase_roughcontact.contact.control import HEIGHT, PENETRATION
@@ -27,11 +28,12 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_kind import (
     PathKind,
     Steps,
-    range_at,
+    check_deepest,
     stiffness_of,
     turn_text,
     write_curve,
 )
+from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.stepping.step import Stepper
 
@@ -44,6 +46,7 @@ class Loop(PathKind):
 
     kind = "loop"
     control = HEIGHT.name
+    is_loop = True
     along = "penetration"
     units = {"cantilever": "N/m"}
     columns = {
@@ -79,7 +82,7 @@ class Loop(PathKind):
         """
         path = self.plain(["deepest", "step"], lengths(bodies.spacing), "Å")
         if path.deepest is not None:
-            range_at(bodies, self.deepest, path.deepest)
+            check_deepest(bodies, self.deepest, path.deepest)
         return LoopSpecification.of(
             bodies.problem,
             path.deepest,
@@ -165,10 +168,12 @@ class Loop(PathKind):
         self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
     ) -> Iterator[str]:
         """Draw force against depth, and with a cantilever its force curve."""
-        from ase_roughcontact import plot  # imports matplotlib
+        # imports matplotlib
+        from ase_roughcontact.path_kinds.loop import figures
+        from ase_roughcontact.plot.files import draw_file
 
         loop = self.result(bodies, states)
-        plot.draw_file(folder / "loop.png", plot.plot_loop, loop)
+        draw_file(folder / "loop.png", figures.plot_loop, loop)
         yield "loop.png"
         curve = self._curve(loop)
         if curve is not None:
@@ -178,15 +183,46 @@ class Loop(PathKind):
                 name: np.concatenate([getattr(each, name) for each in branches])
                 for name in ("distance", "deflection", "force")
             }
-            ways = [way for b, way in names for _ in b.force]
-            write_curve(folder / "cantilever.csv", ways, columns)
-            plot.draw_file(folder / "cantilever.png", plot.plot_cantilever, curve)
+            points = [name for branch, name in names for _ in branch.force]
+            write_curve(folder / "cantilever.csv", points, columns)
+            draw_file(folder / "cantilever.png", figures.plot_cantilever, curve)
             yield "cantilever.png"
 
     def _curve(self, loop: AdhesionLoop) -> CantileverCurve | None:
         """Return the force curve with the cantilever; None without one."""
         stiffness = self.stiffness
         return None if stiffness is None else cantilever_curve(loop, stiffness)
+
+
+def relax_loop(scene: Scene, validity: str = "warn") -> AdhesionLoop:
+    """Approach and retract along the path of a scene; see `adhesion_loop`.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a path of kind "loop".
+    validity : {"warn", "raise", "ignore"}
+        What to do if a step exceeds a limit of the model; see `load_path`.
+
+    Returns
+    -------
+    AdhesionLoop
+
+    Raises
+    ------
+    ValueError
+        If the path is not a loop.
+    """
+    path = scene.path
+    if not isinstance(path, Loop):
+        raise ValueError(
+            f'the path is not a loop but kind = "{path.kind}": give [path] kind = '
+            '"loop"'
+        )
+    loop = path.result(scene.bodies, tuple(scene.relax(validity=validity)))
+    for message in loop.warnings:
+        warn(message)
+    return loop
 
 
 def _energy(lost: float, error: float) -> str:

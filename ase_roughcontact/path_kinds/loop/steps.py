@@ -86,7 +86,7 @@ class LoopSteps(PathSteps):
         """Find the heights where to begin and to turn."""
         problem, wall = self.stepper.problem, self.stepper.problem.wall
         touching = self.stepper.windows.first_contact
-        self._top = touching + wall.cutoff - wall.contact_distance
+        self._top = touching + wall.reach
         self._bottom = touching - self.loop.lowest
         resolved = _RESOLVED * max(abs(self._top), abs(touching - self.loop.expected))
         if not self.loop.smallest_step > resolved:

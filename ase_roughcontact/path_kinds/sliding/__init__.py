@@ -1,1 +1,22 @@
-"""Sliding with friction."""
+"""Sliding with friction.
+
+``coupling`` solves for normal and lateral motion in turn, and ``lateral_state`` is what
+is known of the tractions of a step.
+"""
+
+SHOWN = {
+    "api": {
+        "SlidingStep": "record",
+        "release": "atoms",
+        "sliding_path": "atoms",
+        "stick": "atoms",
+    },
+    "plot": {
+        "draw_friction": "figures",
+        "draw_tractions": "figures",
+        "plot_friction_loop": "figures",
+        "plot_slip_areas": "figures",
+        "plot_tractions": "figures",
+    },
+    "scene": {"Sliding": "scene"},
+}

@@ -25,8 +25,6 @@ from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
-#: Whether a sliding path neglects the coupling (Goodman), or solves for it.
-COUPLINGS = ("neglected", "solved")
 #: Largest number of alternations of a step.
 MOST_ALTERNATIONS = 50
 # Change of the depth by the tractions, relative to the largest displacement, at which

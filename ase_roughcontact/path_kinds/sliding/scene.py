@@ -48,6 +48,7 @@ class Sliding(PathKind):
     record = SlidingStep
     units = {"spring": "N/m", "direction": "deg"}
     in_order = True
+    has_friction = True
     captions = {
         "friction.png": "Lateral force over displacement, and areas of stick and slip.",
         "tractions.png": "Lateral tractions at some displacements; blue: atoms that "
@@ -232,22 +233,23 @@ class Sliding(PathKind):
         self, bodies: Bodies, states: Sequence[Any], folder: Path
     ) -> Iterator[str]:
         """Draw friction loop, areas, and maps of tractions."""
-        from ase_roughcontact import plot  # imports matplotlib
+        # imports matplotlib
+        from ase_roughcontact.path_kinds.sliding import figures
 
-        plot.draw_friction(folder / "friction.png", states, self.towards)
+        figures.draw_friction(folder / "friction.png", states, self.towards)
         yield "friction.png"
         shown = self.partly_slipping(states)
         if shown:
             frames = [read(folder / "sweep.traj", index=s.step) for s in shown]
             titles = [self._place(state) for state in shown]
             file = folder / "tractions.png"
-            plot.draw_tractions(file, frames, titles, bodies.scanned)
+            figures.draw_tractions(file, frames, titles, bodies.scanned)
             yield "tractions.png"
 
     def partly_slipping(self, states: Sequence[Any]) -> list[Any]:
         """Return a few states with tractions in order, those with most partial slip.
 
-        First one of each way between two turns, then a second one; of equal tractions
+        First one of each move between two turns, then a second one; of equal tractions
         only one.
         """
         distinct = dict[tuple[str, str], Any]()
@@ -257,10 +259,10 @@ class Sliding(PathKind):
                 same = f"{force:.2g}", f"{state.stick_area:.1g}"
                 distinct.setdefault(same, state)
         best = sorted(distinct.values(), key=lambda s: -s.stick_area * s.slip_area)
-        ways = defaultdict[int, list[Any]](list)
+        moves = defaultdict[int, list[Any]](list)
         for state in best:
-            ways[(state.step - 1) // self.steps].append(state)
-        in_turn = filter(None, chain(*zip_longest(*ways.values())))
+            moves[(state.step - 1) // self.steps].append(state)
+        in_turn = filter(None, chain(*zip_longest(*moves.values())))
         return sorted(islice(in_turn, _MAPS), key=lambda s: s.step)
 
     def _place(self, state: Any) -> str:

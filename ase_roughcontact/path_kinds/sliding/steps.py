@@ -28,9 +28,8 @@ from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.contact.support import LateralSupport
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
-from ase_roughcontact.interactions.friction import FrictionLaw, check_law
+from ase_roughcontact.interactions.friction import COUPLINGS, FrictionLaw, check_law
 from ase_roughcontact.path_kinds.sliding.coupling import (
-    COUPLINGS,
     FIRST_RESIDUAL,
     MOST_ALTERNATIONS,
     Coupling,

@@ -1,4 +1,4 @@
-"""Figures of viscoelastic solids: paths in time, and moduli over frequency."""
+"""Figures of paths in time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.elasticity.creep import RelaxationFit
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import (
     BLUE,
@@ -41,8 +40,6 @@ _COLOURS = {
     "retraction": ORANGE,
     "oscillation": COLOURS[3],
 }
-# Number of points of fitted moduli.
-_POINTS = 400
 # Margin of axes beside the states in which a force acts, relative to their range.
 _MARGIN = 0.12
 
@@ -146,45 +143,6 @@ def draw_cantilever_path(file: Path, steps: Sequence[Any], ways: Sequence[str]) 
         axes = figure.subplots()
         plot_over_depth(axes, steps, ways=ways, along="base")
         legend_below(figure, [axes])
-
-
-def plot_moduli(
-    axes: Any,
-    fit: RelaxationFit,
-    frequencies: ArrayLike,
-    storage: ArrayLike,
-    loss: ArrayLike,
-    unit: str = "Pa",
-) -> Any:
-    """Plot measured storage and loss moduli, and the relaxation series fitted to them.
-
-    Parameters
-    ----------
-    axes : matplotlib Axes
-    fit : RelaxationFit
-        From `elasticity.fit_relaxation`.
-    frequencies : array_like, shape (n,)
-        Angular frequencies (rad/s).
-    storage, loss : array_like, shape (n,)
-        Measured moduli.
-    unit : str
-        That of the moduli, for the label.
-
-    Returns
-    -------
-    matplotlib Axes
-    """
-    omega = np.asarray(frequencies, dtype=float)
-    line = np.geomspace(omega.min(), omega.max(), _POINTS)
-    fitted = fit.modulus * fit.creep.modulus(line)
-    axes.loglog(omega, storage, "o", color=BLUE, label="storage")
-    axes.loglog(line, fitted.real, color=BLUE, label="fit")
-    axes.loglog(omega, loss, "s", color=ORANGE, label="loss")
-    axes.loglog(line, fitted.imag, "--", color=ORANGE, label="fit")
-    axes.set(xlabel="angular frequency (rad/s)", ylabel=f"modulus ({unit})")
-    axes.set_title(f"rms error {100.0 * fit.error:.2g} %", loc="right")
-    axes.legend(ncols=2)
-    return axes
 
 
 def _plot_ways(

@@ -18,9 +18,8 @@ from ase_roughcontact._util.validation import (
     nonnegative,
     positive,
 )
-from ase_roughcontact.analysis.path_values import dynamic_stiffness
+from ase_roughcontact.analysis.path_values import dynamic_stiffness, tension_at_turn
 from ase_roughcontact.contact.control import BASE, LOAD, PENETRATION
-from ase_roughcontact.path_kinds.loop.instabilities import tension_at_turn
 from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths.path_steps import PathSteps
@@ -30,7 +29,7 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_kind import (
     PathKind,
     Steps,
-    range_at,
+    check_deepest,
     stiffness_of,
     turn_text,
     write_curve,
@@ -48,8 +47,8 @@ _OF_CANTILEVER = (
     ': in place of a loop at a rate give kind = "time", control = "base" and values, '
     'heights of the base such as ["20 nm", "-50 nm", "200 nm"]'
 )
-# What a path does while its targets press more, are the same, or press less.
-_WAYS = {1.0: "approach", 0.0: "dwell", -1.0: "retraction"}
+# Branches of a path of targets that press more, are the same, or press less.
+_BRANCHES = {1.0: "approach", 0.0: "dwell", -1.0: "retraction"}
 # Rounding of times, relative.
 _ROUNDING = 1e-12
 
@@ -65,6 +64,7 @@ class Timed(PathKind):
     record = TimeStep
     units = {"cantilever": "N/m", "times": "s", "dwell": "s", "frequency": "Hz"}
     in_order = True
+    in_time = True
     controls = (*PathKind.controls, BASE)
     captions = {
         "time.png": "Force and contact area over time and over depth; arrows: "
@@ -108,6 +108,13 @@ class Timed(PathKind):
                 f"{advice}"
             )
         return stiffness_of(cantilever=self.cantilever)
+
+    @classmethod
+    def own_entries(cls, entries: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return a loop at a rate as a path in time; see `PathKind.own_entries`."""
+        if entries.get("kind") != "loop" or entries.get("rate") is None:
+            return entries
+        return {"control": "penetration", **entries, "kind": cls.kind}
 
     def check(self, bodies: Bodies) -> None:
         """Raise an error if the solid needs another kind of path."""
@@ -167,8 +174,8 @@ class Timed(PathKind):
                 "deepest stands for"
             )
         wall, creep, deepest = bodies.wall, bodies.solid.creep, float(path.deepest or 0)
-        attraction = range_at(bodies, self.deepest, deepest)
-        if creep is None or not creep.relaxed or not attraction < math.inf:
+        check_deepest(bodies, self.deepest, deepest)
+        if creep is None or not creep.relaxed or not wall.reach < math.inf:
             raise ValueError(
                 "a loop at a rate needs a solid that relaxes to a modulus, and a wall "
                 "of a finite range: give values, from which to which the path goes"
@@ -179,7 +186,7 @@ class Timed(PathKind):
             work = wall.work_of_adhesion / creep.relaxed
             modulus = creep.relaxed * bodies.solid.contact_modulus
             neck = -JKR(bodies.radius, modulus, work).pull_off_penetration
-        return [-attraction, deepest, -(attraction + neck)]
+        return [-wall.reach, deepest, -(wall.reach + neck)]
 
     def _at_rates(self, values: list[float], units: Mapping[str, float]) -> Schedule:
         """Return the schedule at given rates, with a dwell at the deepest target."""
@@ -307,12 +314,12 @@ class Timed(PathKind):
 
         None if the largest tension is not that of a retraction.
         """
-        ways = self.ways(bodies, states)
+        branches = self.branch_names(bodies, states)
         forces = [state.normal_force for state in states]
         last = int(np.argmin(forces))
-        if forces[last] >= 0.0 or ways[last] != "retraction":
+        if forces[last] >= 0.0 or branches[last] != "retraction":
             return None
-        while last and ways[last] == "retraction":
+        while last and branches[last] == "retraction":
             last -= 1
         return states[last]
 
@@ -320,15 +327,15 @@ class Timed(PathKind):
         self, bodies: Bodies, states: Sequence[Any], folder: Path
     ) -> Iterator[str]:
         """Draw force and area over time and depth; write the force curve."""
-        from ase_roughcontact import plot  # imports matplotlib
+        from ase_roughcontact.path_kinds.time import figures  # imports matplotlib
 
-        ways = self.ways(bodies, states)
+        branches = self.branch_names(bodies, states)
         limits = {
             bodies.labelled(f"{limit.name}: theory, {name} modulus"): limit
             for name, limit in bodies.sphere_limits.items()
         }
         theory = bodies.forces_over_depth(limits, states)
-        plot.draw_time_path(folder / "time.png", states, ways, theory)
+        figures.draw_time_path(folder / "time.png", states, branches, theory)
         yield "time.png"
         if self.stiffness is not None:
             columns: dict[str, list[float]] = {
@@ -337,18 +344,18 @@ class Timed(PathKind):
                 "deflection": [state.deflection for state in states],
                 "force": [state.normal_force for state in states],
             }
-            write_curve(folder / "cantilever.csv", ways, columns)
-            plot.draw_cantilever_path(folder / "cantilever.png", states, ways)
+            write_curve(folder / "cantilever.csv", branches, columns)
+            figures.draw_cantilever_path(folder / "cantilever.png", states, branches)
             yield "cantilever.png"
 
-    def ways(self, bodies: Bodies, states: Sequence[Any]) -> list[str]:
-        """Return what the path does at each state; see `PathKind.ways`."""
+    def branch_names(self, bodies: Bodies, states: Sequence[Any]) -> list[str]:
+        """Return the name of the branch of each state; see `PathKind`."""
         parts = list(self.schedule(bodies).timed_parts())
         inward = self.deepest_of([-1.0, 1.0])  # sign of targets that press more
         names = [
             "oscillation"
             if part.amplitude
-            else _WAYS[np.sign(part.end - start) * inward]
+            else _BRANCHES[np.sign(part.end - start) * inward]
             for _, start, part in parts
         ]
         begins = [begin for begin, *_ in parts]

@@ -70,7 +70,7 @@ def test_kinks_where_atoms_come_into_contact_are_largest_tensions(radius, wall):
 @pytest.mark.slow  # a minute
 @pytest.mark.parametrize("seed", range(3))
 def test_steps_ten_times_finer_give_the_same_largest_tensions(seed, monkeypatch):
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "benchmarks")
+    monkeypatch.syspath_prepend(Path(__file__).parents[3] / "examples" / "benchmarks")
     import loop_steps
 
     for kind in loop_steps.WALLS:  # 40 seeds in loop_steps.csv

@@ -17,7 +17,7 @@ from ase_roughcontact import adhesion_loop
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.loading.trajectory import count_steps, read_steps
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import Scene, relax_loop
 from ase_roughcontact.stepping.step import Stepper
 
 
@@ -38,7 +38,7 @@ def run(printed):
 
 def test_the_loop_of_a_scene_is_that_of_its_atoms():
     scene = Scene.parse(LOOP)
-    loop = scene.loop(validity="ignore")
+    loop = relax_loop(scene, validity="ignore")
     options = {"deepest": 2.0, "step": 0.5, "tolerance": 0.01, "accuracy": "fast"}
     direct = adhesion_loop(scene.atoms(), **options, validity="ignore")
     assert loop.pull_off_force == direct.pull_off_force > 0.0
@@ -165,7 +165,7 @@ def test_a_plan_of_a_loop_has_its_deepest_state_and_what_its_cantilever_holds(
     assert main(["tradeoff", str(tmp_path / "loop.toml")]) == 2
     assert "pull-off force" in capsys.readouterr().err
     with pytest.raises(ValueError, match="the path is not a loop"):
-        Scene.default().loop()
+        relax_loop(Scene.default())
 
 
 @pytest.mark.parametrize("command", ["plan", "run"])

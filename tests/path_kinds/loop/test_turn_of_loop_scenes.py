@@ -5,7 +5,7 @@ import pytest
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import Scene, relax_loop
 from ase_roughcontact.scene.preview import preview
 
 LOOP = """
@@ -33,7 +33,7 @@ def printed(capsys, *arguments):
 
 @pytest.fixture(scope="module")
 def loop():
-    return Scene.parse(LOOP).loop(validity="ignore")
+    return relax_loop(Scene.parse(LOOP), validity="ignore")
 
 
 @pytest.mark.parametrize("newton_per_metre", [0.01, 1.0, 100.0])

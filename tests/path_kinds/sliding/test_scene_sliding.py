@@ -12,7 +12,7 @@ from ase.build import bulk
 from matplotlib.figure import Figure
 from spring_crystal import fcc_springs
 
-from ase_roughcontact import Coulomb, Tresca, plot
+from ase_roughcontact import Coulomb, Tresca
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import loop_energies, static_friction
@@ -21,7 +21,8 @@ from ase_roughcontact.cli.report import table_columns
 from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.elasticity.named_materials import combined_poisson
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
-from ase_roughcontact.plot import plot_friction_loop, style
+from ase_roughcontact.path_kinds.sliding import figures
+from ase_roughcontact.plot import plot_friction_loop, show_as_scanned, style
 from ase_roughcontact.scene import Scene, Sliding
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import reference_for
@@ -256,14 +257,14 @@ def test_maps_of_tractions_are_turned_as_the_scan(tmp_path, monkeypatch):
     scene = scene.with_values({"path.displacements": [0, 0.5], "path.steps": 1})
     drawn = {}
     monkeypatch.setattr(
-        plot, "draw_tractions", lambda *args: drawn.update(scanned=args[3])
+        figures, "draw_tractions", lambda *args: drawn.update(scanned=args[3])
     )
     steps = list(scene.run(tmp_path / "out", validity="ignore"))
     assert "tractions.png" in scene.path.draw(scene.bodies, steps, tmp_path / "out")
     assert drawn["scanned"] == "indenter"
     for scanned, turned in (("substrate", False), ("indenter", True)):
         axes = Figure().subplots()
-        plot.show_as_scanned(axes, scanned)
+        show_as_scanned(axes, scanned)
         assert (axes.yaxis_inverted(), axes.xaxis_inverted()) == (True, turned)
 
 

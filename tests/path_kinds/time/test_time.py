@@ -350,11 +350,11 @@ def test_each_state_is_of_a_part_of_the_path():
     scene = with_path(amplitude="1 A", frequency=2.0)
     times = [0.0, 0.5, 0.6, 1.5, 1.6, 2.0, 2.1]
     states = [SimpleNamespace(time=time) for time in times]
-    ways = ["approach"] * 2 + ["dwell"] * 2 + ["retraction"] * 2 + ["oscillation"]
-    assert scene.path.ways(scene.bodies, states) == ways
+    branches = ["approach"] * 2 + ["dwell"] * 2 + ["retraction"] * 2 + ["oscillation"]
+    assert scene.path.branch_names(scene.bodies, states) == branches
     raised = with_path(control="height", values=[0, -10, 0], rate=1.0, dwell=0.0)
     states = [SimpleNamespace(time=time) for time in (0.5, 1.5)]
-    assert raised.path.ways(raised.bodies, states) == ["approach", "retraction"]
+    assert raised.path.branch_names(raised.bodies, states) == ["approach", "retraction"]
 
 
 def test_the_printed_table_has_a_part_of_the_steps_and_the_turns(run):

@@ -1,0 +1,90 @@
+"""Figures of adhesion loops, and of their force curves on a cantilever."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.path_kinds.loop.cantilever import CantileverCurve
+from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop, interpolated
+from ase_roughcontact.plot.style import (
+    BRANCHES,
+    DASHES,
+    GREY,
+    add_jump,
+    add_right_scale,
+)
+
+NN, NM = UNITS["nN"], UNITS["nm"]
+
+
+def plot_loop(
+    axes: Any, loop: AdhesionLoop, pull_off_forces: Mapping[str, float] | None = None
+) -> Any:
+    """Plot force against depth of an adhesion loop, with arrows at instabilities.
+
+    The depth is the penetration of the `LoadStep`, positive into the solid. Error bars
+    are twice the estimated errors of the force.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    loop : AdhesionLoop
+        From `adhesion_loop`.
+    pull_off_forces : mapping of str to float, optional
+        Pull-off forces of theories by label (eV/Å).
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    first_contact = loop.approach[0].height + loop.approach[0].penetration
+    for name, colour, width in BRANCHES:
+        steps, jumps = getattr(loop, name), getattr(loop, f"{name}_jumps")
+        heights, forces, _ = interpolated(steps, jumps)
+        depths = first_contact - heights
+        axes.plot(depths, forces / NN, "-", color=colour, lw=width, label=name)
+        rows = [(s.penetration, s.normal_force / NN, s.force_error / NN) for s in steps]
+        x, y, error = np.transpose(rows)
+        axes.plot(x, y, "o", color=colour, ms=2)
+        axes.errorbar(x, y, 2.0 * error, fmt="none", ecolor=GREY, lw=1)
+    for jump in loop.jumps:
+        ends = jump.before, jump.after
+        add_jump(axes, *((s.penetration, s.normal_force / NN) for s in ends))
+    for i, (name, force) in enumerate((pull_off_forces or {}).items()):
+        line = DASHES[i % len(DASHES)]
+        axes.axhline(-force / NN, color="k", ls=line, lw=0.8, label=name)
+    axes.set(xlabel="depth (Å)", ylabel="normal force $N$ (nN)")
+    axes.legend()
+    return axes
+
+
+def plot_cantilever(axes: Any, curve: CantileverCurve) -> Any:
+    """Plot force against distance of a cantilever, with its deflection at the right.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    curve : CantileverCurve
+        From `cantilever_curve`.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    for name, colour, width in BRANCHES:
+        branch = getattr(curve, name)
+        x, force = branch.distance / NM, branch.force / NN
+        axes.plot(x, force, "-", color=colour, lw=width, label=name)
+        for jump in branch.jumps:
+            ends = jump.force_before, jump.force_after
+            add_jump(axes, *((jump.distance / NM, end / NN) for end in ends))
+    add_right_scale(axes, "deflection (nm)", NN / NM / curve.stiffness)
+    axes.set_xlabel("distance of the base $D$ (nm)")
+    axes.set_ylabel("normal force $N$ (nN)")
+    axes.legend()
+    return axes
