@@ -55,20 +55,31 @@ def fit(options: argparse.Namespace) -> int:
     trials = _print_trial if prints_text(options) else None
     default = ",".join(SERIES) if scene.solid.creep else "work_of_adhesion"
     free = [name.strip() for name in (options.free or default).split(",")]
-    given = options.branch, scene.cantilever, options.sensitivity, options.columns
+    given = (
+        options.branch,
+        scene.cantilever,
+        options.sensitivity,
+        options.columns,
+        options.curve_number,
+    )
+    remarks: tuple[str, ...] = ()
     if scene.solid.creep:
         kind = "depth" if scene.control == LOAD else "force"
         curve_in_time = read_in_time(options.curve, kind, *given)
         found = fit_in_time(scene, *curve_in_time, free, trials)
     else:
         curve = read_curve(options.curve, *given)
+        remarks = curve.remarks
+        if trials is not None:
+            for remark in (*remarks, *curve.doubts):
+                write_error(f"note: {remark}")
         found = fit_curve(scene, curve, free, trials)
         if scene.wall.attractive:
             lines = [name for name in free if name in BASELINE]
             smooth = smooth_fit(scene, curve, lines)
     figures.draw_fit(found, smooth, options.picture)
     if options.json:
-        write(_fit_line(found, smooth))
+        write(_fit_line(found, smooth, remarks))
     elif not options.quiet:
         show(*found.parts, *([str(smooth)] if smooth else []))
         write(str(options.picture))
@@ -81,7 +92,7 @@ def _print_trial(values: Mapping[str, float], residual: float) -> None:
     write_error(f"residual/noise {residual:.4g}: {parameters}")
 
 
-def _fit_line(found: Fit, smooth: SmoothFit | None) -> str:
+def _fit_line(found: Fit, smooth: SmoothFit | None, remarks: tuple[str, ...]) -> str:
     """Return a fit as a line of JSON."""
 
     def named(values: Iterable) -> dict[str, Any]:
@@ -99,6 +110,7 @@ def _fit_line(found: Fit, smooth: SmoothFit | None) -> str:
             "theory": smooth and smooth.theory,
             "converged": found.converged,
             "warnings": found.warnings,
+            "remarks": remarks,
         },
         {**named(found.units), "noise": found.ordinate[1], "smooth_sphere": "J/m²"},
     )

@@ -244,6 +244,13 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
         help='of the deflection: "50 nm/V" (default: that in the file)',
     )
     parser.add_argument(
+        "--curve",
+        dest="curve_number",
+        metavar="NUMBER",
+        type=lambda text: int(text) if text.isdecimal() else text,
+        help="which curve of a map or an archive, from 1, or its name in an archive",
+    )
+    parser.add_argument(
         "--columns",
         metavar="NAMES",
         type=lambda text: [name.strip() for name in text.split(",")],

@@ -4,37 +4,94 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.units import FORCES, LENGTHS, TIMES, UNITS, quantity
 from ase_roughcontact._util.validation import FloatArray, positive
-from ase_roughcontact.fitting.curve_tables import Column, CurveTable, read_table
+from ase_roughcontact.fitting.calibration import recalibration
+from ase_roughcontact.fitting.direction import Heights, increases_away, is_reversed
 from ase_roughcontact.fitting.force_curve import ForceCurve
+from ase_roughcontact.fitting.formats.reader import read_table
+from ase_roughcontact.fitting.formats.table import (
+    Calibration,
+    Column,
+    CurveTable,
+    Segment,
+)
 
 # Relative difference up to which stiffnesses of the cantilever are the same.
 _SAME_STIFFNESS = 0.02
-# Part of the points at either end whose slope tells where the contact is: 1/10.
-_TENTH = 10
-# Names of columns by what they are, the best ones first. Whether a height is positive
-# away from the surface or towards it follows from the force.
+# Names of columns by what they are, the best ones first. An indentation is zero before
+# the contact, and therefore the last choice.
 _NAMES = {
-    "depth": ("depth", "penetration", "indentation"),
+    "depth": ("depth", "penetration"),
+    "indentation": ("indentation",),
     "separation": ("separation", "tip-sample separation", "sep"),
-    "distance": ("distance",),
     "height": (
-        *("height sensor", "height (measured)", "measuredheight"),
-        *("capacitivesensorheight", "straingaugeheight", "smoothedmeasuredheight"),
-        *("smoothedcapacitivesensorheight", "smoothedstraingaugeheight", "zsnsr"),
-        *("lvdt", "z sensor", "height", "height (piezo)", "piezo", "z piezo"),
-        *("calc ramp", "ramp", "z"),
+        "distance",
+        "height sensor",
+        "height (measured)",
+        "measuredheight",
+        "capacitivesensorheight",
+        "straingaugeheight",
+        "smoothedmeasuredheight",
+        "smoothedcapacitivesensorheight",
+        "smoothedstraingaugeheight",
+        "zsnsr",
+        "lvdt",
+        "z sensor",
+        "height",
+        "height (piezo)",
+        "piezo",
+        "z piezo",
+        "calc ramp",
+        "ramp",
+        "z",
     ),
     "deflection": ("deflection", "defl", "vertical deflection", "vdeflection"),
-    "force": ("force", "normal_force", "f"),
+    "force": ("force", "normal_force", "load", "f"),
 }
 # The same of curves in time; others may have times of day.
 _NAMES_IN_TIME = _NAMES | {"time": ("time",)}
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Quantities of a segment: depth, distance, deflection, force, time."""
+
+    kind: str | None
+    found: dict[str, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class _Measurement:
+    """Quantities of the segments of a file, calibrated.
+
+    Attributes
+    ----------
+    parts : list of _Part
+    stiffness : float or None
+    remarks : tuple of str
+    table : CurveTable
+    """
+
+    parts: list[_Part]
+    stiffness: float | None
+    remarks: tuple[str, ...]
+    table: CurveTable
+
+    def joined(self) -> dict[str, FloatArray]:
+        """Return the quantities that all segments have, one after the other."""
+        common = set(self.parts[0].found)
+        for part in self.parts:
+            common &= set(part.found)
+        return {
+            name: np.concatenate([part.found[name] for part in self.parts])
+            for name in common
+        }
 
 
 def read_curve(
@@ -43,6 +100,7 @@ def read_curve(
     stiffness: float | None = None,
     sensitivity: str = "",
     heads: Sequence[str] = (),
+    curve: int | str | None = None,
 ) -> ForceCurve:
     """Read a force curve.
 
@@ -54,53 +112,67 @@ def read_curve(
         ``separation (nm)`` of tip and surface, and ``force (nN)``; or ``distance (nm)``
         of the base, or its height, with ``deflection (nm)`` of the cantilever, also in
         V, and ``force (nN)``, one of which may be left out if the stiffness is known;
-        or those of ``curve.csv``. Or a text export of NanoScope or JPK, or, with
-        afmformats, a file of an instrument, with approach and retraction.
+        or those of ``curve.csv``. Or a text export of NanoScope, JPK or Chiaro, or,
+        with the extra ``curves``, a file of an instrument; or a zip archive of files.
     branch : str, optional
-        "approach" or "retraction".
+        "approach" or "retraction". Holds between them are left out.
     stiffness : float, optional
-        Of the cantilever (eV/Å^2). By default it is that of the file, or of forces and
-        deflections, infinite without the latter.
+        Spring constant of the cantilever (eV/Å^2); by default that of the file, or of
+        forces and deflections, infinite without the latter. Another one than in the
+        file recalibrates the forces.
     sensitivity : str, optional
-        Deflection per V: ``"50 nm/V"``; by default that of the file.
+        Deflection per V: ``"50 nm/V"``, for NT-MDT per nA; by default that of the file.
+        Another one than in the file recalibrates deflections and forces.
     heads : sequence of str
         Names and units of the columns in place of those in the file.
+    curve : int or str, optional
+        Which curve of several, from 1; in an archive also the name of the file.
 
     Returns
     -------
     ForceCurve
+        With `remarks` of what was left out or changed.
 
     Raises
     ------
     ValueError
-        If a column or its unit is missing, a value is not a finite number, or forces
-        over deflections are not the stiffness.
+        If a column or its unit is missing, a value is not a finite number, there are
+        several curves and none is chosen, or forces over deflections are not the
+        stiffness.
+    ImportError
+        If a package that reads the format is missing.
     """
-    table = read_table(file, branch, heads)
-    found, stiffness = _found(file, table, stiffness, sensitivity)
+    given = _given(stiffness, sensitivity)
+    read = _without_holds(_measurement(file, given, heads, curve, _NAMES))
+    found, known = read.joined(), read.stiffness
     force, depth, bend = (found.get(k) for k in ("force", "depth", "deflection"))
     if bend is not None and force is not None and np.ptp(bend) > 0.0:
         # a slope, as either may have another zero
         slope = float(np.polyfit(bend, force, 1)[0])
-        stiffness = _checked(file, slope, stiffness, "forces over deflections give")
-    if stiffness is not None:
+        known = _checked(file, slope, known)
+    if known is not None:
         if force is None and bend is not None:
-            force = stiffness * bend
+            force = known * bend
         if bend is None and force is not None:
-            bend = force / stiffness
+            bend = force / known
     if depth is None and bend is not None and "distance" in found:
         depth = -(found["distance"] + bend)
+    if depth is None:
+        depth = found.get("indentation")
     if force is None or depth is None:
-        columns = "distance (nm) or height (nm), and force (nN) or deflection (nm), or "
-        message = _missing(file, table, columns + "depth (nm) and force (nN)")
-        if stiffness is None:
-            message += (
-                ". Without deflection or force the scene needs the stiffness of the "
-                'cantilever, as deflection = force/stiffness: [path] kind = "loop" and '
-                'cantilever = "5 N/m"'
-            )
-        raise ValueError(message)
-    return ForceCurve(depth, force, math.inf if stiffness is None else stiffness)
+        raise ValueError(_incomplete(file, read))
+    kinds = [part.kind for part in read.parts]
+    turn = None
+    if None not in kinds:
+        turn = sum(
+            len(part.found["force" if "force" in part.found else "deflection"])
+            for part in read.parts
+            if part.kind == "approach"
+        )
+    whole = ForceCurve(
+        depth, force, math.inf if known is None else known, turn, read.remarks
+    )
+    return whole if branch is None else _only(file, whole, branch)
 
 
 def read_in_time(
@@ -110,17 +182,19 @@ def read_in_time(
     stiffness: float | None = None,
     sensitivity: str = "",
     heads: Sequence[str] = (),
+    curve: int | str | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Read a force or a depth over time.
 
     Parameters
     ----------
     file : path
-        A table as of `read_curve`, with the column ``time (s)``.
+        As of `read_curve`, with times: a table needs the column ``time (s)``.
     kind : {"force", "depth"}
-        A force may be given by the deflection, if the stiffness is known.
-    branch, stiffness, sensitivity, heads
-        See `read_curve`.
+        A force may be given by the deflection, if the stiffness is known, a depth by
+        the distance of the base and a force.
+    branch, stiffness, sensitivity, heads, curve
+        See `read_curve`. Holds are kept, unless a branch is chosen.
 
     Returns
     -------
@@ -132,103 +206,209 @@ def read_in_time(
     ValueError
         If a column or its unit is missing, or a value is not a finite number.
     """
-    table = read_table(file, branch, heads)
-    found, stiffness = _found(file, table, stiffness, sensitivity, _NAMES_IN_TIME)
-    if stiffness is not None and "deflection" in found:
-        found.setdefault("force", stiffness * found["deflection"])
+    given = _given(stiffness, sensitivity)
+    read = _measurement(file, given, heads, curve, _NAMES_IN_TIME)
+    if branch is not None:
+        kept = [part for part in read.parts if part.kind == branch]
+        if not kept:
+            raise ValueError(_no_branch(file, branch))
+        read = replace(read, parts=kept)
+    found, known = read.joined(), read.stiffness
+    if known is not None and "deflection" in found:
+        found.setdefault("force", known * found["deflection"])
+    if known is not None and {"distance", "force"} <= set(found):
+        found.setdefault("depth", -(found["distance"] + found["force"] / known))
     if not {"time", kind} <= set(found):
         unit = "nN" if kind == "force" else "nm"
-        raise ValueError(_missing(file, table, f"time (s) and {kind} ({unit})"))
+        raise ValueError(_missing(file, read.table, f"time (s) and {kind} ({unit})"))
     return found["time"], found[kind]
 
 
-def _found(
-    file: PathName,
-    table: CurveTable,
-    stiffness: float | None,
-    sensitivity: str,
-    known: Mapping[str, tuple[str, ...]] = _NAMES,
-) -> tuple[dict[str, FloatArray], float | None]:
-    """Return the quantities of all parts of a curve, and the stiffness."""
-    stiffness, length = _calibration(file, table, stiffness, sensitivity)
-    parts = []
-    for way, columns in table.segments:
-        part = _quantities(file, columns, length, known)
-        if way is not None and "distance" in part:
-            falls = part["distance"][0] > part["distance"][-1]
-            if falls != (way == "approach"):  # as NanoScope may write it
-                part = {name: values[::-1] for name, values in part.items()}
-        parts.append(part)
-    common = set(parts[0]).intersection(*parts)
-    return {k: np.concatenate([part[k] for part in parts]) for k in common}, stiffness
-
-
-def _calibration(
-    file: PathName, table: CurveTable, stiffness: float | None, sensitivity: str
-) -> tuple[float | None, float | None]:
-    """Return the stiffness of the cantilever, and its deflection per V (Å)."""
-    if table.stiffness is not None:
-        stiffness = _checked(file, table.stiffness, stiffness, "its header gives")
+def _given(stiffness: float | None, sensitivity: str) -> Calibration:
+    """Return the calibration that a user gives."""
     if not sensitivity:
-        return stiffness, table.sensitivity
-    units = {f"{unit}/V": value for unit, value in LENGTHS.items()}
+        return Calibration(stiffness)
+    per = "nA" if sensitivity.rstrip().endswith("/nA") else "V"
+    units = {f"{unit}/{per}": value for unit, value in LENGTHS.items()}
     length = quantity("sensitivity", sensitivity, units, "nm/V")
     positive(sensitivity=length)
-    return stiffness, length
+    # afmformats takes signals in A
+    return Calibration(stiffness, length * (1e9 if per == "nA" else 1.0), per)
+
+
+def _measurement(
+    file: PathName,
+    given: Calibration,
+    heads: Sequence[str],
+    curve: int | str | None,
+    known: Mapping[str, tuple[str, ...]],
+) -> _Measurement:
+    """Return the quantities of all segments, in the order of the measurement."""
+    table = read_table(file, heads, curve, given)
+    calibrated = recalibration(file, table, given)
+    length = table.sensitivity or given.sensitivity
+    parts = [
+        _Part(segment.kind, _quantities(file, segment, length, known))
+        for segment in table.segments
+    ]
+    _check_slope(file, table, parts)
+    parts = [replace(part, found=calibrated.of(part.found)) for part in parts]
+    parts, remarks = _directed(parts, _away(table, parts, known))
+    return _Measurement(
+        parts, calibrated.stiffness, (*calibrated.remarks, *remarks), table
+    )
 
 
 def _quantities(
     file: PathName,
-    columns: Sequence[Column],
+    segment: Segment,
     sensitivity: float | None,
     known: Mapping[str, tuple[str, ...]],
 ) -> dict[str, FloatArray]:
-    """Return depth, distance, deflection and force as far as there are columns.
+    """Return depth, height, deflection, force and time as far as there are columns.
 
     Of several columns of a quantity the best one is taken.
     """
     found: dict[str, FloatArray] = {}
     doubts = []  # columns without a unit that is known
-    for name in (name for names in known.values() for name in names):
-        for column in (each for each in columns if each.name == name):
-            kind = next(kind for kind, names in known.items() if name in names)
-            unit = column.unit or ""
-            if kind == "deflection" and unit in FORCES:
-                kind = "force"
-            units = {"force": FORCES, "time": {"": 1.0, **TIMES}}.get(kind, LENGTHS)
-            if kind == "deflection" and sensitivity:
-                units = units | {"V": sensitivity, "mV": 1e-3 * sensitivity}
-            if unit in units and kind not in found:
-                found[kind] = units[unit] * column.numbers(file)
-            elif unit not in units:
-                doubts.append(column)
+    for kind, column in _ordered(segment.columns, known):
+        unit = column.unit or ""
+        if kind == "deflection" and unit in FORCES:
+            kind = "force"
+        units = {"force": FORCES, "time": {"": 1.0, **TIMES}}.get(kind, LENGTHS)
+        if kind == "deflection" and sensitivity:
+            units = units | {"V": sensitivity, "mV": 1e-3 * sensitivity}
+        if unit in units and kind not in found:
+            found[kind] = units[unit] * column.numbers(file)
+        elif unit not in units:
+            doubts.append(column)
     if "separation" in found:  # of tip and surface
         found.setdefault("depth", -found.pop("separation"))
-    if "height" in found:
-        found.setdefault("distance", _away(found.pop("height"), found))
-    has_force, has_depth = (
-        not set(names).isdisjoint(found)
-        for names in (("force", "deflection"), ("depth", "distance"))
-    )
+    has_force = bool(found.keys() & {"force", "deflection"})
+    has_depth = bool(found.keys() & {"depth", "indentation", "height"})
     if doubts and not (has_force and has_depth):
         raise ValueError(_without_units(file, doubts))
     return found
 
 
-def _away(height: FloatArray, found: Mapping[str, FloatArray]) -> FloatArray:
-    """Return heights that are positive away from the surface.
-
-    In contact, where the force is steepest, it falls with the height of the base.
-    """
-    force = found.get("force", found.get("deflection"))
-    if force is None:
-        return height
-    order, count = np.argsort(height), max(len(height) // _TENTH, 2)
-    slopes = [
-        np.polyfit(height[end] - height[end].mean(), force[end], 1)[0]
-        for end in (order[:count], order[-count:])
+def _ordered(
+    columns: Sequence[Column], known: Mapping[str, tuple[str, ...]]
+) -> list[tuple[str, Column]]:
+    """Return the quantities of columns, the best ones first."""
+    return [
+        (kind, column)
+        for kind, names in known.items()
+        for name in names
+        for column in columns
+        if column.name == name
     ]
-    return height if max(slopes, key=abs) < 0.0 else -height
+
+
+def _away(
+    table: CurveTable,
+    parts: Sequence[_Part],
+    known: Mapping[str, tuple[str, ...]],
+) -> bool:
+    """Return whether heights increase away from the surface, one answer for a file."""
+    first = table.segments[0].columns
+    for kind, column in _ordered(first, known):
+        if kind == "height" and (column.unit or "") in LENGTHS:
+            if column.away is not None:
+                return column.away
+            break
+    heights = []
+    for part in parts:
+        height = part.found.get("height")
+        force = part.found.get("force", part.found.get("deflection"))
+        if height is not None and force is not None and len(height):
+            heights.append(Heights(part.kind, height, force))
+    return increases_away(heights) if heights else True
+
+
+def _directed(parts: Sequence[_Part], away: bool) -> tuple[list[_Part], list[str]]:
+    """Return segments with distances in place of heights, in the order of time."""
+    directed, backwards = [], []
+    for part in parts:
+        found = dict(part.found)
+        height = found.pop("height", None)
+        if height is not None:
+            found["distance"] = height if away else -height
+            if "time" not in found and is_reversed(part.kind, found["distance"]):
+                backwards.append(part.kind)
+                found = {name: values[::-1] for name, values in found.items()}
+        directed.append(_Part(part.kind, found))
+    remarks = [
+        f"the {kind} is written against the order of the measurement, and was turned"
+        for kind in backwards
+    ]
+    if {"approach", "retraction"} <= set(backwards):
+        remarks = [
+            "the approach moves away from the surface, and the retraction towards it: "
+            "are the branches swapped? If the height increases towards the surface, "
+            "name it ramp (nm)"
+        ]
+    return directed, remarks
+
+
+def _without_holds(read: _Measurement) -> _Measurement:
+    """Return a measurement without its holds, and remarks on them."""
+    remarks, kept = list(read.remarks), []
+    for part in read.parts:
+        if part.kind != "hold":
+            kept.append(part)
+            continue
+        count = len(next(iter(part.found.values()), ()))
+        when = "between" if kept else "before"
+        remarks.append(
+            f"a hold of {count} points {when} the branches is left out: use a path in "
+            "time for it"
+        )
+    if not kept:
+        raise ValueError("the curve has neither an approach nor a retraction")
+    return replace(read, parts=kept, remarks=tuple(remarks))
+
+
+def _only(file: PathName, curve: ForceCurve, branch: str) -> ForceCurve:
+    """Return one branch of a curve."""
+    direction = {"approach": -1.0, "retraction": 1.0}[branch]
+    for each in curve.branches:
+        if each.direction == direction:
+            turn = each.points.stop - each.points.start if direction < 0.0 else 0
+            return replace(
+                curve,
+                depth=curve.depth[each.points],
+                force=curve.force[each.points],
+                turn=turn,
+            )
+    raise ValueError(_no_branch(file, branch))
+
+
+def _no_branch(file: PathName, branch: str) -> str:
+    return f"{file} contains no points of the branch {branch!r}: leave out --branch"
+
+
+def _check_slope(file: PathName, table: CurveTable, parts: Sequence[_Part]) -> None:
+    """Raise `ValueError` if forces over deflections are not what the header says."""
+    for part in parts:
+        bend, force = part.found.get("deflection"), part.found.get("force")
+        if bend is None or force is None or not np.ptp(bend) > 0.0:
+            continue
+        if table.stiffness:
+            _checked(file, float(np.polyfit(bend, force, 1)[0]), table.stiffness)
+
+
+def _checked(file: PathName, found: float, stiffness: float | None) -> float:
+    """Return the stiffness of a cantilever, which the columns must not contradict."""
+    if stiffness is None:
+        return found
+    if not math.isclose(found, stiffness, rel_tol=_SAME_STIFFNESS):
+        unit = UNITS["N/m"]
+        raise ValueError(
+            f"{file}: forces over deflections give a cantilever of {found / unit:.4g} "
+            f"N/m, the scene or its header {stiffness / unit:.4g} N/m: correct "
+            "cantilever in [path], or what is wrong in the file"
+        )
+    return stiffness
 
 
 def _without_units(file: PathName, columns: Sequence[Column]) -> str:
@@ -251,25 +431,23 @@ def _without_units(file: PathName, columns: Sequence[Column]) -> str:
     )
 
 
-def _checked(
-    file: PathName, found: float, stiffness: float | None, source: str
-) -> float:
-    """Return the stiffness of a cantilever, which a file must not contradict."""
-    if stiffness is None:
-        return found
-    if not math.isclose(found, stiffness, rel_tol=_SAME_STIFFNESS):
-        unit = UNITS["N/m"]
-        raise ValueError(
-            f"{file}: {source} a cantilever of {found / unit:.4g} N/m, the scene or "
-            f"its header {stiffness / unit:.4g} N/m: correct cantilever in [path], or "
-            "what is wrong in the file"
+def _incomplete(file: PathName, read: _Measurement) -> str:
+    """Return the message for a file without a force or a depth."""
+    found = read.joined()
+    is_complete = "distance" in found and found.keys() & {"force", "deflection"}
+    if is_complete and read.stiffness is None:
+        return (
+            f"{file} does not have the spring constant of the cantilever (deflection = "
+            'force/stiffness): give [path] kind = "loop" and cantilever = "5 N/m" in '
+            "the scene"
         )
-    return stiffness
+    columns = "distance (nm) or height (nm), and force (nN) or deflection (nm), or "
+    return _missing(file, read.table, columns + "depth (nm) and force (nN)")
 
 
 def _missing(file: PathName, table: CurveTable, columns: str) -> str:
     """Return the message for a table without the necessary columns."""
-    heads = ", ".join(column.head for column in table.segments[0][1])
+    heads = ", ".join(column.head for column in table.segments[0].columns)
     return (
         f"{file} needs the columns {columns}, got {heads}: rename them, or give names "
         "and units of all columns: --columns"

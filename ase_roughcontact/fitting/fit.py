@@ -94,10 +94,10 @@ def fit_curve(
             "work_of_adhesion can't be fitted, as the wall of the scene only repels: "
             'give [interaction] kind = "adhesive", or other free parameters'
         )
+    if curve.doubt_of_sign and (wrong := _wrong_sign(scene, curve, free)):
+        advice = f"Change the sign of {wrong}: the first trial is closer"
+        raise ValueError(f"{curve.doubt_of_sign} {advice}")
     for doubt in curve.doubts:
-        if wrong := _wrong_sign(scene, curve, free):
-            advice = f"Change the sign of {wrong}: the first trial is closer"
-            raise ValueError(f"{doubt} {advice}")
         warnings.warn(doubt, stacklevel=2)
     try:
         model = Residuals(scene, curve, free)

@@ -24,6 +24,10 @@ _MEDIAN = 0.6745
 _FALLS = 8.0
 # Number of points over which the force at the turn is averaged.
 _NEAR = 10
+# Least range of the base that is divided by (Å).
+_TINY = 1e-12
+# Part of the range of the base at either end that an approach connects.
+_END = 0.25
 # A change of the force between two points is a jump from this many times the noise.
 _JUMP = 8.0
 # Number of points of a drawn branch.
@@ -65,6 +69,11 @@ class ForceCurve:
         Normal forces, negative in tension (eV/Å).
     stiffness : float
         Of the cantilever (eV/Å^2); infinite if the depth is prescribed.
+    turn : int, optional
+        Number of points of the approach, which come first. By default the base is
+        lowest at the last of them.
+    remarks : tuple of str
+        What was left out, changed or doubtful as a file was read.
 
     Raises
     ------
@@ -75,6 +84,8 @@ class ForceCurve:
     depth: FloatArray
     force: FloatArray
     stiffness: float = math.inf
+    turn: int | None = None
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check and convert the points."""
@@ -126,22 +137,61 @@ class ForceCurve:
 
     @property
     def doubts(self) -> list[str]:
-        """What in the forces is unusual; empty if there is nothing."""
+        """What in the points is unusual; empty if there is nothing."""
+        doubts = [self.doubt_of_sign] if self.doubt_of_sign else []
+        if self._approaches > 1:
+            doubts.append(
+                f"the base comes down {self._approaches} times: there seem to be as "
+                "many curves in the file; fit one of them"
+            )
+        return doubts
+
+    @property
+    def doubt_of_sign(self) -> str:
+        """Doubt whether forces and heights have the right signs; empty without."""
         upward = np.argsort(self.base)
-        near = float(np.median(self.force[upward[: self._tenth]]))
-        if near >= self.far_force - _FALLS * self.noise:
-            return []
-        for count in self._tenth, _NEAR:  # it may turn in tension, but under repulsion
-            nearest = upward[:count]
-            base, force = self.base[nearest], self.force[nearest]
-            if np.cov(base, force)[0, 1] < -self.noise * base.std():
-                return []
+        near = float(np.median(self.force[upward[:_NEAR]]))
+        rise = self._rise_at_turn(upward)
+        is_low = near < self.far_force - _FALLS * self.noise
+        if rise < 0.0 or not (is_low or rise > _FALLS * self.noise):
+            return ""
         far, low = (f"{force / UNITS['nN']:.3g}" for force in (self.far_force, near))
-        return [
+        return (
             f"the force is {far} nN where the base is highest and {low} nN where it is "
             "lowest: is it negative in tension, the distance positive away from the "
             "surface, and the depth, -(distance + deflection), positive into it?"
-        ]
+        )
+
+    def _rise_at_turn(self, upward: np.ndarray) -> float:
+        """Return by how much the force rises with the base where that is lowest.
+
+        A standard deviation of the points nearest to the surface, of as few as show
+        more than the noise; zero if none do. A tip may turn in tension, but it turns
+        under repulsion, where the force falls with the height of the base.
+
+        Parameters
+        ----------
+        upward : ndarray of int, shape (k,)
+            Points in the order of the base.
+        """
+        count = _NEAR
+        while count <= max(self._tenth, _NEAR):
+            base, force = self.base[upward[:count]], self.force[upward[:count]]
+            rise = float(np.cov(base, force)[0, 1]) / max(base.std(), _TINY)
+            if abs(rise) > self.noise:
+                return rise
+            count *= 2
+        return 0.0
+
+    @property
+    def _approaches(self) -> int:
+        """Number of times that the base comes down through most of its range."""
+        level = (self.base - self.base.min()) / max(
+            np.ptp(self.base), np.finfo(float).tiny
+        )
+        ends = (level > 1.0 - _END).astype(int) - (level < _END).astype(int)
+        ends = ends[ends != 0]
+        return int(np.sum((ends[:-1] > 0) & (ends[1:] < 0)))
 
     @property
     def _tenth(self) -> int:
@@ -172,7 +222,8 @@ class ForceCurve:
             for part in [self.base[branch.points]]
         ]
         depth = -np.concatenate(base)
-        return ForceCurve(depth, np.zeros_like(depth), self.stiffness)
+        turn = sum(branch.direction < 0.0 for branch in self.branches) * _DRAWN
+        return ForceCurve(depth, np.zeros_like(depth), self.stiffness, turn)
 
     @cached_property
     def deepest(self) -> float:
@@ -192,12 +243,14 @@ class ForceCurve:
 
     @cached_property
     def branches(self) -> list[MeasuredBranch]:
-        """Approach and retraction, which are separated by the lowest point of the base.
+        """Approach and retraction, which are separated by the turn.
 
         A branch of fewer than two points is none.
         """
-        turn = int(np.argmin(self.base))
-        first = turn + 1 if turn else 0  # of the retraction
+        first = self.turn  # of the retraction
+        if first is None:
+            lowest = int(np.argmin(self.base))
+            first = lowest + 1 if lowest else 0
         ends = (slice(0, first), -1.0), (slice(first, len(self.base)), 1.0)
         return [
             MeasuredBranch(points, direction, self._jump(points, direction))

@@ -13,11 +13,9 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``bodies``                        what is built, and theory for it
 ``scene``                         `Scene`: problem, solver and steps
 ``plan``, ``results``             warnings and plans; folders of results
-``curve_files``                   force curves from files, by ``curve_tables``
 ================================  ====================================================
 
-``reference``, ``preview``, ``tradeoff``, ``fit`` and ``time_fit`` are functions of a
-scene.
+``reference`` and ``preview`` are functions of a scene.
 """
 
 from importlib import import_module

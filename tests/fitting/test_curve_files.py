@@ -179,7 +179,7 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
     file = tmp_path / "curve.csv"
     file.write_text(
         "branch,distance (nm),deflection (Å),Force (pN)\n"
-        "approach,5,1,300\nretraction,4,-2,-500\nretraction,6,0,0\n"
+        "approach,5,1,250\nretraction,4,-2,-500\nretraction,6,0,0\n"
     )
     curve = read_curve(file, "retraction")
     np.testing.assert_allclose(curve.depth, [-38.0, -60.0])
@@ -189,7 +189,7 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
     np.testing.assert_allclose(read_curve(file, None, 0.3).force, [3.0, 6.0, 0.0])
     file.write_text("distance (nm),force (nN)\n5,1\n4,2\n6,0\n")
     np.testing.assert_allclose(read_curve(file, None, 0.3).base, [50.0, 40.0, 60.0])
-    with pytest.raises(ValueError, match=r"Without .* deflection = force/stiffness"):
+    with pytest.raises(ValueError, match=r"\(deflection = force/stiffness\)"):
         read_curve(file)
     # noise, and another zero of the forces, do not change the stiffness: 1 N/m
     rows = "0,-1,-1.0\n0,-1,0\n0,1,1.0\n0,1,2.0\n"
@@ -243,14 +243,6 @@ def test_missing_names_units_and_sensitivities_are_asked_for(tmp_path):
         np.testing.assert_allclose(curve.base, [0.0, -10.0, -20.0])
     with pytest.raises(ValueError, match="unknown unit of sensitivity 'nm'"):
         read_curve(file, stiffness=stiffness, heads=names, sensitivity="50 nm")
-
-
-def test_a_cantilever_of_the_header_that_is_not_that_of_the_scene_is_an_error(tmp_path):
-    jpk(tmp_path / "curve.txt")
-    with pytest.raises(
-        ValueError, match=r"its header gives a cantilever of 5 N/m, the"
-    ):
-        read_curve(tmp_path / "curve.txt", stiffness=4.0 * UNITS["N/m"])
 
 
 def test_a_file_that_is_not_text_needs_a_package_that_reads_it(tmp_path):

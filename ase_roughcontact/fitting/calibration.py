@@ -1,0 +1,117 @@
+"""Calibration of the cantilever: that of the file, and another one in its place.
+
+With the spring constant k and the sensitivity s in the file, and k', s' in their place,
+deflections become d s'/s and forces F k' s'/(k s). A depth -(D + d) changes with them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.fitting.formats.table import Calibration, CurveTable
+
+# Relative change of a calibration that is said: less is rounding.
+_ROUNDING = 1e-3
+
+
+@dataclass(frozen=True)
+class Recalibration:
+    """Factors of the deflections and forces of a file.
+
+    Attributes
+    ----------
+    stiffness : float or None
+        Spring constant (eV/Å^2) of the recalibrated curve, if it is known.
+    sensitivity : float or None
+        Deflection per V (Å), if it is known.
+    of_deflection, of_force : float
+        Factors.
+    remarks : tuple of str
+        What was changed.
+    """
+
+    stiffness: float | None
+    sensitivity: float | None
+    of_deflection: float
+    of_force: float
+    remarks: tuple[str, ...]
+
+    def of(self, found: dict[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return recalibrated quantities.
+
+        Parameters
+        ----------
+        found : dict of ndarray
+            Quantities of a segment: "force", "deflection", "depth" and others.
+        """
+        new = dict(found)
+        if "force" in found:
+            new["force"] = self.of_force * found["force"]
+        if "deflection" in found:
+            new["deflection"] = self.of_deflection * found["deflection"]
+        if "depth" in found and self.of_deflection != 1.0:
+            if "deflection" in found:
+                bend = new["deflection"]
+            elif "force" in found and self.stiffness is not None:
+                bend = new["force"] / self.stiffness
+            else:
+                return new
+            new["depth"] = found["depth"] + bend * (1.0 / self.of_deflection - 1.0)
+        return new
+
+
+def recalibration(
+    file: PathName, table: CurveTable, given: Calibration
+) -> Recalibration:
+    """Return the factors of a file whose calibration is replaced.
+
+    Parameters
+    ----------
+    file : path
+        For messages.
+    table : CurveTable
+    given : Calibration
+
+    Raises
+    ------
+    ValueError
+        If a sensitivity is given for lengths and forces that were made with one that
+        the file does not say.
+    """
+    remarks = []
+    of_deflection, of_stiffness = 1.0, 1.0
+    units = {column.unit for part in table.segments for column in part.columns}
+    if given.sensitivity and table.sensitivity:
+        of_deflection = given.sensitivity / table.sensitivity
+        remarks += _changed(
+            "sensitivity", table.sensitivity, given.sensitivity, "nm", "nm/V"
+        )
+    elif given.sensitivity and given.per == "V" and not units & {"V", "mV"}:
+        raise ValueError(
+            f"{file} does not say with which sensitivity its deflections and forces "
+            "were made, so that another one can't replace it: leave out --sensitivity"
+        )
+    if given.stiffness and table.stiffness:
+        of_stiffness = given.stiffness / table.stiffness
+        remarks += _changed(
+            "spring constant", table.stiffness, given.stiffness, "N/m", "N/m"
+        )
+    return Recalibration(
+        given.stiffness or table.stiffness,
+        given.sensitivity or table.sensitivity,
+        of_deflection,
+        of_deflection * of_stiffness,
+        tuple(remarks),
+    )
+
+
+def _changed(name: str, old: float, new: float, unit: str, shown: str) -> list[str]:
+    """Return what is said of another value in place of the value in the file."""
+    if math.isclose(old, new, rel_tol=_ROUNDING):
+        return []
+    new, old = new / UNITS[unit], old / UNITS[unit]
+    return [f"{name} {new:.4g} {shown} in place of {old:.4g} {shown} in the file"]

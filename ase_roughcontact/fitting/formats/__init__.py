@@ -1,0 +1,12 @@
+"""Formats of measured force curves, one file for each family.
+
+================ =================================================================
+``table``        `CurveTable`, what each reader returns: segments of columns
+``reader``       `read_table`, which finds the format of a file
+``text``         tables with names of columns, NanoScope and Chiaro exports among them
+``jpk_text``     text exports of JPK
+``asylum``       waves of Asylum Research, by igor2
+``instrument``   other formats of instruments, by afmformats
+``archive``      zip archives of files with curves
+================ =================================================================
+"""

@@ -1,0 +1,90 @@
+"""Reader of a force curve in any format."""
+
+from __future__ import annotations
+
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from collections.abc import Sequence
+from pathlib import Path
+
+from ase_roughcontact._util.files import PathName
+from ase_roughcontact.fitting.formats.archive import is_archive, unpacked
+from ase_roughcontact.fitting.formats.asylum import read_asylum
+from ase_roughcontact.fitting.formats.instrument import read_instrument
+from ase_roughcontact.fitting.formats.jpk_text import is_jpk_text, read_jpk_text
+from ase_roughcontact.fitting.formats.table import Calibration, CurveTable
+from ase_roughcontact.fitting.formats.text import read_text
+
+# First lines of texts that afmformats reads, of itself and of AFM workshop.
+_TEXTS_OF_AFMFORMATS = ("# afmformats ", "Force-Distance Curve")
+# First line of files of NanoScope, also of the binary ones.
+_NANOSCOPE = (b"\\*Force file list", b"\\*EC File list", b"?*Force file list")
+
+
+def read_table(
+    file: PathName,
+    heads: Sequence[str] = (),
+    curve: int | str | None = None,
+    calibration: Calibration | None = None,
+) -> CurveTable:
+    """Read the segments of a force curve.
+
+    Parameters
+    ----------
+    file : path
+    heads : sequence of str
+        Names and units of the columns of a text in place of those in the file.
+    curve : int or str, optional
+        Which curve of several in a file, from 1; in an archive also a name.
+    calibration : Calibration, optional
+        For formats that can't be read without.
+
+    Returns
+    -------
+    CurveTable
+
+    Raises
+    ------
+    ValueError
+        If the format can't be read, or there are no rows.
+    ImportError
+        If a package that reads the format is missing.
+    """
+    calibration = calibration or Calibration()
+    if is_archive(file):
+        with unpacked(file, curve) as path:
+            return read_table(path, heads, None, calibration)
+    data = Path(file).read_bytes()
+    number = _number(file, curve)
+    if Path(file).suffix.lower() == ".ibw":
+        return read_asylum(file)
+    is_wide = data[:2] in (BOM_UTF16_LE, BOM_UTF16_BE)
+    if b"\0" in data and not is_wide:
+        if data.startswith(_NANOSCOPE):
+            raise ValueError(
+                f"{file} is a binary file of NanoScope, which is not read: export it "
+                "as text in NanoScope Analysis, with header, ramp and deflection"
+            )
+        return read_instrument(file, number, calibration)
+    text = _text(data, is_wide)
+    if text.startswith(_TEXTS_OF_AFMFORMATS) or calibration.per != "V":
+        return read_instrument(file, number, calibration)
+    lines = {i: x for i, x in enumerate(text.splitlines(), start=1) if x.strip()}
+    return read_jpk_text(lines) if is_jpk_text(text) else read_text(file, lines, heads)
+
+
+def _number(file: PathName, curve: int | str | None) -> int | None:
+    """Return the number of a curve in a file that is no archive."""
+    if isinstance(curve, str):
+        raise ValueError(
+            f"{file} is no archive, its curves have no names: give a number by "
+            f"--curve, got {curve!r}"
+        )
+    return curve
+
+
+def _text(data: bytes, is_wide: bool) -> str:
+    """Return the text of a file."""
+    try:
+        return data.decode("utf-16" if is_wide else "utf-8-sig")
+    except UnicodeDecodeError:  # of older programs
+        return data.decode("latin-1")

@@ -1,0 +1,167 @@
+"""Segments and columns of a force curve as they are in a file, with units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.validation import FloatArray, finite, shown
+
+#: Segments of a curve, and their names in files.
+SEGMENTS = {
+    "approach": ("approach", "extend", "ex"),
+    "hold": ("hold", "pause", "dwell"),
+    "retraction": ("retraction", "retract", "rt"),
+}
+
+
+class Column(Protocol):
+    """Column of a segment."""
+
+    @property
+    def head(self) -> str:
+        """Name and unit as they are in the file."""
+
+    @property
+    def name(self) -> str:
+        """Name in lower case, without the unit."""
+
+    @property
+    def unit(self) -> str | None:
+        """Unit; None if the file gives none."""
+
+    @property
+    def away(self) -> bool | None:
+        """Whether a height increases away from the surface, if the format says so."""
+
+    def numbers(self, file: PathName) -> FloatArray:
+        """Return the values, or raise `ValueError` for one that is not finite."""
+
+
+@dataclass(frozen=True)
+class TextColumn:
+    """Column of a text, see `Column`.
+
+    Attributes
+    ----------
+    head, name, unit, away
+    cells : sequence of (int, str or None)
+        Lines of the file, and what they contain.
+    """
+
+    head: str
+    name: str
+    unit: str | None
+    away: bool | None
+    cells: Sequence[tuple[int, str | None]]
+
+    def numbers(self, file: PathName) -> FloatArray:
+        """Return the values, or raise `ValueError` with the line of a wrong one."""
+        numbers = []
+        for line, cell in self.cells:
+            try:
+                value = float(str(cell).replace(",", "."))
+                finite(**{self.head: value})
+            except ValueError as error:
+                raise ValueError(
+                    f"{file}, line {line}: {self.head} must be a finite number, got "
+                    f"{shown(cell)}: correct the line, or delete it"
+                ) from error
+            numbers.append(value)
+        return np.array(numbers)
+
+
+@dataclass(frozen=True)
+class ArrayColumn:
+    """Column of a binary file, see `Column`.
+
+    Attributes
+    ----------
+    name, unit, away
+    values : ndarray, shape (k,)
+    """
+
+    name: str
+    unit: str
+    away: bool | None
+    values: FloatArray
+
+    @property
+    def head(self) -> str:
+        """Name and unit."""
+        return f"{self.name} ({self.unit})"
+
+    def numbers(self, file: PathName) -> FloatArray:
+        """Return the values, or raise `ValueError` with the number of a wrong one."""
+        wrong = np.flatnonzero(~np.isfinite(self.values))
+        if wrong.size:
+            raise ValueError(
+                f"{file}: {wrong.size} of {len(self.values)} values of {self.head} are "
+                f"not finite, the first at point {wrong[0] + 1}: export the curve "
+                "again, or delete the points"
+            )
+        return np.asarray(self.values, float)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Part of a curve.
+
+    Attributes
+    ----------
+    kind : str or None
+        A key of `SEGMENTS`; None for points in the order of the measurement, of which
+        the file does not say more.
+    columns : sequence of Column
+    """
+
+    kind: str | None
+    columns: Sequence[Column]
+
+
+@dataclass(frozen=True)
+class CurveTable:
+    """Segments of a force curve in a file, and its calibration.
+
+    Attributes
+    ----------
+    segments : sequence of Segment
+        In the order of the measurement.
+    stiffness : float or None
+        Spring constant of the cantilever (eV/Å^2), if the file has it.
+    sensitivity : float or None
+        Deflection of the cantilever per V (Å), if the file has it.
+    """
+
+    segments: Sequence[Segment]
+    stiffness: float | None = None
+    sensitivity: float | None = None
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Calibration that a user gives, for files without one or in place of theirs.
+
+    Attributes
+    ----------
+    stiffness : float or None
+        Spring constant of the cantilever (eV/Å^2).
+    sensitivity : float or None
+        Deflection of the cantilever per V (Å), or per nA if `per` is ``"nA"``.
+    per : str
+        Unit of the signal of the photodiode.
+    """
+
+    stiffness: float | None = None
+    sensitivity: float | None = None
+    per: str = "V"
+
+
+def segment_kind(name: str) -> str | None:
+    """Return the kind of a segment by its name in a file; None if it is unknown."""
+    found = (kind for kind, names in SEGMENTS.items() if name.lower() in names)
+    return next(found, None)
