@@ -52,7 +52,7 @@ class Registry(dict[str, T]):
         names = [(each.__module__, each.__qualname__) for each in (known, part)]
         if names[0] != names[1]:
             raise ValueError(
-                f"kind must be a name of its own: {name!r} is that of {known.__name__}"
+                f"{name!r} is the {self.what} of {known.__name__}: choose another name"
             )
         self[name] = part
 

@@ -25,7 +25,7 @@ from scipy.fft import next_fast_len
 
 from ase_roughcontact._util.kernels import scale
 from ase_roughcontact._util.threads import available_threads, split, thread_map
-from ase_roughcontact._util.validation import grid_shape, integer, one_of
+from ase_roughcontact._util.validation import grid_shape, integer
 from ase_roughcontact.elasticity import fft_backends
 from ase_roughcontact.elasticity.fft_backends import ENGINES, BlockTransform
 
@@ -136,7 +136,7 @@ class RealFFT2:
         if any(n > big for n, big in zip(self.window, self.grid, strict=True)):
             raise ValueError(f"window {window} does not fit into grid {self.grid}")
         self.engine = _default_engine(self.grid) if engine is None else engine
-        one_of(tuple(ENGINES), engine=self.engine)
+        transform = ENGINES.find(self.engine)
         self.dtype = _float_type(dtype)
         self.threads = available_threads() if threads is None else threads
         integer("threads", self.threads, 1)
@@ -151,7 +151,7 @@ class RealFFT2:
         )
         rows, columns = map(_longest, (self._row_blocks, self._column_blocks))
         self._buffers: list[BlockTransform] = [
-            ENGINES[self.engine](self.grid, rows, columns, dtype=self.dtype)
+            transform(self.grid, rows, columns, dtype=self.dtype)
             for _ in range(self.workers)
         ]
 

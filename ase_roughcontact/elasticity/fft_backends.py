@@ -12,6 +12,8 @@ from typing import ClassVar
 import numpy as np
 import pyfftw
 
+from ase_roughcontact._util.registry import Registry
+
 try:
     import ducc0
 except ImportError:
@@ -19,7 +21,7 @@ except ImportError:
 
 
 #: Transforms by their `engine`; filled by the definition of a `BlockTransform`.
-ENGINES: dict[str, type[BlockTransform]] = {}
+ENGINES: Registry[type[BlockTransform]] = Registry("engine")
 
 
 class BlockTransform(ABC):
@@ -55,25 +57,10 @@ class BlockTransform(ABC):
     in_blocks: ClassVar[bool] = True
 
     def __init_subclass__(cls) -> None:
-        """Register a transform that has a name.
-
-        Raises
-        ------
-        ValueError
-            If another class has the same name.
-        """
+        """Add a transform with a name of its own to `ENGINES`."""
         super().__init_subclass__()
-        name = vars(cls).get("engine")
-        if not name:
-            return
-        known = ENGINES.setdefault(name, cls)
-        # the definition of a class may be repeated, in a notebook for instance
-        if (known.__module__, known.__qualname__) != (cls.__module__, cls.__qualname__):
-            raise ValueError(
-                f"engine must be a name of its own: {name!r} is the name of "
-                f"{known.__name__}"
-            )
-        ENGINES[name] = cls
+        if engine := vars(cls).get("engine"):
+            ENGINES.add(engine, cls)
 
     def __init__(
         self, grid: tuple[int, int], rows: int, columns: int, *, dtype: np.dtype

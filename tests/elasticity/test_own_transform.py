@@ -145,7 +145,7 @@ def test_a_transform_says_whether_large_grids_are_cut(in_blocks, rows):
 
 
 def test_the_name_of_a_transform_is_its_own():
-    with pytest.raises(ValueError, match="'pyfftw' is the name of PyfftwTransform"):
+    with pytest.raises(ValueError, match="'pyfftw' is the engine of PyfftwTransform"):
 
         class Other(NumpyTransform):
             engine = "pyfftw"
