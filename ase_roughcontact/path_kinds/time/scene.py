@@ -282,9 +282,10 @@ class Timed(PathKind):
         found = {
             "time steps": f"{len(steps) - 1}, all of which are in curve.csv",
             "largest force": with_unit(max(forces), "nN"),
-            "pull-off force": with_unit(max(0.0, -min(forces)), "nN"),
             "dissipated energy": f"{with_unit(dissipated, 'eV')}, by the solid",
         }
+        if bodies.wall.attractive:
+            found["pull-off force"] = with_unit(max(0.0, -min(forces)), "nN")
         if (turn := self._turn(bodies, states)) is not None:
             found["turn"] = turn_text(turn)
         if jumps:

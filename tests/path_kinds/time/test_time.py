@@ -68,6 +68,11 @@ def run(tmp_path_factory):
     return command, folder / "out", printed.getvalue()
 
 
+def test_a_wall_that_only_repels_has_no_pull_off_force(run):
+    _, _, printed = run
+    assert "largest force" in printed and "pull-off" not in printed
+
+
 def table_of(folder):
     return np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
 
