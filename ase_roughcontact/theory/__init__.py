@@ -4,8 +4,8 @@ Smooth spheres: `Hertz`, `JKR`, `DMT` and `MaugisDugdale`, with the same interfa
 `sphere_theory`, which chooses between them. Rough surfaces: `self_affine` (spectral
 moments), `rough_flats` (kappa, macroscopic adhesion), `stickiness` (criteria of
 adhesion), `rough_contact` (first contact and area of rough spheres), `rough_sphere`
-(all characteristic numbers of one), `plastic` (contact at the hardness) and `regime`,
-which determines the law.
+(characteristic numbers of a rough sphere), `plastic` (contact at the hardness) and
+`regime`, which determines the law of contact.
 """
 
 from ase_roughcontact.theory.jkr import JKR

@@ -6,22 +6,24 @@ import numpy as np
 
 # Factor of the perimeter times the spacing in `continuum_area`.
 _GRID_CORRECTION = (math.pi - 1.0 + math.log(2.0)) / 24.0
-# Error of an area on one grid, in units of that correction: measured on rough spheres
-# and flats, hard and repulsive walls, by examples/benchmarks/grid_error.py.
+# Error of an area on one grid, in units of the correction in `continuum_area`: measured
+# on rough spheres and flats, hard and repulsive walls, by
+# examples/benchmarks/grid_error.py.
 _ERROR_PER_CORRECTION = 0.25
-# Area per point, in units of the squared softness of a wall, above which the area is
-# wrong by half the correction for a hard one. At spacings of 1, 2 and 4 times the
-# softness it was by 0.2, 0.3 and 0.5 of it on rough spheres, 0.4, 0.7 and 0.9 on a
-# smooth one.
-_HARD_FROM = 6.0
+# Area per point, in units of the squared length l of a soft wall, see `grid_error`, at
+# which the error is half the correction for a hard wall. At spacings of 1, 2 and 4 l
+# the errors were 0.2, 0.3 and 0.5 of the correction on rough spheres, 0.4, 0.7 and 0.9
+# on a smooth one.
+_HALF_CORRECTION_AREA = 6.0
 
 
 def open_sides(contact: np.ndarray, periodic: bool) -> np.ndarray:
-    """Return the number of sides that each atom in contact shares with open ones.
+    """Return the number of sides that each atom in contact shares with open atoms.
 
     Parameters
     ----------
     contact : ndarray of bool, shape (n, m)
+        Whether each atom is in contact.
     periodic : bool
         Whether atoms at opposite edges are neighbours; otherwise all atoms beyond the
         edges are open.
@@ -29,7 +31,7 @@ def open_sides(contact: np.ndarray, periodic: bool) -> np.ndarray:
     Returns
     -------
     ndarray of int, shape (n, m)
-        From 0 to 4; zero for atoms that are not in contact.
+        Number of sides, from 0 to 4; zero for atoms that are not in contact.
     """
     open_ = np.full(contact.shape, 4, np.int8)
     for rows, mask in ((open_, contact), (open_.T, contact.T)):
@@ -46,9 +48,9 @@ def continuum_area(area: float, perimeter: float, spacing: float) -> float:
 
     .. math:: A_c = A - \frac{\pi - 1 + \ln 2}{24} S_d \Delta x
 
-    Counting grid points overestimates the area of a hard wall's contact, in which each
-    open point needs a gap. The area of a wall of finite stiffness, whose pressure falls
-    to zero continuously, needs no correction.
+    Counting grid points overestimates the contact area of a hard wall, where each open
+    point needs a gap. A wall of finite stiffness, with a pressure that falls to zero
+    continuously, needs no correction.
 
     Parameters
     ----------
@@ -62,7 +64,7 @@ def continuum_area(area: float, perimeter: float, spacing: float) -> float:
     Returns
     -------
     float
-        Length^2.
+        Area A_c of the continuum (length^2).
 
     References
     ----------
@@ -74,31 +76,33 @@ def continuum_area(area: float, perimeter: float, spacing: float) -> float:
 def grid_error(perimeter: float, cell_area: float, softness: float = 0.0) -> float:
     r"""Return the estimated error of the contact area of the continuum.
 
-    It is a quarter of the correction of `continuum_area` and half a grid point. On a
-    coarse grid a soft wall acts more and more like a hard one, whose area would be
-    corrected: with the softness l of the wall the error is the part
+    The error is a quarter of the correction of `continuum_area` plus half a grid point.
+    The coarser the grid, the more does a soft wall, with an area that is not corrected,
+    act like a hard one. With the length l, the contact modulus over the stiffness of
+    the wall, the error is the part
 
     .. math:: \frac{\Delta x^2}{\Delta x^2 + 6 l^2}
 
-    of the correction, if that is more.
+    of the correction instead, if this part is larger than a quarter.
 
     Parameters
     ----------
     perimeter : float
-        See `continuum_area` (length).
+        Length of the boundary of the contact, see `continuum_area` (length).
     cell_area : float
         Area per grid point (length^2).
     softness : float
-        Contact modulus over stiffness of the wall at the edge of the contact (length);
-        zero if the area is corrected.
+        Length l: contact modulus over stiffness of the wall at the edge of the contact
+        (length); zero if the area is corrected.
 
     Returns
     -------
     float
-        Length^2.
+        Estimated error (length^2).
     """
     spacing = math.sqrt(cell_area)
     factor = _ERROR_PER_CORRECTION
     if softness:
-        factor = max(factor, cell_area / (cell_area + _HARD_FROM * softness * softness))
+        half = _HALF_CORRECTION_AREA * softness * softness
+        factor = max(factor, cell_area / (cell_area + half))
     return factor * _GRID_CORRECTION * perimeter * spacing + 0.5 * cell_area

@@ -1,20 +1,20 @@
 r"""Contact area of the continuum under a hard wall, from the fields at its edge.
 
 At a distance d inside the edge of an elastic contact the reaction of the wall is
-:math:`B \sqrt{d}`, and outside the gap is :math:`(4 B/3 E^*)\, d^{3/2}` (K. L. Johnson,
-Contact Mechanics, 1985, chapter 5). An attraction of finite tension acts on both sides
-of the edge alike, and pressures are below a hardness there, so that this holds for all
-hard walls. Between a grid point in contact, with the reaction p, and an open one at a
-distance l, with the gap g, the edge is where both have the same B: the part t^3 of the
-distance is in contact, with
+:math:`B \sqrt{d}`. At a distance d outside, the gap is :math:`(4 B/3 E^*)\, d^{3/2}`
+(K. L. Johnson, Contact Mechanics, 1985, chapter 5). This holds for all hard walls: an
+attraction of finite tension acts on both sides of the edge alike, and pressures at the
+edge are below a hardness. Between a grid point in contact, with the reaction p, and an
+open one at a distance l, with the gap g, the edge is at the place where both give the
+same B: the part t^3 of the distance is in contact, with
 
 .. math:: t^3 + \rho^{2/3}\, t = 1, \qquad \rho = \frac{3 E^* g}{4 p\, l}.
 
-The part of a triangle in contact follows from those of its sides. The area is the mean
+The parts of the sides in contact determine the part of a triangle. The area is the mean
 for the two ways of cutting the squares of the grid into triangles.
 
 At a corner of the indenter, such as the edge of a flat punch, the pressure rises to the
-edge instead. The edge is then somewhere between the two points, taken in the middle.
+edge instead. The edge is then taken in the middle between the two points.
 """
 
 from __future__ import annotations
@@ -26,38 +26,46 @@ import numpy as np
 
 from ase_roughcontact.theory.counted_area import open_sides
 
-# Area by which edges are too far out, per perimeter along the grid and spacing, as the
-# sides cross them at an angle: 0.0144 to 0.0180, mean 0.0158, for smooth spheres at
+# Overestimate of the area, per perimeter along the grid times spacing, as the sides
+# cross the edge at an angle: 0.0144 to 0.0180, mean 0.0158, for smooth spheres at
 # contact radii of 90 to 256 spacings.
 _EDGE_CORRECTION = 0.0158
-# Estimated error, in parts of the change by every other point and of the perimeter
-# times the spacing: chosen on the rough spheres and flats of
-# examples/benchmarks/edge_area.py, and tested on other spheres by answer_errors.py.
-_ERROR_PER_CHANGE, _ERROR_PER_PERIMETER = 0.25, 0.006
-# The same of a straight edge along the grid, where all sides are cut at the same part:
-# there the errors, of up to 0.15, do not average out.
+# Estimated error, in parts of the change if every other point is left out: chosen on
+# the rough spheres and flats of examples/benchmarks/edge_area.py, and tested on other
+# spheres by answer_errors.py.
+_ERROR_PER_CHANGE = 0.25
+# Estimated error, in parts of the perimeter times the spacing, chosen and tested alike.
+_ERROR_PER_PERIMETER = 0.006
+# Estimated error, in parts of the perimeter times the spacing, of a straight edge along
+# the grid, which cuts all sides at the same part: errors of up to 0.15 do not average
+# out there.
 _ERROR_OF_ALIGNED = 0.08
-# The same of sides at a point under the hardness: the rim in which the pressure falls
-# to zero may be narrower than the spacing.
+# Estimated error, in parts of the perimeter times the spacing, of sides at a point
+# under the hardness: the rim where the pressure falls to zero may be narrower than the
+# spacing.
 _ERROR_PER_PLASTIC = 0.02
-# Estimated errors per point, in units of its area, between two points in contact: of an
-# open one, and of one in contact beside which the surface may be open. Strips are
-# resolved if they are wider. The areas of 400 strips in Westergaard's contact, with
-# openings of 0.3 to 1.7 points at six angles to the grid, were wrong by less than twice
-# the whole estimate, and by up to 1.2 points per length where no point is open.
-_ERROR_PER_OPEN, _ERROR_PER_CLOSED = 0.3, 0.5
-# Ratio of a pressure to the mean of those next to it below which a parabola through the
-# three may be negative between the points.
-_MAY_OPEN = 0.2
-# Ratio rho above which the pressure next to an edge is small. If it is not below that
-# further inside, the point is at a corner of the indenter: 85 to 100 % of the sides at
-# edges of punches, 0.01 % or less on the surfaces of examples/benchmarks/edge_area.py.
+# Estimated error, in units of the area of a point, of an open point between two points
+# in contact: strips are resolved if they are wider. The areas of 400 strips in
+# Westergaard's contact, with openings of 0.3 to 1.7 points at six angles to the grid,
+# were wrong by less than twice the whole estimate, and by up to 1.2 points per length
+# where no point is open.
+_ERROR_PER_OPEN = 0.3
+# Estimated error, in units of the area of a point, of a point in contact with a low
+# pressure, next to which the surface may be open.
+_ERROR_PER_CLOSED = 0.5
+# Ratio of a pressure to the mean pressure of its two neighbours, below which a parabola
+# through the three may be negative between the points.
+_LOW_PRESSURE_RATIO = 0.2
+# Ratio rho above which the pressure next to an edge is small. If it is nevertheless not
+# below the pressure further inside, the point is at a corner of the indenter: 85 to
+# 100 % of the sides at edges of punches, 0.01 % or less on the surfaces of
+# examples/benchmarks/edge_area.py.
 _RATIO_AT_CORNER = 30.0
 # Estimated error per length of edges at corners, in units of the spacing: half of the
-# largest one.
+# largest possible error.
 _ERROR_PER_CORNER = 0.25
 # Lower bound of rho^(2/3), which avoids a division by zero.
-_TINY = 1e-12
+_MIN_RATIO = 1e-12
 
 
 class EdgeArea(NamedTuple):
@@ -66,14 +74,14 @@ class EdgeArea(NamedTuple):
     Attributes
     ----------
     area : float
-        Extrapolated from the areas by the fields at all grid points and at every other
-        one, with an error proportional to the square of the spacing (length^2).
+        Contact area (length^2), extrapolated from the areas by all grid points and by
+        every other one, if errors are proportional to the square of the spacing.
     error : float
         Estimated error of the area (length^2).
     corner_error : float
-        Part of it at corners of the indenter (length^2).
+        Part of the error at corners of the indenter (length^2).
     plastic_error : float
-        Part of it at points under the hardness (length^2).
+        Part of the error at points under the hardness (length^2).
     """
 
     area: float
@@ -99,31 +107,32 @@ def edge_area(
               + (0.5 + 0.3\, n_o + 0.5\, n_c)\, \Delta x^2
 
     with the change :math:`A - A_2` if every other point is left out, the perimeter
-    :math:`S_d` along the lines of the grid, the parts of it at corners of the indenter,
-    :math:`S_c`, and at points under the hardness, :math:`S_p`, the mean c of
-    :math:`e^{2 \pi i t^3}` over the sides that the edge cuts, and the numbers of open
-    points :math:`n_o` and of others :math:`n_c` in strips that the grid does not
-    resolve.
+    :math:`S_d` along the lines of the grid, its parts :math:`S_c` at corners of the
+    indenter and :math:`S_p` at points under the hardness, the mean c of
+    :math:`e^{2 \pi i t^3}` over the sides that the edge cuts, and, in strips that the
+    grid does not resolve, the numbers :math:`n_o` of open points and :math:`n_c` of
+    points in contact.
 
     Parameters
     ----------
     pressure : ndarray, shape (n, m)
         Reaction of the wall: positive in contact, zero elsewhere (pressure).
     gap : ndarray, shape (n, m)
-        Zero in contact, or negative in plastic contact (length).
+        Gap: zero in contact, or negative in plastic contact (length).
     spacing : float
         Distance of grid points (length).
     contact_modulus : float
-        E* of the surface, that of the shortest waves (pressure).
+        Contact modulus E* of the surface for the shortest waves (pressure).
     periodic : bool
         Whether opposite edges of the window are neighbours; otherwise points beyond the
         edges carry no pressure and have the gap of the nearest point.
     hardness : float
-        Largest pressure.
+        Largest pressure (pressure).
 
     Returns
     -------
     EdgeArea
+        Area and estimated errors.
     """
     if not periodic:
         box = _box(pressure > 0.0)
@@ -135,37 +144,49 @@ def edge_area(
     fields = [pressure, gap, corner]
     if periodic:
         fields = [np.pad(field, ((0, 2), (0, 2)), "wrap") for field in fields]
-    (fine, aligned), (coarse, _) = (_covered(fields, stride) for stride in (1, 2))
-    change = fine - coarse + _EDGE_CORRECTION * sides.sum()
-    area = fine - _EDGE_CORRECTION * sides.sum() + change / 3.0
-    errors = np.array([_ERROR_PER_CORNER * corners, _ERROR_PER_PLASTIC * plastic])
-    error = _ERROR_PER_CHANGE * abs(change) + _ERROR_PER_PERIMETER * sides.sum()
-    error += _ERROR_OF_ALIGNED * aligned**2 * (sides.sum() - corners) + errors.sum()
+    fine, aligned = _covered(fields, 1)
+    coarse, _ = _covered(fields, 2)
+    perimeter = sides.sum()
+    change = fine - coarse + _EDGE_CORRECTION * perimeter
+    area = fine - _EDGE_CORRECTION * perimeter + change / 3.0
+    corner_error = _ERROR_PER_CORNER * corners
+    plastic_error = _ERROR_PER_PLASTIC * plastic
+    error = _ERROR_PER_CHANGE * abs(change) + _ERROR_PER_PERIMETER * perimeter
+    aligned_error = _ERROR_OF_ALIGNED * aligned**2 * (perimeter - corners)
+    error += aligned_error + (corner_error + plastic_error)
     error += 0.5 + _unresolved(pressure)
-    return EdgeArea(*(spacing**2 * np.array([area, error, *errors])).tolist())
+    return EdgeArea(
+        area=float(spacing**2 * area),
+        error=float(spacing**2 * error),
+        corner_error=float(spacing**2 * corner_error),
+        plastic_error=float(spacing**2 * plastic_error),
+    )
 
 
 def _box(contact: np.ndarray) -> tuple[slice, slice]:
-    """Return the box of a contact, padded by up to two points."""
-    ends = (np.flatnonzero(contact.any(axis)) for axis in (1, 0))
-    rows, columns = (slice(max(end[0] - 2, 0), end[-1] + 3) for end in ends)
-    return rows, columns
+    """Return the bounding box of a contact, padded by up to two points."""
+    rows = np.flatnonzero(contact.any(axis=1))
+    columns = np.flatnonzero(contact.any(axis=0))
+    return (
+        slice(max(rows[0] - 2, 0), rows[-1] + 3),
+        slice(max(columns[0] - 2, 0), columns[-1] + 3),
+    )
 
 
 def _unresolved(pressure: np.ndarray) -> float:
     """Return the error by strips between points in contact, in units of a point."""
-    found, open_ = 0.0, pressure == 0.0
+    error, open_ = 0.0, pressure == 0.0
     for axis in (0, 1):
         before, after = (np.roll(pressure, step, axis) for step in (1, -1))
-        low = pressure < 0.5 * _MAY_OPEN * (before + after)
+        low = pressure < 0.5 * _LOW_PRESSURE_RATIO * (before + after)
         low &= (before > 0.0) & (after > 0.0)
-        found += _ERROR_PER_OPEN * np.count_nonzero(low & open_)
-        found += _ERROR_PER_CLOSED * np.count_nonzero(low & ~open_)
-    return found
+        error += _ERROR_PER_OPEN * np.count_nonzero(low & open_)
+        error += _ERROR_PER_CLOSED * np.count_nonzero(low & ~open_)
+    return error
 
 
 def _corners(pressure: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return which points are at corners of the indenter, and how many sides.
+    """Return which points are at corners of the indenter, and their number of sides.
 
     Gaps are in units in which rho of two neighbours is g/p.
     """
@@ -173,9 +194,9 @@ def _corners(pressure: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, int]:
     corner, sides = np.zeros(contact.shape, bool), 0
     for step in np.array([(1, 0), (-1, 0), (0, 1), (0, -1)]):
         points = np.argwhere(contact & ~np.roll(contact, -step, (0, 1)))
-        at, outside, inside = (
-            tuple(((points + way) % contact.shape).T) for way in (0 * step, step, -step)
-        )
+        at = tuple(points.T)
+        outside = tuple(((points + step) % contact.shape).T)
+        inside = tuple(((points - step) % contact.shape).T)
         found = gap[outside] > _RATIO_AT_CORNER * pressure[at]
         found &= contact[inside] & (pressure[inside] <= pressure[at])
         corner[at] |= found
@@ -184,11 +205,11 @@ def _corners(pressure: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def _covered(fields: list[np.ndarray], k: int) -> tuple[float, float]:
-    """Return the area in contact by squares of k points, and how aligned its edge is.
+    """Return the area in contact from squares of k points, and its edge's alignment.
 
     The fields are pressures, gaps in the units of `_corners`, and corners. The last two
-    rows and columns begin no square. The second result is one if the edge cuts all
-    sides at the same part, and small if the parts differ.
+    rows and columns begin no square. The alignment is one if the edge cuts all sides at
+    the same part, and small if the parts differ.
     """
     n, m = fields[0].shape[0] - 2, fields[0].shape[1] - 2
 
@@ -196,14 +217,9 @@ def _covered(fields: list[np.ndarray], k: int) -> tuple[float, float]:
         ends = np.s_[i : i + n, j : j + m], np.s_[a : a + n, b : b + m]
         return _part(fields, ends, math.hypot(a - i, b - j))
 
-    left, right, lower, upper, rising, falling = (
-        side(0, 0, k, 0),
-        side(0, k, k, k),
-        side(0, 0, 0, k),
-        side(k, 0, k, k),
-        side(0, 0, k, k),
-        side(k, 0, 0, k),
-    )
+    left, right = side(0, 0, k, 0), side(0, k, k, k)
+    lower, upper = side(0, 0, 0, k), side(k, 0, k, k)
+    rising, falling = side(0, 0, k, k), side(k, 0, 0, k)
     area = 0.25 * float(
         _triangles(left, upper, rising)
         + _triangles(lower, right, rising)
@@ -216,18 +232,18 @@ def _covered(fields: list[np.ndarray], k: int) -> tuple[float, float]:
 
 
 def _part(fields: list[np.ndarray], ends: tuple[Any, Any], length: float) -> np.ndarray:
-    """Return the part in contact of the sides between two points each."""
+    """Return the part in contact of each side between two points."""
     first, second = (fields[0][end] > 0.0 for end in ends)
     part = (first & second).astype(float)
     mixed = first != second
-    # pressure and corner of the open point and the gap of the other one are zero
+    # pressure and corner are zero for the open point, the gap is zero for the other one
     p, g, corner = (sum(values[end][mixed] for end in ends) for values in fields)
-    ratio = np.maximum((g / (p * length)) ** (2.0 / 3.0), _TINY) / 3.0
+    ratio = np.maximum((g / (p * length)) ** (2.0 / 3.0), _MIN_RATIO) / 3.0
     root = 2.0 * np.sqrt(ratio) * np.sinh(np.arcsinh(0.5 * ratio**-1.5) / 3.0)
     part[mixed] = np.where(corner, 0.5, root**3)
     return part
 
 
 def _triangles(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> float:
-    """Return the sum of the parts of triangles in contact, from those of sides."""
+    """Return the sum of the parts of triangles in contact, from parts of the sides."""
     return float(np.sum(x * y + y * z + z * x - 2.0 * x * y * z))

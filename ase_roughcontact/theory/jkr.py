@@ -1,4 +1,4 @@
-"""Johnson, Kendall and Roberts: a smooth adhesive sphere, large and soft."""
+"""Theory of Johnson, Kendall and Roberts: a large and soft adhesive sphere."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS, SphereTheory
 class JKR(SphereTheory):
     """Johnson, Kendall and Roberts: a large and soft sphere; see `SphereTheory`.
 
-    The attraction has no range: it acts inside the contact only.
+    The attraction has no range: it acts only inside the contact.
 
     Parameters
     ----------
     radius : float
-        R of the sphere, length.
+        Radius R of the sphere (length).
     contact_modulus : float
-        E*, force per area.
+        Contact modulus E* (force per area).
     work_of_adhesion : float
-        w, energy per area.
+        Work of adhesion w (energy per area).
 
     References
     ----------
@@ -71,12 +71,12 @@ class JKR(SphereTheory):
         Parameters
         ----------
         penetration : array_like
-            delta, length, at least `pull_off_penetration`.
+            Penetration delta (length), at least `pull_off_penetration`.
 
         Returns
         -------
         ndarray
-            a, length.
+            Contact radius a (length).
 
         Notes
         -----
@@ -89,7 +89,7 @@ class JKR(SphereTheory):
         d = -3 * finite_array("penetration", penetration) / least
         if not np.all(d >= -3 * (1 + 1e-12)):
             raise ValueError(
-                f"penetration must not be below that of pull-off, {least}, "
+                f"penetration must be at least {least}, where the contact is lost, "
                 f"got {penetration!r}"
             )
         d = np.maximum(d, -3.0)
@@ -106,12 +106,12 @@ class JKR(SphereTheory):
         Parameters
         ----------
         contact_radius : array_like
-            a >= 0, length.
+            Contact radius a >= 0 (length).
 
         Returns
         -------
         ndarray
-            N, force.
+            Normal force N (force).
         """
         cube = nonnegative_array("contact_radius", contact_radius) ** 3
         repulsive = 4 * self.contact_modulus * cube / (3 * self.radius)
@@ -127,12 +127,12 @@ class JKR(SphereTheory):
         Parameters
         ----------
         contact_radius : array_like
-            a >= 0, length.
+            Contact radius a >= 0 (length).
 
         Returns
         -------
         ndarray
-            delta, length.
+            Penetration delta (length).
         """
         a = nonnegative_array("contact_radius", contact_radius)
         square = 2 * np.pi * self.work_of_adhesion * a / self.contact_modulus

@@ -1,4 +1,4 @@
-"""Maugis-Dugdale, between the limits of DMT and JKR, and the choice of a theory."""
+"""Theory of Maugis and Dugdale, and the choice between theories of smooth spheres."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from ase_roughcontact._util.validation import FloatArray, nonnegative, one_of, u
 from ase_roughcontact.theory.jkr import JKR
 from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS, DMT, Hertz, SphereTheory
 
-# Range of m - 1 = c/a - 1 along a curve, from large forces to a contact that is almost
-# a point.
-_SMALLEST, _LARGEST = 1e-8, 1e4
+# Smallest value of c/a - 1 along a curve, at large forces.
+_MIN_ZONE = 1e-8
+# Largest value of c/a - 1 along a curve, for a contact that is almost a point.
+_MAX_ZONE = 1e4
 
 
 def edge_zone(
@@ -24,7 +25,7 @@ def edge_zone(
 ) -> float:
     """Return the width of Dugdale's zone at the edge of a large contact.
 
-    It is pi E* D^2/(4 w); for the parameters see `MaugisDugdale`.
+    The width is pi E* D^2/(4 w) (length). See `MaugisDugdale` for the parameters.
     """
     width = contact_modulus * attraction_range**2 / work_of_adhesion
     return 0.25 * np.pi * width
@@ -40,13 +41,13 @@ class MaugisDugdale(SphereTheory):
     Parameters
     ----------
     radius : float
-        R of the sphere, length.
+        Radius R of the sphere (length).
     contact_modulus : float
-        E*, force per area.
+        Contact modulus E* (force per area).
     work_of_adhesion : float
-        w, energy per area.
+        Work of adhesion w (energy per area).
     attraction_range : float
-        D, length.
+        Range D of the attraction (length).
 
     References
     ----------
@@ -71,7 +72,7 @@ class MaugisDugdale(SphereTheory):
     def parameter(self) -> float:
         """Maugis' parameter, lambda = (w/D) (9 R/(2 pi w E*^2))^(1/3).
 
-        It is small in the limit of DMT and large in that of JKR.
+        It is small in the limit of DMT and large in the limit of JKR.
         """
         tension = self.work_of_adhesion / self.attraction_range
         scale = 2 * np.pi * self.work_of_adhesion * self.contact_modulus**2
@@ -96,8 +97,8 @@ class MaugisDugdale(SphereTheory):
     def state(self, zone_ratio: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return contact radius, force and penetration for a ratio m = c/a.
 
-        In units of b = (3 pi w R^2/4E*)^(1/3), pi w R and b^2/R, where
-        s = sqrt(m^2 - 1) and the first equation determines a: ::
+        In units of b = (3 pi w R^2/4E*)^(1/3), pi w R and b^2/R, with
+        s = sqrt(m^2 - 1), the first equation determines a: ::
 
             1 = (lambda a^2/2) [s + (m^2 - 2) arctan s]
                 + (4 lambda^2 a/3) [s arctan s - m + 1]
@@ -107,13 +108,19 @@ class MaugisDugdale(SphereTheory):
         Parameters
         ----------
         zone_ratio : array_like
-            m > 1, which tends to 1 at large force, and is infinite if the contact is a
-            point.
+            Ratio m > 1 (dimensionless). It tends to 1 at large force, and is infinite
+            if the contact is a point.
 
         Returns
         -------
         contact_radius, normal_force, penetration : ndarray
-            a, N and delta: length, force and length.
+            Contact radius a (length), normal force N (force) and penetration delta
+            (length).
+
+        Raises
+        ------
+        ValueError
+            If a ratio is not above 1.
         """
         ratio = unmasked(zone_ratio).astype(float)
         if not np.all(ratio > 1):
@@ -135,8 +142,8 @@ class MaugisDugdale(SphereTheory):
         Returns
         -------
         float
-            m, dimensionless; infinity if the contact shrinks to a point without an
-            instability.
+            Ratio m (dimensionless); infinity if the contact shrinks to a point without
+            an instability.
 
         References
         ----------
@@ -149,7 +156,8 @@ class MaugisDugdale(SphereTheory):
     def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
         """Return the radius of the stable contact; see `SphereTheory.contact_radius`.
 
-        Without Dugdale's zone; N(m) of `state` is inverted numerically.
+        The radius does not include Dugdale's zone. It is found by inverting the force
+        N(m) of `state` numerically.
         """
         excess = self._above_pull_off(normal_force) / self._unit_force
         last = self._last_stable_angle(1)
@@ -170,8 +178,8 @@ class MaugisDugdale(SphereTheory):
 
     def curve(self, largest: float) -> tuple[FloatArray, FloatArray]:
         """Return penetrations and forces; see `SphereTheory.curve`."""
-        end = min(self.stability_limit("displacement") - 1.0, _LARGEST)
-        ratio = 1.0 + np.geomspace(end, _SMALLEST, 4 * CURVE_POINTS)
+        end = min(self.stability_limit("displacement") - 1.0, _MAX_ZONE)
+        ratio = 1.0 + np.geomspace(end, _MIN_ZONE, 4 * CURVE_POINTS)
         a, force, depth = self.state(ratio)
         inside = a <= largest
         return depth[inside], force[inside]
@@ -190,7 +198,7 @@ class MaugisDugdale(SphereTheory):
         return -float(self._reduced(self._last_stable_angle(1))[1])
 
     def _reduced(self, angle: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return radius, force and penetration in the units of `state`.
+        """Return contact radius, force and penetration in the units of `state`.
 
         The angle is arctan s = arccos(a/c).
         """
@@ -236,18 +244,19 @@ def sphere_theory(
     Parameters
     ----------
     radius : float
-        R of the sphere, length.
+        Radius R of the sphere (length).
     contact_modulus : float
-        E*, force per area.
+        Contact modulus E* (force per area).
     work_of_adhesion : float
-        w, energy per area.
+        Work of adhesion w (energy per area).
     attraction_range : float, optional
-        D, range of the attraction, length; required with adhesion. It is the distance
+        Range D of the attraction (length), required with adhesion. It is the distance
         in Tabor's parameter, and w/D is the tension in Maugis' parameter.
 
     Returns
     -------
     SphereTheory
+        `Hertz` without adhesion, otherwise `DMT`, `JKR` or `MaugisDugdale`.
 
     Raises
     ------

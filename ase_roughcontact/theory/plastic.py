@@ -17,9 +17,11 @@ from ase_roughcontact._util.validation import (
     positive_array,
 )
 
-# Ratio of the hardness to the width of the distribution of pressures below which
-# contact is fully plastic, and images of the source per inverse ratio.
-_FULLY_PLASTIC, _IMAGES = 0.05, 4.0
+# Ratio of the hardness to the width of the distribution of pressures, below which
+# contact is fully plastic.
+_MIN_HARDNESS_RATIO = 0.05
+# Number of images of the source for a width of one hardness.
+_IMAGES_PER_WIDTH = 4.0
 
 
 def plastic_area(normal_force: ArrayLike, hardness: ArrayLike) -> FloatArray:
@@ -28,14 +30,14 @@ def plastic_area(normal_force: ArrayLike, hardness: ArrayLike) -> FloatArray:
     Parameters
     ----------
     normal_force : array_like
-        N >= 0, force.
+        Normal force N >= 0 (force).
     hardness : array_like
-        H, force per area.
+        Hardness H (force per area).
 
     Returns
     -------
     ndarray
-        A, area.
+        Contact area A (area).
 
     References
     ----------
@@ -55,16 +57,16 @@ def yield_load(
     Parameters
     ----------
     radius : array_like
-        R of the sphere, length.
+        Radius R of the sphere (length).
     contact_modulus : array_like
-        E*, force per area.
+        Contact modulus E* (force per area).
     hardness : array_like
-        H, force per area.
+        Hardness H (force per area).
 
     Returns
     -------
     ndarray
-        N, force.
+        Normal force N (force).
 
     References
     ----------
@@ -86,12 +88,12 @@ def plastic_crossover_load(
     Parameters
     ----------
     radius, contact_modulus, hardness : array_like
-        See `yield_load`, whose 27/8 this load is.
+        See `yield_load`; this load is 27/8 of the yield load.
 
     Returns
     -------
     ndarray
-        N, force.
+        Normal force N (force).
     """
     return 27.0 / 8.0 * yield_load(radius, contact_modulus, hardness)
 
@@ -103,35 +105,36 @@ def plastic_contact_fraction(
 
     In Persson's theory the distribution of the pressures broadens by diffusion from the
     nominal pressure p as roughness is added, and is absorbed at zero, where the
-    surfaces separate, and at H, where they flow. With the width V that gives
-    `contact_fraction` without a hardness, ``V = 2 p_rough^2/pi``, what is not absorbed
-    is
+    surfaces separate, and at H, where they flow. With the variance
+    ``V = 2 p_rough^2/pi``, which gives `contact_fraction` without a hardness, the
+    distribution of the elastic pressures is
 
     .. math:: P(\sigma) = \sum_k \left[ G(\sigma - p - 2kH)
               - G(\sigma + p - 2kH) \right], \qquad
-              G(x) = \frac{e^{-x^2/2V}}{\sqrt{2\pi V}},
+              G(x) = \frac{e^{-x^2/2V}}{\sqrt{2\pi V}} .
 
-    the elastic part of the contact is :math:`\int_0^H P\,d\sigma`, and the plastic part
-    carries the rest of the load, :math:`(p - \int_0^H \sigma P\,d\sigma)/H`.
+    The fraction in elastic contact is :math:`\int_0^H P\,d\sigma`, and the fraction in
+    plastic contact carries the rest of the load,
+    :math:`(p - \int_0^H \sigma P\,d\sigma)/H`.
 
     Parameters
     ----------
     pressure : array_like
-        Nominal pressure p = N/A0 >= 0, force per area.
+        Nominal pressure p = N/A0 >= 0 (force per area).
     rough_pressure : array_like
-        p_rough of `mean_contact_pressure`, force per area.
+        Mean pressure p_rough, see `mean_contact_pressure` (force per area).
     hardness : array_like
-        H, force per area.
+        Hardness H (force per area).
 
     Returns
     -------
     contact, plastic : ndarray
-        Dimensionless. Both are p/H beyond H, where the plastic contact is larger than
-        the nominal area.
+        Fractions (dimensionless). Both are p/H for p beyond H, where the plastic
+        contact is larger than the nominal area.
 
     References
     ----------
-    B. N. J. Persson, J. Chem. Phys. 115, 3840 (2001); the width is that of L. Pastewka,
+    B. N. J. Persson, J. Chem. Phys. 115, 3840 (2001), with the variance of L. Pastewka,
     M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (2).
     """
     p, scale, limit = np.broadcast_arrays(
@@ -140,8 +143,9 @@ def plastic_contact_fraction(
         positive_array("hardness", hardness),
     )
     ratio = p / limit  # all pressures in units of the hardness from here on
-    width = np.sqrt(2.0 / np.pi) * np.minimum(scale / limit, 1.0 / _FULLY_PLASTIC)
-    count = int(np.ceil(_IMAGES * width.max(initial=0.0))) + 1
+    width = np.minimum(scale / limit, 1.0 / _MIN_HARDNESS_RATIO)
+    width = np.sqrt(2.0 / np.pi) * width
+    count = int(np.ceil(_IMAGES_PER_WIDTH * width.max(initial=0.0))) + 1
     elastic = carried = np.zeros(p.shape)
     for k in range(-count, count + 1):
         for sign, source in ((1.0, ratio + 2 * k), (-1.0, 2 * k - ratio)):

@@ -14,6 +14,7 @@ from ase_roughcontact.theory.self_affine import Roughness
 from ase_roughcontact.theory.smooth_sphere import Hertz
 from ase_roughcontact.theory.stickiness import Criterion, stickiness
 
+#: Description of each law of contact, by its name.
 LAWS = {
     "Hertz": "smooth sphere without adhesion, A = pi (3 N R/4E*)^(2/3)",
     "JKR": "smooth sphere, short-ranged adhesion, theory.JKR",
@@ -42,33 +43,35 @@ class Regime:
         One of "first asperity", "rough, linear", "Hertz", "JKR", "DMT",
         "Maugis-Dugdale" and "sticky rough".
     contact_area : float
-        Predicted A, area; None for "sticky rough", see `predicted_area`.
+        Predicted contact area A (area); None for "sticky rough", see `predicted_area`.
     mean_pressure : float
-        N/A, force per area.
+        Mean pressure N/A in the contact (force per area).
     hertz_radius : float
-        Contact radius of a smooth sphere without adhesion, length.
+        Contact radius of a smooth sphere without adhesion (length).
     tabor_parameter, maugis_parameter : float
         Parameters of a smooth sphere with the effective work of adhesion.
     pull_off_force : float
-        Pull-off force of that sphere.
+        Pull-off force of a smooth sphere with the effective work of adhesion (force).
     effective_work_of_adhesion : float
-        w minus the energy of flattening the roughness, energy per area.
+        Work of adhesion w minus the energy of flattening the roughness (energy per
+        area).
     inverse_kappa : float
-        1/kappa_adh; rough flats adhere macroscopically if it is not positive.
+        Inverse 1/kappa_adh; rough flats adhere macroscopically if it is not positive.
     rough_pressure : float
-        p_rough, force per area.
+        Mean pressure p_rough in the contacts of rough flats (force per area).
     asperity_radius : float
-        Radius rho of the first asperity, length.
+        Radius rho of the first asperity (length).
     first_contact_radius : float
-        Radius a' around the axis of the expected first contact, length.
+        Radius a' around the axis of the expected first contact (length).
     crossover_ratio : float
-        N/N_c; above one the sphere behaves as if smooth.
+        Ratio N/N_c; above one the sphere behaves as if smooth.
     asperity_ratio : float
-        N/N_c(rho); below one a single asperity carries the load.
+        Ratio N/N_c(rho); below one a single asperity carries the load.
     linear_decades : float
-        Decades of load from N_c(rho) to N_c, in which the area is linear in load.
+        Number of decades of load from N_c(rho) to N_c, where the area is linear in
+        load.
     criteria : tuple of Criterion
-        `stickiness` of a rough sphere with adhesion, by several theories.
+        Criteria for `stickiness` of a rough sphere with adhesion, by several theories.
     """
 
     law: str
@@ -114,7 +117,7 @@ def regime(
     Parameters
     ----------
     normal_force : float
-        N, force; negative only for a smooth sphere with adhesion.
+        Normal force N (force); negative only for a smooth sphere with adhesion.
     radius, contact_modulus, roughness, work_of_adhesion, attraction_range
         See `RoughSphereTheory`; without a roughness the sphere is smooth.
     kappa_repulsive, asperity_factor : float
@@ -123,6 +126,7 @@ def regime(
     Returns
     -------
     Regime
+        The law, and the numbers that determine it.
 
     Raises
     ------
@@ -132,12 +136,12 @@ def regime(
 
     Notes
     -----
-    `sphere_theory` describes smooth spheres, rough ones above N_c, and those that are
-    sharper than their roughness, R <= rho. Below N_c(rho) one asperity carries the
-    load; in between the area is linear in load. Adhesion changes kappa. If the work of
-    adhesion exceeds `flattening_energy`, a sticky rough sphere behaves like a smooth
-    one with the difference. If it does not, there is no closed form for a sticky sphere
-    below the N_c of the wall without attraction.
+    `sphere_theory` describes smooth spheres, rough spheres above N_c, and rough spheres
+    that are sharper than their roughness, R <= rho. Below N_c(rho) one asperity carries
+    the load; between N_c(rho) and N_c the area is linear in load. Adhesion changes
+    kappa. If the work of adhesion exceeds `flattening_energy`, a sticky rough sphere
+    behaves like a smooth one with the difference as work of adhesion. Otherwise there
+    is no closed form for a sticky sphere below the N_c of the wall without attraction.
 
     References
     ----------

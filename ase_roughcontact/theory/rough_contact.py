@@ -1,10 +1,10 @@
-"""Rough spheres: first contact, contact area and the load at which it is Hertzian.
+"""First contact of rough spheres, contact area and crossover to Hertzian contact.
 
 The rms slope is h' = ``<|grad h|^2>^(1/2)``, the rms curvature
 h'' = ``<(lap h)^2>^(1/2)``, the contact modulus E* = E/(1 - nu^2). All functions
 broadcast over arrays, accept any consistent system of units, and raise `ValueError` for
-an argument that is not finite or out of range. Equations are those of L. Pastewka, M.
-O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
+an argument that is not finite or out of range. Equations are numbered as in L.
+Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
 """
 
 from collections.abc import Callable
@@ -30,20 +30,20 @@ ASPERITY_FACTOR_REPULSIVE = 3.0
 def first_contact_radius(radius: ArrayLike, roughness: Roughness) -> FloatArray:
     """Return the radius around the axis within which the first contact is expected.
 
-    This is eq. (3) as printed, a'/lambda_s =
+    Eq. (3) as printed: a'/lambda_s =
     {2 R h'/lambda_s [(1-H)/H]^(1/2)}^(1/(2-H)), for a' < lambda_L.
 
     Parameters
     ----------
     radius : array_like
-        R of the sphere, length.
+        Radius R of the sphere (length).
     roughness : Roughness
         Roughness of the sphere, such as `ase_roughcontact.SelfAffine`.
 
     Returns
     -------
     ndarray
-        a', length.
+        Radius a' (length).
 
     Notes
     -----
@@ -73,7 +73,7 @@ def first_contact_radius_from_height(
     Returns
     -------
     ndarray
-        a', length.
+        Radius a' (length).
     """
     printed = first_contact_radius(radius, roughness)
     return printed / (2 * np.pi) ** (1 / (2 - roughness.hurst))
@@ -82,21 +82,21 @@ def first_contact_radius_from_height(
 def asperity_radius(roughness: Roughness) -> float:
     """Return the radius of the first asperity in contact.
 
-    This is eq. (6), right, as printed: rho = lambda_s/(2 pi h') [2(2-H)/(1-H)]^(1/2).
+    Eq. (6), right, as printed: rho = lambda_s/(2 pi h') [2(2-H)/(1-H)]^(1/2).
 
     Parameters
     ----------
     roughness : Roughness
-        Such as `ase_roughcontact.SelfAffine`.
+        Roughness, such as `ase_roughcontact.SelfAffine`.
 
     Returns
     -------
     float
-        rho, length.
+        Radius rho of the first asperity (length).
 
     Notes
     -----
-    The paper equates it with 2/h'', which is larger by sqrt(2) for lambda_L >>
+    The paper equates rho with 2/h'', which is larger by sqrt(2) for lambda_L >>
     lambda_s: `asperity_radius_from_curvature`.
     """
     slope, hurst, short = numbers_of(roughness)
@@ -106,17 +106,17 @@ def asperity_radius(roughness: Roughness) -> float:
 def asperity_radius_from_curvature(rms_curvature: ArrayLike) -> FloatArray:
     """Return the radius of the first asperity from the rms curvature, rho = 2/h''.
 
-    This is eq. (6), left.
+    Eq. (6), left.
 
     Parameters
     ----------
     rms_curvature : array_like
-        h'', inverse length, such as that of a measured surface.
+        Rms curvature h'' (inverse length), for example of a measured surface.
 
     Returns
     -------
     ndarray
-        rho, length.
+        Radius rho of the first asperity (length).
     """
     return 2 / positive_array("rms_curvature", rms_curvature)
 
@@ -127,14 +127,14 @@ def low_load_plateau(asperity_radius: ArrayLike, radius: ArrayLike) -> FloatArra
     Parameters
     ----------
     asperity_radius : array_like
-        rho, length.
+        Radius rho of the first asperity (length).
     radius : array_like
-        R of the sphere, length.
+        Radius R of the sphere (length).
 
     Returns
     -------
     ndarray
-        A/A_Hertz, dimensionless.
+        Ratio A/A_Hertz (dimensionless).
     """
     rho = positive_array("asperity_radius", asperity_radius)
     return np.cbrt(rho / positive_array("radius", radius)) ** 2
@@ -159,32 +159,33 @@ def predicted_area(
     Parameters
     ----------
     normal_force : array_like
-        N >= 0, force.
+        Normal force N >= 0 (force).
     radius : float
-        R of the sphere, length.
+        Radius R of the sphere (length).
     contact_modulus : float
-        E*, force per area.
+        Contact modulus E* (force per area).
     flat : array_like or callable
         Contact of nominally flat surfaces: p_rough of `mean_contact_pressure` for the
         error function, or a function f of the nominal pressure (force per area).
     asperity_radius : array_like, optional
-        rho of `asperity_radius`, times `ASPERITY_FACTOR_REPULSIVE` for the repulsive
-        wall, length; by default no first asperity is considered.
+        Radius rho of the first asperity (length), see `asperity_radius`, times
+        `ASPERITY_FACTOR_REPULSIVE` for the repulsive wall; by default no first asperity
+        is considered.
     asperity_area : array_like
-        A_adh >= 0, area of an adhesive first asperity at small load.
+        Area A_adh >= 0 of an adhesive first asperity at small load (area).
 
     Returns
     -------
     ndarray
-        A, area.
+        Contact area A (area).
 
     Notes
     -----
     A single asperity carries the load as long as its pressure N/A_Hertz(rho) is below
-    p_rough. Beyond the load at which both are equal, `crossover_load` with rho in place
-    of R as long as f is linear, more asperities share the load. The transition has a
-    kink, unlike that of a simulated sphere. With adhesion, A_adh is fitted to a
-    realisation.
+    p_rough. More asperities share the load beyond the load at which both are equal,
+    which is `crossover_load` with rho in place of R as long as f is linear. The
+    transition has a kink, unlike the transition of a simulated sphere. With adhesion,
+    A_adh is fitted to a realisation.
 
     References
     ----------
@@ -199,7 +200,7 @@ def predicted_area(
     199
     """
     a = Hertz(radius, contact_modulus).contact_radius(normal_force)
-    # N/A_Hertz, also at N = 0
+    # N/A_Hertz in a form that holds at N = 0
     pressure = 4 / (3 * np.pi) * (contact_modulus / radius) * a
     fraction = flat(pressure) if callable(flat) else contact_fraction(pressure, flat)
     if asperity_radius is not None:
@@ -222,18 +223,18 @@ def crossover_load(
     Parameters
     ----------
     radius : array_like
-        R of the sphere, length.
+        Radius R of the sphere (length).
     contact_modulus : array_like
-        E*, force per area.
+        Contact modulus E* (force per area).
     rms_slope : array_like
-        h', dimensionless.
+        Rms slope h' (dimensionless).
     kappa : array_like
-        Dimensionless.
+        Constant kappa (dimensionless).
 
     Returns
     -------
     ndarray
-        N_c, force.
+        Crossover load N_c (force).
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Contact of nominally flat rough surfaces: kappa, contact fraction, adhesion.
+"""Contact of nominally flat rough surfaces: kappa, contact fraction and adhesion.
 
 The mean pressure in the contacts is p_rough = h' E*/kappa, with the rms slope
 h' = ``<|grad h|^2>^(1/2)`` and E* = E/(1 - nu^2). All functions broadcast over arrays,
@@ -26,15 +26,16 @@ from ase_roughcontact.theory.self_affine import (
     wavelength_ratios,
 )
 
-#: kappa of hard walls in the continuum limit: S. Hyun et al., Phys. Rev. E 70, 026117
-#: (2004); N. Prodanov, W. B. Dapp, M. H. Müser, Tribol. Lett. 53, 433 (2014).
+#: Constant kappa of hard walls in the continuum limit: S. Hyun et al., Phys. Rev. E 70,
+#: 026117 (2004); N. Prodanov, W. B. Dapp, M. H. Müser, Tribol. Lett. 53, 433 (2014).
 KAPPA_HARD = 2.0
 
-#: kappa of Persson's theory: B. N. J. Persson, J. Chem. Phys. 115, 3840 (2001).
+#: Constant kappa of Persson's theory: B. N. J. Persson, J. Chem. Phys. 115, 3840
+#: (2001).
 KAPPA_PERSSON = float(np.sqrt(8.0 / np.pi))
 
-#: kappa of the repulsive 9-3 wall as stiff as the bulk, lambda_s = 4 a0: L. Pastewka,
-#: M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
+#: Constant kappa of the repulsive 9-3 wall as stiff as the bulk, lambda_s = 4 a0: L.
+#: Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
 KAPPA_REPULSIVE = 2.9
 
 
@@ -46,16 +47,16 @@ def mean_contact_pressure(
     Parameters
     ----------
     rms_slope : array_like
-        h', dimensionless.
+        Rms slope h' (dimensionless).
     contact_modulus : array_like
-        E*, force per area.
+        Contact modulus E* (force per area).
     kappa : array_like
-        Dimensionless.
+        Constant kappa (dimensionless).
 
     Returns
     -------
     ndarray
-        p_rough, force per area.
+        Mean pressure p_rough (force per area).
 
     References
     ----------
@@ -72,14 +73,14 @@ def contact_fraction(pressure: ArrayLike, rough_pressure: ArrayLike) -> FloatArr
     Parameters
     ----------
     pressure : array_like
-        Nominal pressure p = N/A0 >= 0, force per area.
+        Nominal pressure p = N/A0 >= 0 (force per area).
     rough_pressure : array_like
-        p_rough of `mean_contact_pressure`, force per area.
+        Mean pressure p_rough, see `mean_contact_pressure` (force per area).
 
     Returns
     -------
     ndarray
-        f between 0 and 1.
+        Contact fraction f, between 0 and 1.
 
     References
     ----------
@@ -105,25 +106,25 @@ def compliant_kappa(
     Parameters
     ----------
     wall_stiffness : array_like
-        k = V''(r0), force per volume.
+        Stiffness k = V''(r0) (force per volume).
     contact_modulus : array_like
-        E*, force per area.
+        Contact modulus E* (force per area).
     roughness : Roughness
-        Such as `ase_roughcontact.SelfAffine`; lambda_L may be infinite.
+        Roughness, such as `ase_roughcontact.SelfAffine`; lambda_L may be infinite.
     kappa_hard : array_like
-        kappa of the hard wall, dimensionless.
+        Constant kappa of the hard wall (dimensionless).
 
     Returns
     -------
     ndarray
-        kappa >= kappa_hard, dimensionless.
+        Constant kappa >= kappa_hard (dimensionless).
 
     Notes
     -----
     In series with the wall the stiffness of the half space, E* q/2, becomes
-    1/(2/(E* q) + 1/k), which lowers the rms pressure at full contact. The averages are
-    integrals, with b = E*/2k, mu = 2 - 2H in the self-affine range and mu = 4 in the
-    roll-off,
+    1/(2/(E* q) + 1/k), which lowers the rms pressure at full contact. With b = E*/2k,
+    mu = 2 - 2H in the self-affine range and mu = 4 in the roll-off, the averages follow
+    from
 
     int q^(mu-1)/(1 + b q)^2 dq = (q^mu/mu) 2F1(2, mu; mu + 1; -b q).
 
@@ -137,19 +138,20 @@ def compliant_kappa(
     stiffness = positive_array("wall_stiffness", wall_stiffness)
     _, hurst, short = numbers_of(roughness)
     rho, r = wavelength_ratios(*band_of(roughness))
-    softness = np.pi * modulus / (stiffness * short)
+    # b q at the wavelengths lambda_s, lambda_L and lambda_max
+    start = np.pi * modulus / (stiffness * short)
+    knee, end = start * rho, start * rho * r
     mu = 2 - 2 * hurst
 
     # wave numbers in units of 2 pi/lambda_s
-    knee, end = softness * rho, softness * rho * r
-    compliant = _compliant(mu, softness) - rho**mu * _compliant(mu, knee)
-    compliant += rho**mu * (_compliant(4.0, knee) - r**4 * _compliant(4.0, end))
+    compliant = _integral(mu, start) - rho**mu * _integral(mu, knee)
+    compliant += rho**mu * (_integral(4.0, knee) - r**4 * _integral(4.0, end))
     return hard * np.sqrt(spectral_moment(2, hurst, *band_of(roughness)) / compliant)
 
 
-def _compliant(mu: FloatArray | float, softness: FloatArray) -> FloatArray:
+def _integral(mu: FloatArray | float, b: FloatArray) -> FloatArray:
     """Return the integral of x^(mu-1)/(1 + b x)^2 from 0 to 1."""
-    integral: FloatArray = hyp2f1(2, mu, mu + 1, -softness) / mu
+    integral: FloatArray = hyp2f1(2, mu, mu + 1, -b) / mu
     return integral
 
 
@@ -167,20 +169,20 @@ def inverse_kappa_attractive(
     Parameters
     ----------
     work_of_adhesion : array_like
-        w, energy per area.
+        Work of adhesion w (energy per area).
     contact_modulus : array_like
-        E*, force per area.
+        Contact modulus E* (force per area).
     attraction_range : array_like
-        D, length.
+        Range D of the attraction (length).
     rms_slope : array_like
-        h', dimensionless.
+        Rms slope h' (dimensionless).
     rms_curvature : array_like
-        h'' = <(lap h)^2>^(1/2), inverse length.
+        Rms curvature h'' = <(lap h)^2>^(1/2) (inverse length).
 
     Returns
     -------
     ndarray
-        1/kappa_att, dimensionless.
+        Attractive part 1/kappa_att (dimensionless).
 
     References
     ----------
@@ -203,32 +205,32 @@ def inverse_kappa(
     attraction_range: float | None = None,
     kappa_repulsive: float = KAPPA_HARD,
 ) -> float:
-    """Return 1/kappa, that of the repulsion less `inverse_kappa_attractive`.
+    """Return 1/kappa_rep of the repulsion minus `inverse_kappa_attractive`.
 
     Parameters
     ----------
     contact_modulus : float
-        E*, force per area.
+        Contact modulus E* (force per area).
     roughness : Roughness
-        Such as `ase_roughcontact.SelfAffine`.
+        Roughness, such as `ase_roughcontact.SelfAffine`.
     work_of_adhesion : float
-        w, energy per area.
+        Work of adhesion w (energy per area).
     attraction_range : float, optional
-        D, length; without it there is no attraction.
+        Range D of the attraction (length); without it there is no attraction.
     kappa_repulsive : float
-        kappa without the attraction.
+        Constant kappa without the attraction (dimensionless).
 
     Returns
     -------
     float
-        Negative or zero if the flats adhere without a load.
+        Inverse 1/kappa; negative or zero if the flats adhere without a load.
     """
     if attraction_range is None or work_of_adhesion == 0:
         return 1 / kappa_repulsive
     slope = roughness.rms_slope
-    statistics = slope, slope / slope_to_curvature_ratio(roughness)
+    curvature = slope / slope_to_curvature_ratio(roughness)
     attraction = inverse_kappa_attractive(
-        work_of_adhesion, contact_modulus, attraction_range, *statistics
+        work_of_adhesion, contact_modulus, attraction_range, slope, curvature
     )
     return float(1 / kappa_repulsive - attraction)
 
@@ -240,20 +242,20 @@ def flattening_energy(contact_modulus: float, roughness: Roughness) -> float:
 
     U = (E*/4) h'^2 (lambda_s/2 pi) M_1/M_2.
 
-    If the work of adhesion w exceeds it, full contact is stable, and the surfaces
-    behave like smooth ones with the work of adhesion w - U.
+    If the work of adhesion w exceeds U, full contact is stable, and the surfaces behave
+    like smooth ones with the work of adhesion w - U.
 
     Parameters
     ----------
     contact_modulus : float
-        E*, force per area.
+        Contact modulus E* (force per area).
     roughness : Roughness
-        Such as `ase_roughcontact.SelfAffine`.
+        Roughness, such as `ase_roughcontact.SelfAffine`.
 
     Returns
     -------
     float
-        Energy per area.
+        Energy U (energy per area).
 
     References
     ----------

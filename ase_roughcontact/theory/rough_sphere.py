@@ -30,17 +30,17 @@ class RoughSphereTheory:
     Parameters
     ----------
     radius : float
-        R of the sphere, length.
+        Radius R of the sphere (length).
     contact_modulus : float
-        E*, force per area.
+        Contact modulus E* (force per area).
     roughness : Roughness
         Roughness of the sphere, such as `ase_roughcontact.SelfAffine`.
     work_of_adhesion : float
-        w, energy per area.
+        Work of adhesion w (energy per area).
     attraction_range : float, optional
-        D, range of the attraction, length; required with adhesion.
+        Range D of the attraction (length); required with adhesion.
     kappa_repulsive : float
-        kappa without the attraction: `KAPPA_HARD`, `KAPPA_REPULSIVE` or
+        Constant kappa without the attraction: `KAPPA_HARD`, `KAPPA_REPULSIVE` or
         `compliant_kappa`.
     asperity_factor : float
         Factor by which the compliance of the wall increases rho: 1 for the hard wall,
@@ -90,19 +90,20 @@ class RoughSphereTheory:
 
     @property
     def rough_pressure(self) -> float:
-        """p_rough with `kappa`, force per area."""
+        """Mean pressure p_rough in the contacts, with `kappa` (force per area)."""
         slope = self.roughness.rms_slope
         return float(mean_contact_pressure(slope, self.contact_modulus, self.kappa))
 
     @property
     def crossover_load(self) -> float:
-        """N_c with `kappa`, above which the sphere behaves as if smooth, force."""
-        sphere, slope = (self.radius, self.contact_modulus), self.roughness.rms_slope
-        return float(crossover_load(*sphere, slope, self.kappa))
+        """Load N_c, with `kappa`, above which the sphere behaves as if smooth."""
+        slope = self.roughness.rms_slope
+        load = crossover_load(self.radius, self.contact_modulus, slope, self.kappa)
+        return float(load)
 
     @property
     def asperity_radius(self) -> float:
-        """Radius rho of the first asperity, at most R, length."""
+        """Radius rho of the first asperity, at most R (length)."""
         return min(self.asperity_factor * asperity_radius(self.roughness), self.radius)
 
     @property
@@ -112,17 +113,17 @@ class RoughSphereTheory:
 
     @property
     def asperity_load(self) -> float:
-        """N_c(rho), below which one asperity carries the load, force."""
+        """Load N_c(rho) below which one asperity carries the load."""
         return self.crossover_load * (self.asperity_radius / self.radius) ** 2
 
     @property
     def first_contact_radius(self) -> float:
-        """Radius a' around the axis of the expected first contact, length."""
+        """Radius a' around the axis of the expected first contact (length)."""
         return float(first_contact_radius(self.radius, self.roughness))
 
     @property
     def effective_work_of_adhesion(self) -> float:
-        """Work of adhesion less `flattening_energy`, at least zero, energy per area."""
+        """Work of adhesion minus `flattening_energy`, at least zero."""
         if self.single_asperity:
             return self.work_of_adhesion
         energy = flattening_energy(self.contact_modulus, self.roughness)
@@ -139,7 +140,7 @@ class RoughSphereTheory:
         Parameters
         ----------
         normal_force : float
-            N >= 0, force.
+            Normal force N >= 0 (force).
 
         Returns
         -------
@@ -163,13 +164,13 @@ class RoughSphereTheory:
         Parameters
         ----------
         normal_force : float
-            N >= 0, force.
+            Normal force N >= 0 (force).
 
         Returns
         -------
         float or None
-            A, area; None if rough flats adhere macroscopically: `predicted_area` with a
-            tabulated contact fraction returns it then.
+            Contact area A (area); None if rough flats adhere macroscopically, where
+            `predicted_area` needs a tabulated contact fraction.
 
         Notes
         -----

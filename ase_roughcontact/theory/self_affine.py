@@ -25,7 +25,8 @@ from ase_roughcontact._util.validation import finite, positive, shown
 class Roughness(Protocol):
     """Parameters of a self-affine roughness, such as `ase_roughcontact.SelfAffine`.
 
-    An attribute `longest_wavelength` that is not None is the end of the roll-off.
+    An attribute `longest_wavelength`, if there is one that is not None, is the end of
+    the roll-off.
     """
 
     @property
@@ -38,11 +39,11 @@ class Roughness(Protocol):
 
     @property
     def short_wavelength(self) -> float:
-        """Lower end lambda_s of the self-affine range, length."""
+        """Lower end lambda_s of the self-affine range (length)."""
 
     @property
     def long_wavelength(self) -> float:
-        """Upper end lambda_L of the self-affine range, length."""
+        """Upper end lambda_L of the self-affine range (length)."""
 
 
 def numbers_of(roughness: Roughness) -> tuple[float, float, float]:
@@ -54,7 +55,7 @@ def numbers_of(roughness: Roughness) -> tuple[float, float, float]:
         raise ValueError(
             "roughness must have rms_slope, hurst, short_wavelength and "
             "long_wavelength, as SelfAffine and HeightMap do, got "
-            f"{shown(roughness)}: of a RoughSphere give its roughness"
+            f"{shown(roughness)}: give the roughness of a RoughSphere"
         ) from error
     positive(rms_slope=slope, short_wavelength=short)
     finite(hurst=hurst)
@@ -98,7 +99,7 @@ def spectral_moment(
     long_wavelength: float = math.inf,
     longest_wavelength: float | None = None,
 ) -> float:
-    r"""Return a moment of the self-affine spectrum, dimensionless.
+    r"""Return a moment of the self-affine spectrum.
 
     With wave numbers x in units of :math:`2\pi/\lambda_s`,
     :math:`\rho = \lambda_s/\lambda_L` and :math:`r = \lambda_L/\lambda_{\max}`,
@@ -110,19 +111,19 @@ def spectral_moment(
     Parameters
     ----------
     power : float
-        m: 0 for the mean square height, 2 for the slope, 4 for the curvature.
+        Power m: 0 for the mean square height, 2 for the slope, 4 for the curvature.
     hurst : float
-        H, between 0 and 1.
+        Hurst exponent H, between 0 and 1.
     short_wavelength, long_wavelength : float
-        Ends lambda_s and lambda_L of the self-affine range, lengths; lambda_L may be
+        Ends lambda_s and lambda_L of the self-affine range (length); lambda_L may be
         infinite for m >= 2.
     longest_wavelength : float, optional
-        lambda_max of the roll-off, length. Default: no roll-off.
+        End lambda_max of the roll-off (length). Default: no roll-off.
 
     Returns
     -------
     float
-        M_m.
+        Moment M_m (dimensionless).
     """
     rho, r = wavelength_ratios(short_wavelength, long_wavelength, longest_wavelength)
     excess = power - 2 * hurst
@@ -153,11 +154,12 @@ def slope_to_curvature_ratio(roughness: Roughness) -> float:
     Parameters
     ----------
     roughness : Roughness
+        Roughness, such as `ase_roughcontact.SelfAffine`.
 
     Returns
     -------
     float
-        h'/h'', length.
+        Ratio h'/h'' (length).
     """
     _, _, short = numbers_of(roughness)
     return short / (2 * math.pi) * math.sqrt(moment_ratio(2, 4, roughness))
@@ -166,7 +168,7 @@ def slope_to_curvature_ratio(roughness: Roughness) -> float:
 def rms_height(roughness: Roughness) -> float:
     r"""Return the rms height, :math:`h' (\lambda_s/2\pi) (M_0/M_2)^{1/2}`.
 
-    It is averaged over the realisations (length).
+    The height is averaged over realisations (length).
     """
     length = roughness.short_wavelength / (2 * math.pi)
     return roughness.rms_slope * length * math.sqrt(moment_ratio(0, 2, roughness))

@@ -18,7 +18,7 @@ from ase_roughcontact._util.validation import (
     unmasked,
 )
 
-# Points of a curve of force against penetration.
+#: Number of points of a curve of force against penetration.
 CURVE_POINTS = 400
 
 #: Relative increase of the area by adhesion below which the law is called Hertz.
@@ -28,22 +28,23 @@ NEGLIGIBLE_ADHESION = 0.1
 class SphereTheory(ABC):
     """Theory of a smooth rigid sphere on an elastic half space.
 
-    Any consistent system of units will do; `label` alone assumes that of ASE. Methods
-    accept numbers and arrays, of which they return the shape, and raise `ValueError`
-    for an argument that is not finite, of the wrong sign, or without a contact.
+    Any consistent system of units will do; only `label` and `sphere` assume the units
+    of ASE. Methods accept numbers and arrays, return arrays of the same shape, and
+    raise `ValueError` for an argument that is not finite, of the wrong sign, or without
+    a contact.
 
     Attributes
     ----------
     radius : float
-        R of the sphere, length.
+        Radius R of the sphere (length).
     contact_modulus : float
-        E* = E/(1 - nu^2), force per area.
+        Contact modulus E* = E/(1 - nu^2) (force per area).
     work_of_adhesion : float
-        w, energy per area; zero for Hertz.
+        Work of adhesion w (energy per area); zero for Hertz.
     name : str
         Name of the theory.
     symbol : str
-        Subscript of quantities that follow from it, as in A_Hertz.
+        Subscript of quantities that follow from the theory, as in A_Hertz.
     """
 
     radius: float
@@ -68,12 +69,12 @@ class SphereTheory(ABC):
         Parameters
         ----------
         normal_force : array_like
-            N, force, at least the negative pull-off force.
+            Normal force N (force), at least the negative pull-off force.
 
         Returns
         -------
         ndarray
-            a, length.
+            Contact radius a (length).
         """
 
     @abstractmethod
@@ -85,11 +86,12 @@ class SphereTheory(ABC):
         Parameters
         ----------
         largest : float
-            Contact radius at which the curve ends, length.
+            Contact radius at which the curve ends (length).
 
         Returns
         -------
         penetration, force : ndarray
+            Penetrations (length) and normal forces (force) of the points.
         """
 
     def contact_area(self, normal_force: ArrayLike) -> FloatArray:
@@ -98,12 +100,12 @@ class SphereTheory(ABC):
         Parameters
         ----------
         normal_force : array_like
-            N, force.
+            Normal force N (force).
 
         Returns
         -------
         ndarray
-            A = pi a^2, area; NaN for tensions above the pull-off force.
+            Contact area A = pi a^2 (area); NaN for tensions above the pull-off force.
         """
         force = unmasked(normal_force).astype(float)
         exists = force >= -self.pull_off_force
@@ -116,7 +118,7 @@ class SphereTheory(ABC):
         Parameters
         ----------
         normal_force : float
-            N, force, at least the negative pull-off force.
+            Normal force N (force), at least the negative pull-off force.
 
         Returns
         -------
@@ -130,7 +132,7 @@ class SphereTheory(ABC):
 
     @property
     def sphere(self) -> str:
-        """The sphere, with the work of adhesion in J/m^2, for printed output."""
+        """Words for the sphere and its work of adhesion in J/m^2, for output."""
         work = self.work_of_adhesion / UNITS["J/m^2"]
         return "smooth sphere" + (f", w = {work:.3g} J/m²" if work else "")
 
@@ -161,9 +163,9 @@ class Hertz(SphereTheory):
     Parameters
     ----------
     radius : float
-        R of the sphere, length.
+        Radius R of the sphere (length).
     contact_modulus : float
-        E*, force per area.
+        Contact modulus E* (force per area).
 
     References
     ----------
@@ -197,12 +199,12 @@ class Hertz(SphereTheory):
         Parameters
         ----------
         penetration : array_like
-            delta >= 0, length.
+            Penetration delta >= 0 (length).
 
         Returns
         -------
         ndarray
-            a, length.
+            Contact radius a (length).
         """
         return np.sqrt(self.radius * nonnegative_array("penetration", penetration))
 
@@ -212,12 +214,12 @@ class Hertz(SphereTheory):
         Parameters
         ----------
         contact_radius : array_like
-            a >= 0, length.
+            Contact radius a >= 0 (length).
 
         Returns
         -------
         ndarray
-            N, force.
+            Normal force N (force).
         """
         cube = nonnegative_array("contact_radius", contact_radius) ** 3
         repulsive = 4 * self.contact_modulus * cube / (3 * self.radius)
@@ -229,12 +231,12 @@ class Hertz(SphereTheory):
         Parameters
         ----------
         contact_radius : array_like
-            a >= 0, length.
+            Contact radius a >= 0 (length).
 
         Returns
         -------
         ndarray
-            delta, length.
+            Penetration delta (length).
         """
         return nonnegative_array("contact_radius", contact_radius) ** 2 / self.radius
 
@@ -244,14 +246,14 @@ class Hertz(SphereTheory):
         Parameters
         ----------
         distance : array_like
-            r >= 0 from the axis of the sphere, length.
+            Distance r >= 0 from the axis of the sphere (length).
         contact_radius : float
-            a, length.
+            Contact radius a (length).
 
         Returns
         -------
         ndarray
-            p, force per area, zero beyond a.
+            Pressure p (force per area), zero beyond a.
         """
         distance = nonnegative_array("distance", distance)
         radius = nonnegative_array("contact_radius", contact_radius)
@@ -268,17 +270,17 @@ class Hertz(SphereTheory):
 class DMT(Hertz):
     """Derjaguin, Muller and Toporov: a small and stiff sphere; see `SphereTheory`.
 
-    The attraction acts outside of the contact and adds its force to the load, while the
-    contact remains that of Hertz.
+    The attraction acts outside of the contact, and its force adds to the load of a
+    contact after Hertz.
 
     Parameters
     ----------
     radius : float
-        R of the sphere, length.
+        Radius R of the sphere (length).
     contact_modulus : float
-        E*, force per area.
+        Contact modulus E* (force per area).
     work_of_adhesion : float
-        w, energy per area.
+        Work of adhesion w (energy per area).
 
     References
     ----------

@@ -19,19 +19,20 @@ from ase_roughcontact.theory.self_affine import (
     slope_to_curvature_ratio,
 )
 
-# Parameter of Fuller and Tabor at which 4 % of the pull-off force are left.
-_FULLER_TABOR = 10.0
+# Parameter of Fuller and Tabor at which the pull-off force is 4 % of its largest value.
+_FULLER_TABOR_LIMIT = 10.0
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """Criterion of stickiness.
+    """Criterion for whether rough surfaces stick.
 
     Attributes
     ----------
     name : str
+        Authors of the criterion.
     value : float
-        A measure of roughness over adhesion, dimensionless.
+        Measure of roughness over adhesion (dimensionless).
     limit : float
         Value below which the surfaces stick.
     """
@@ -63,29 +64,31 @@ def stickiness(
     Parameters
     ----------
     roughness : Roughness
-        Such as `ase_roughcontact.SelfAffine`.
+        Roughness, such as `ase_roughcontact.SelfAffine`.
     contact_modulus : float
-        E*, force per area.
+        Contact modulus E* (force per area).
     work_of_adhesion : float
-        w, energy per area.
+        Work of adhesion w (energy per area).
     attraction_range : float
-        D, length.
+        Range D of the attraction (length).
     kappa_repulsive : float
-        kappa without the attraction, dimensionless.
+        Constant kappa without the attraction (dimensionless).
 
     Returns
     -------
     tuple of Criterion
         Fuller and Tabor, for independent asperities and a short range:
         E* sigma^(3/2)/(rho^(1/2) w), with the rms height sigma and the radius
-        rho = 2/h'' of asperities. Each of them is a sphere of JKR; at 1, 3 and 10 their
-        largest total tension is 73, 36 and 4 % of that at equal heights.
+        rho = 2/h'' of asperities. Each asperity is a sphere of JKR. At values of 1, 3
+        and 10 their largest total tension is 73, 36 and 4 % of the tension at equal
+        heights.
 
         Persson and Tosatti, for soft solids and a short range: `flattening_energy` over
-        w. If it is below one, full contact has less energy than none.
+        w. If the value is below one, full contact has less energy than no contact.
 
         Pastewka and Robbins, for stiff solids: 1/kappa_rep over
-        `inverse_kappa_attractive`. If it is below one, contact spreads without a load.
+        `inverse_kappa_attractive`. If the value is below one, contact spreads without a
+        load.
 
     Raises
     ------
@@ -121,7 +124,7 @@ def stickiness(
     stretching = contact_modulus * height * math.sqrt(height / asperity)
     flattening = flattening_energy(contact_modulus, roughness)
     return (
-        Criterion("Fuller-Tabor", stretching / work_of_adhesion, _FULLER_TABOR),
+        Criterion("Fuller-Tabor", stretching / work_of_adhesion, _FULLER_TABOR_LIMIT),
         Criterion("Persson-Tosatti", flattening / work_of_adhesion, 1.0),
         Criterion("Pastewka-Robbins", float(1.0 / (kappa_repulsive * attraction)), 1.0),
     )

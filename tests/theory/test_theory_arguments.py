@@ -27,7 +27,7 @@ SLOPE, HURST, SHORT = 0.1, 0.8, 4.0
     ],
 )
 def test_unphysical_arguments_are_refused(function, message, bad):
-    with pytest.raises(ValueError, match=f"must be {message}, got"):
+    with pytest.raises(ValueError, match=message):
         function(bad)
 
 
@@ -58,29 +58,29 @@ def rough(**changes):
         (
             theory.flattening_energy,
             (E, rough(long_wavelength=3.0)),
-            "length 4.0, got 3",
+            r"4\.0, got 3",
         ),
         (
             theory.flattening_energy,
             (E, rough(long_wavelength=64.0, longest_wavelength=32.0)),
-            r"at least long_wavelength 64\.0, got 32\.0",
+            r"64\.0, got 32\.0",
         ),
-        (theory.compliant_kappa, (E, E, rough(long_wavelength=4.0)), "must exceed sho"),
+        (theory.compliant_kappa, (E, E, rough(long_wavelength=4.0)), "long_wavelength"),
         (theory.stickiness, (ROUGH, -1.0, 0.005, 0.245), "> 0"),
         (theory.stickiness, (ROUGH, 1.0, -1.0, 0.245), "> 0"),
         (theory.stickiness, (ROUGH, 1.0, 0.005, -1.0), "> 0"),
-        (theory.stickiness, (SPHERE, 1.0, 0.02, 0.5), "RoughSphere give its rough"),
-        (theory.regime, (1.0, 100.0, 1.0, SPHERE), "RoughSphere give its rough"),
-        (theory.regime, (np.nan, R, E), "normal_force must be a finite"),
-        (theory.regime, (-1.0, R, E, ROUGH), "normal_force must be a finite number >="),
-        (partial(theory.regime, work_of_adhesion=W), (1.0, R, E), "range must be giv"),
+        (theory.stickiness, (SPHERE, 1.0, 0.02, 0.5), "roughness of a RoughSphere"),
+        (theory.regime, (1.0, 100.0, 1.0, SPHERE), "roughness of a RoughSphere"),
+        (theory.regime, (np.nan, R, E), "normal_force"),
+        (theory.regime, (-1.0, R, E, ROUGH), "normal_force"),
+        (partial(theory.regime, work_of_adhesion=W), (1.0, R, E), "attraction_range"),
         (partial(theory.regime, kappa_repulsive=0.0), (1.0, R, E, ROUGH), "kappa_rep"),
-        (theory.Hertz(R, E).contact_radius, (-20.0,), "below the negative pull-off"),
-        (theory.JKR(R, E, W).contact_radius, (-20.0,), "below the negative pull-off"),
-        (theory.DMT(R, E, W).contact_radius, (-20.0,), "below the negative pull-off"),
-        (theory.MaugisDugdale(R, E, W, W).contact_radius, (-20.0,), "got -20"),
-        (theory.MaugisDugdale(R, E, W, W).state, (1.0,), "zone_ratio must be above 1"),
-        (theory.MaugisDugdale(R, E, W, W).state, (np.nan,), "zone_ratio must be above"),
+        (theory.Hertz(R, E).contact_radius, (-20.0,), "-20"),
+        (theory.JKR(R, E, W).contact_radius, (-20.0,), "-20"),
+        (theory.DMT(R, E, W).contact_radius, (-20.0,), "-20"),
+        (theory.MaugisDugdale(R, E, W, W).contact_radius, (-20.0,), "-20"),
+        (theory.MaugisDugdale(R, E, W, W).state, (1.0,), "zone_ratio"),
+        (theory.MaugisDugdale(R, E, W, W).state, (np.nan,), "zone_ratio"),
         (
             theory.MaugisDugdale(R, E, W, W).stability_limit,
             ("speed",),
@@ -89,7 +89,7 @@ def rough(**changes):
         (
             theory.JKR(R, E, W).contact_radius_from_penetration,
             (-100.0,),
-            "must not be below that of pull-off",
+            "-100",
         ),
     ],
 )
@@ -115,7 +115,7 @@ def test_what_has_no_answer_is_refused(function, arguments, message):
     ],
 )
 def test_unphysical_roughness_is_refused(function, name, bad):
-    with pytest.raises(ValueError, match=f"{name} must"):
+    with pytest.raises(ValueError, match=name):
         function(rough(**{name: bad}))
 
 
