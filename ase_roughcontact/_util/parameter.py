@@ -18,17 +18,18 @@ class Parameter:
     unit : {"", "a0", "Å", "GPa", "J/m^2", ...}
         Unit in the file: none, the atomic spacing, or one of `UNITS`.
     default : float or bool, optional
-        Value if the file gives none, in the unit of the file. Without a default the
-        file must give the parameter; with a bool it is true or false.
+        Value if the file does not give the parameter, in the unit of the file. Without
+        a default the file must give the parameter. A parameter with a bool as default
+        is true or false.
     above, below : float
         Limits between which the value must lie, in the unit of the file.
     optional : bool
-        Whether the file need not give it, although there is no default here.
+        Whether the file may leave out the parameter although there is no default.
 
     Raises
     ------
     ValueError
-        If the unit is not one of those above.
+        If the unit is not known.
     """
 
     unit: str = ""

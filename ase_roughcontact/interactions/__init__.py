@@ -6,8 +6,8 @@ and an atom of the substrate. Pressure and stiffness follow from it::
     pressure   p(g) = -V'(g)     positive in compression (repulsion)
     stiffness  k(g) =  V''(g)
 
-The walls have no units of their own: any consistent set can be used. Only `make_wall`
-and `Parameter`, which make walls from scene files, use ASE's.
+Walls accept any consistent set of units. Only `make_wall` and `Parameter`, which make
+walls from scene files, use ASE's units.
 """
 
 from ase_roughcontact._util.parameter import Parameter

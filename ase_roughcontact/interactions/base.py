@@ -12,6 +12,7 @@ import numpy as np
 from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.registry import Registered, Registry, types_of_parameters
 
+#: Energy, pressure and stiffness of a wall at some gaps.
 Profile = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 #: Walls by their `kind`; filled by the definition of a subclass of `Interaction`.
@@ -34,38 +35,38 @@ class Interaction(Registered, ABC):
     cutoff : float
         Gap above which energy, pressure and stiffness are zero (length).
     contact_distance : float
-        Gap below which the wall is repulsive (length); an atom closer than this is in
-        contact.
+        Gap below which the wall is repulsive (length). An atom is in contact if its gap
+        is smaller.
     work_of_adhesion : float
         Depth of the minimum of the energy (energy per area); zero for a repulsive wall.
     attraction_range : float
-        Range of the attraction in closed-form theories (length), such that the work of
-        adhesion divided by it is a typical tension; zero for a repulsive wall.
+        Range of the attraction in closed-form theories (length): the work of adhesion
+        over this range is a typical tension. Zero for a repulsive wall.
     attractive : bool
-        Whether the wall is attractive at any gap; by default if it has a work of
+        Whether the wall is attractive at any gap; by default true if it has a work of
         adhesion.
     depends_on_history : bool
-        Whether a relaxed state depends on the states before it; by default if the wall
-        is attractive, as such states are metastable, or `permanent`.
+        Whether a relaxed state depends on the states before it; by default true if the
+        wall is attractive, as its states are metastable, or `permanent`.
     invertible : bool
-        Whether the wall is repulsive and defines `inverse`, with which solvers need
-        fewer steps; by default False.
+        Whether the wall is repulsive and defines `inverse`, which saves steps of the
+        solvers; by default False.
     hard : bool
         Whether the wall is a constraint, ``g >= 0, p >= 0, g p = 0``, instead of a
         function of the gap; by default False.
     hardness : float
-        Largest pressure of a hard wall, at which the solid flows and atoms overlap
-        with the indenter (pressure); by default infinity.
+        Largest pressure of a hard wall (pressure), at which the solid flows and atoms
+        overlap with the indenter; by default infinity.
     permanent : bool
         Whether a path keeps the plastic shape of the surface from step to step; by
         default False.
     kappa : float or None
-        Ratio ``h'rms E*/p`` for nominally flat rough surfaces, with the mean pressure p
-        in the contacts and without the attraction; None, the default, stands for
+        Ratio ``h'rms E*/p`` for nominally flat rough surfaces without attraction, with
+        the mean pressure p in the contacts. None, the default, stands for
         `theory.KAPPA_HARD` or `theory.KAPPA_REPULSIVE`.
     kind : str
-        Name in scene files: ``kind = "..."`` in the table ``[interaction]``. Defining
-        a subclass with a `kind` registers it in `WALLS`.
+        Name in scene files: ``kind = "..."`` in the table ``[interaction]``. The
+        definition of a subclass with a `kind` registers it in `WALLS`.
     label : str
         Name in reports and plots; by default the kind with the word "wall".
     parameters : mapping of str to Parameter
@@ -98,7 +99,7 @@ class Interaction(Registered, ABC):
         """Make the wall for a substrate, as scene files do.
 
         By default modulus and spacing do not matter: the class is called with the
-        values of its `parameters`, in ASE's units, alone.
+        values of its `parameters` only, in ASE's units.
         """
         return cls(**parameters)
 
@@ -111,13 +112,13 @@ class Interaction(Registered, ABC):
     def evaluate(self, gap: np.ndarray) -> Profile:
         """Return energy, pressure and stiffness at the given gaps.
 
-        The method is called for parts of the atoms, by several threads at once: it must
-        not change the object, and the result at one gap must not depend on the others.
+        Several threads call this method for parts of the atoms: it must not change the
+        object, and the result at one gap must not depend on other gaps.
 
         Parameters
         ----------
         gap : ndarray, any shape
-            Local gaps (length), also negative ones.
+            Local gaps (length), which may be negative.
 
         Returns
         -------
@@ -132,13 +133,14 @@ class Interaction(Registered, ABC):
         Parameters
         ----------
         pressure : ndarray, shape (k,)
-            Not negative (pressure).
+            Pressures, not negative (pressure).
 
         Returns
         -------
         gap, exact, stiffness : ndarray, shape (k,)
-            Gaps with small errors, and the exact pressure and stiffness there. At zero
-            pressure the stiffness is that just within the range of the wall.
+            Gaps with small errors, and the exact pressure and stiffness at these gaps.
+            At zero pressure the gap, and with it the stiffness, is just within the
+            range of the wall.
         """
         raise NotImplementedError(f"{type(self).__name__} has no inverse")
 
@@ -149,7 +151,7 @@ class Interaction(Registered, ABC):
 
     @property
     def purely_hard(self) -> bool:
-        """Whether the wall is hard and attracts at no gap (linear complementarity)."""
+        """Whether the wall is hard without attraction (linear complementarity)."""
         return self.hard and not self.attractive
 
     @property
@@ -159,7 +161,10 @@ class Interaction(Registered, ABC):
 
     @property
     def family(self) -> str:
-        """What limits grids and costs time: "attractive", else "hard" or "soft"."""
+        """Class of walls with the same demands on grids and times.
+
+        It is "attractive", or else "hard" or "soft".
+        """
         return "attractive" if self.attractive else "hard" if self.hard else "soft"
 
     @property
@@ -183,8 +188,9 @@ class Interaction(Registered, ABC):
     def todict(self) -> dict:
         """Return kind and parameters as plain numbers and strings.
 
-        By default the kind, or the name of a class without one, and the attributes of
-        the object. Override it if these are not numbers or strings.
+        By default these are the kind, or the name of a class without a kind, and the
+        attributes of the object. Override this method if attributes are not numbers or
+        strings.
         """
         return {"kind": vars(type(self)).get("kind", type(self).__name__), **vars(self)}
 
@@ -194,21 +200,24 @@ def scaled_attraction(
 ) -> Profile:
     r"""Return energy, pressure and stiffness of a wall with a local work of adhesion.
 
-    The wall is the sum of a repulsion and an attraction, which is :math:`-w` up to the
-    minimum of the energy and follows it beyond (Weeks, Chandler and Andersen). The
-    attraction is multiplied by the factor. Range and repulsion stay the same.
+    The wall is the sum of a repulsion and an attraction. The attraction is :math:`-w`
+    up to the minimum of the energy, and the energy of the wall beyond it (Weeks,
+    Chandler and Andersen). It is multiplied by the factor; range and repulsion stay the
+    same.
 
     Parameters
     ----------
     wall : Interaction
+        The wall.
     gap : ndarray, any shape
         Local gaps (length).
     factor : ndarray, shape of `gap`, or None
-        Local work of adhesion relative to that of the wall; None stands for one.
+        Local work of adhesion relative to the wall's; None stands for one.
 
     Returns
     -------
     energy, pressure, stiffness : ndarray, shape of `gap`
+        Values as from `Interaction.evaluate`.
 
     References
     ----------
@@ -221,8 +230,8 @@ def scaled_attraction(
     if wall.hard:  # the attraction continues at negative gaps, errors of a solver
         beyond = np.ones_like(beyond)
     scale = np.where(beyond, factor, 1.0)
-    lost = np.where(beyond, 0.0, wall.work_of_adhesion * (1.0 - factor))
-    return scale * energy + lost, scale * pressure, scale * stiffness
+    offset = np.where(beyond, 0.0, wall.work_of_adhesion * (1.0 - factor))
+    return scale * energy + offset, scale * pressure, scale * stiffness
 
 
 def wall_parameters() -> dict[str, tuple[type, ...]]:
@@ -243,15 +252,16 @@ def make_wall(
     kind : str
         One of `WALLS`.
     contact_modulus : float
-        E* of the substrate (eV/Å^3).
+        Contact modulus E* of the substrate (eV/Å^3).
     spacing : float
         Atomic spacing a0 (Å).
     parameters : mapping of str to float or str
-        Values in the units of the file, or with a unit.
+        Values by name, in the units of the file, or text with a unit.
 
     Returns
     -------
     Interaction
+        The wall.
 
     Raises
     ------

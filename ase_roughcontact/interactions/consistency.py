@@ -1,4 +1,4 @@
-"""Check of a user's wall: its pressure and stiffness are derivatives of its energy."""
+"""Check that pressure and stiffness of a user's wall are derivatives of its energy."""
 
 from __future__ import annotations
 
@@ -6,69 +6,81 @@ import numpy as np
 
 from ase_roughcontact.interactions.base import Interaction
 
-_ATTRIBUTES = "cutoff", "contact_distance", "work_of_adhesion", "attraction_range"
-# Gaps that are compared, from so many spacings below the contact distance to so many
-# above it, and the difference of gaps in spacings.
-_GAPS, _BELOW, _ABOVE, _STEP = 200, 1.1, 3.0, 1e-6
-# Relative errors above which pressure and stiffness are wrong, the larger rounding
-# errors of differences, and the number of gaps at which kinks and jumps may be.
-_PRESSURE, _STIFFNESS, _ROUNDING, _KINKS = 1e-3, 1e-2, 100.0, 3
+# Attributes that a wall must define.
+_REQUIRED = "cutoff", "contact_distance", "work_of_adhesion", "attraction_range"
+# Number of gaps at which derivatives are compared.
+_GAPS = 200
+# Smallest of these gaps, in spacings below the contact distance.
+_DEPTH_BELOW = 1.1
+# Largest of these gaps, in spacings above the contact distance.
+_HEIGHT_ABOVE = 3.0
+# Change of the gap for differences, in spacings.
+_GAP_STEP = 1e-6
+# Largest relative error of a pressure.
+_PRESSURE_ERROR = 1e-3
+# Largest relative error of a stiffness.
+_STIFFNESS_ERROR = 1e-2
+# Rounding error of a difference of two values, in the spacing of numbers next to them.
+_DIFFERENCE_ERROR = 100.0
+# Largest number of gaps with an error, which are taken for kinks and jumps.
+_MAX_KINKS = 3
 
 
 def check_wall(wall: Interaction, spacing: float) -> None:
     """Raise `ValueError` if a wall from outside the package contradicts itself.
 
-    Pressure and stiffness are compared with differences of energy and pressure at some
-    gaps within its range.
+    Pressure and stiffness are compared with differences of energy and pressure at gaps
+    within the range of the wall.
     """
     name = type(wall).__name__
     if type(wall).__module__.startswith("ase_roughcontact."):
         return
-    missing = [each for each in _ATTRIBUTES if not hasattr(wall, each)]
+    missing = [each for each in _REQUIRED if not hasattr(wall, each)]
     if missing:
         raise ValueError(f"the wall {name} must define {', '.join(missing)}")
     if wall.purely_hard:
         return
-    lowest = 0.0 if wall.hard else wall.contact_distance - _BELOW * spacing
-    highest = min(wall.cutoff, wall.contact_distance + _ABOVE * spacing)
-    # not at regular distances, which may be those of kinks
+    lowest = 0.0 if wall.hard else wall.contact_distance - _DEPTH_BELOW * spacing
+    highest = min(wall.cutoff, wall.contact_distance + _HEIGHT_ABOVE * spacing)
+    # irregular distances, so that few gaps are at kinks
     fractions = (np.arange(_GAPS) + 0.5 + 0.4 * np.sin(np.arange(_GAPS))) / _GAPS
-    gap, step = lowest + fractions * (highest - lowest), _STEP * spacing
-    below, here, above = (
-        _values(wall, name, gap + shift) for shift in (-step, 0.0, step)
-    )
-    for index, of, what, tolerance in (
-        (1, "energy", "pressure", _PRESSURE),
-        (2, "pressure", "stiffness", _STIFFNESS),
+    gap, step = lowest + fractions * (highest - lowest), _GAP_STEP * spacing
+    below = _values(wall, name, gap - step)
+    here = _values(wall, name, gap)
+    above = _values(wall, name, gap + step)
+    for index, function, derivative, tolerance in (
+        (1, "energy", "pressure", _PRESSURE_ERROR),
+        (2, "pressure", "stiffness", _STIFFNESS_ERROR),
     ):
-        given, before = here[index], here[index - 1]
+        given, values = here[index], here[index - 1]
         expected = (below[index - 1] - above[index - 1]) / (2.0 * step)
-        eps = np.finfo(np.result_type(before, np.float16)).eps
+        eps = np.finfo(np.result_type(values, np.float16)).eps
         allowed = tolerance * np.maximum(abs(given), abs(expected))
-        allowed += _ROUNDING * eps * abs(before) / step
+        allowed += _DIFFERENCE_ERROR * eps * abs(values) / step
         wrong = np.flatnonzero(abs(given - expected) > allowed)
-        if len(wrong) > _KINKS:
-            worst = wrong[len(wrong) // 2]
+        if len(wrong) > _MAX_KINKS:
+            example = wrong[len(wrong) // 2]
             raise ValueError(
-                f"the {what} of the wall {name} must be minus the derivative of its "
-                f"{of}: at the gap {gap[worst]:.4g} it is {given[worst]:.4g} instead "
-                f"of {expected[worst]:.4g}"
+                f"the {derivative} of the wall {name} must be minus the derivative of "
+                f"its {function}: at the gap {gap[example]:.4g} it is "
+                f"{given[example]:.4g} instead of {expected[example]:.4g}"
             )
 
 
 def _values(wall: Interaction, name: str, gap: np.ndarray) -> list[np.ndarray]:
+    """Return energy, pressure and stiffness of a wall, checked."""
     values = [np.asarray(each) for each in wall.evaluate(gap)]
     if [each.shape for each in values] != 3 * [gap.shape]:
         raise ValueError(
-            f"evaluate of the wall {name} must return energy, pressure and stiffness, "
-            f"each of the shape of the gaps, {gap.shape}, got "
+            f"evaluate of the wall {name} must return energy, pressure and stiffness "
+            f"of the shape {gap.shape} of the gaps, got shapes "
             f"{', '.join(str(each.shape) for each in values)}"
         )
     for each in values:
         if not np.isfinite(each).all():
             bad = int((~np.isfinite(each)).argmax())
             raise ValueError(
-                f"the wall {name} must be finite at all gaps, also at negative ones, "
-                f"got {each[bad]} at {gap[bad]:.4g}"
+                f"the wall {name} must be finite at all gaps, got {each[bad]} at "
+                f"{gap[bad]:.4g}"
             )
     return values

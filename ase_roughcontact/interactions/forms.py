@@ -1,13 +1,13 @@
 """Parts of the 9-3 wall as functions of gaps, shape (k,).
 
-They return energy, pressure and stiffness as the rows of an array, shape (3, k).
+Energy, pressure and stiffness are the rows of the returned arrays, shape (3, k).
 """
 
 import numpy as np
 
 
 def nine_three(gap: np.ndarray, distance: float, depth: float) -> np.ndarray:
-    """Return the 9-3 form with distance and depth of its minimum, whose energy is zero.
+    """Return the 9-3 form, with zero energy at the given distance of its minimum.
 
     Gaps are positive.
     """
@@ -17,7 +17,7 @@ def nine_three(gap: np.ndarray, distance: float, depth: float) -> np.ndarray:
     half = 0.5 * depth
     scale = half / distance
     rows = np.empty((3, gap.size))
-    # factored, so that near the minimum no large terms cancel
+    # factored, so that no large terms cancel near the minimum
     rows[0] = half * (cube - 1.0) ** 2 * (cube + 2.0)
     rows[1] = 9.0 * scale * (ninth - cube) * inverse
     rows[2] = scale / distance * (90.0 * ninth - 36.0 * cube) * inverse**2
@@ -29,7 +29,7 @@ def nine_three_inverse(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the gaps at which the 9-3 form has given pressures, p >= 0.
 
-    With :math:`r_0` and :math:`w_0`, distance and depth of the minimum, and
+    With the distance :math:`r_0` and the depth :math:`w_0` of the minimum, and
     :math:`y = (r_0/g)^2`, four steps of Newton's method solve
     :math:`y^5 - y^2 = 2 r_0 p / 9 w_0`. The relative error is below 1e-10 up to a
     pressure of :math:`27 w_0/r_0`, the stiffness at the minimum times its distance, and
@@ -38,7 +38,7 @@ def nine_three_inverse(
     Returns
     -------
     gap, exact, stiffness : ndarray, shape (k,)
-        Gaps, and the exact pressure and stiffness there.
+        Gaps, and the exact pressure and stiffness at these gaps.
     """
     unit = 4.5 * depth / distance
     right = pressure / unit
@@ -57,8 +57,8 @@ def nine_three_inverse(
 def smooth_tail(x: np.ndarray, length: float, work: float) -> np.ndarray:
     """Return the tail with the pressure ``-(12 w/D^2) x (1 - x/D)^2``, zero beyond D.
 
-    x is the gap beyond the minimum, D the length, and the work w the depth of the
-    minimum.
+    Here x is the gap minus the distance of the minimum, D the length of the tail, and w
+    the depth of the minimum.
     """
     t = np.minimum(x / length, 1.0)
     rest, tension = 1.0 - t, 12.0 * work / length
@@ -74,7 +74,7 @@ def smooth_tail(x: np.ndarray, length: float, work: float) -> np.ndarray:
 def switched_off(rows: np.ndarray, x: np.ndarray, width: float) -> np.ndarray:
     """Return a form times the factor ``1 - 10 t^3 + 15 t^4 - 6 t^5``, t = x/width.
 
-    x is the gap beyond the onset of the factor, which falls from one to zero.
+    Here x is the gap minus the gap at which the factor begins to fall from one to zero.
     """
     t = np.minimum(x / width, 1.0)
     factor = 1.0 - t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
@@ -90,7 +90,7 @@ def switched_off(rows: np.ndarray, x: np.ndarray, width: float) -> np.ndarray:
 def taylor(rows: np.ndarray, overlap: np.ndarray) -> np.ndarray:
     """Return the second-order Taylor polynomial of a form about a gap.
 
-    The overlap is the distance by which the gaps are smaller.
+    The overlap is the gap of the form minus the gap at which the polynomial is wanted.
     """
     energy, pressure, stiffness = rows
     rise = stiffness * overlap

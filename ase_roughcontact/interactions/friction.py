@@ -1,7 +1,7 @@
 r"""Friction laws: the largest lateral traction of an atom in contact.
 
-An atom sticks while the magnitude of its traction is below the bound, and slips where
-it is equal.
+An atom sticks while the magnitude of its traction is below this bound, and slips when
+the magnitude is equal to the bound.
 """
 
 from __future__ import annotations
@@ -41,14 +41,15 @@ class FrictionLaw(Registered, ABC):
         Parameters
         ----------
         pressure : ndarray, shape (k,)
-            Of the atoms in contact; negative where a hard wall attracts (pressure).
+            Pressures on the atoms in contact, negative where a hard wall attracts
+            (pressure).
         x, y : ndarray, shape (k,)
-            Positions from the indenter's axis (length).
+            Positions of these atoms from the indenter's axis (length).
 
         Returns
         -------
         ndarray, shape (k,)
-            Negative values count as zero (pressure).
+            Bounds (pressure); negative values count as zero.
         """
 
     def bounds(
@@ -63,8 +64,9 @@ class FrictionLaw(Registered, ABC):
         Parameters
         ----------
         pressure : ndarray, shape (n, m)
-            See `bound`.
+            Pressures of the atoms, see `bound`.
         contact : ndarray of bool, shape (n, m)
+            Whether each atom is in contact.
         spacing : float
             Distance of the atoms (length).
         origin : (float, float)
@@ -73,14 +75,15 @@ class FrictionLaw(Registered, ABC):
         Returns
         -------
         ndarray, shape (n, m)
-            At least zero, and zero out of contact (pressure).
+            Bounds (pressure), at least zero; zero for atoms out of contact.
 
         Raises
         ------
         ValueError
             If `bound` does not return a number for each atom in contact.
         """
-        found, (i, j) = np.zeros(pressure.shape), contact.nonzero()
+        bounds = np.zeros(pressure.shape)
+        i, j = contact.nonzero()
         x, y = origin[0] + spacing * i, origin[1] + spacing * j
         values = np.asarray(self.bound(pressure[i, j], x, y), dtype=float)
         if values.shape not in ((), i.shape) or np.isnan(values).any():
@@ -89,8 +92,8 @@ class FrictionLaw(Registered, ABC):
                 f"{i.size} atoms in contact, got {values.size} with "
                 f"{np.isnan(values).sum()} of NaN"
             )
-        found[i, j] = np.maximum(values, 0.0)
-        return found
+        bounds[i, j] = np.maximum(values, 0.0)
+        return bounds
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, which identify the law in files."""
@@ -146,7 +149,7 @@ def _fits(given: Mapping[str, Any], law: type[FrictionLaw]) -> bool:
 
 
 def check_law(friction: Any) -> None:
-    """Raise `TypeError` unless friction is a law."""
+    """Raise `TypeError` if an object is not a friction law."""
     if not isinstance(friction, FrictionLaw):
         raise TypeError(
             f"friction must be a law such as Coulomb(0.3), got {shown(friction)}"
@@ -155,7 +158,7 @@ def check_law(friction: Any) -> None:
 
 @dataclass(frozen=True)
 class Coulomb(FrictionLaw):
-    r"""Friction proportional to pressure, at most a shear strength.
+    r"""Coulomb friction, proportional to the pressure and limited by a shear strength.
 
     .. math:: |t| \le \min(\mu p, \tau)
 
@@ -199,10 +202,10 @@ class Coulomb(FrictionLaw):
 
 @dataclass(frozen=True)
 class Tresca(FrictionLaw):
-    """Friction of a shear strength on all atoms in contact, whatever the pressure.
+    """Tresca friction: one shear strength for all atoms in contact, at any pressure.
 
-    Its bound jumps at the edge of the contact: steps with ``coupling="solved"`` may
-    have no solution, and do not converge. `Coulomb` with the strength has no jump.
+    The bound jumps at the edge of the contact: steps with ``coupling="solved"`` may
+    have no solution, and then do not converge. `Coulomb` with a strength has no jump.
 
     Parameters
     ----------
@@ -212,7 +215,7 @@ class Tresca(FrictionLaw):
     Raises
     ------
     ValueError
-        If it is not positive.
+        If the strength is not positive.
     """
 
     kind = "tresca"

@@ -1,4 +1,4 @@
-"""The hard wall, of an elastic and of an elastic-plastic solid."""
+"""Hard walls of elastic and of elastic-plastic solids, without attraction."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from ase_roughcontact.interactions.base import Interaction, Profile
 class HardWall(Interaction):
     """Impenetrable wall: ``g >= 0, p >= 0, g p = 0``.
 
-    The pressure is the reaction to the constraint, not a function of the gap: it needs
-    a solver for constraints, `ActiveSet`.
+    The pressure is the reaction to the constraint, not a function of the gap, so that
+    relaxation needs a solver for constraints, `ActiveSet`.
 
     Examples
     --------
@@ -40,21 +40,21 @@ class HardWall(Interaction):
 
 @dataclass(frozen=True)
 class PlasticWall(HardWall):
-    """Hard wall whose pressure is limited by the hardness of a perfectly plastic solid.
+    """Hard wall with pressures up to the hardness of a perfectly plastic solid.
 
     An atom is out of contact, ``g >= 0, p = 0``, in elastic contact, ``g = 0, 0 <= p <=
-    H``, or in plastic contact, ``g <= 0, p = H``. The overlap of the latter is their
-    plastic depth, by which the material has flowed; the energy of the wall is the work
+    H``, or in plastic contact, ``g <= 0, p = H``. The overlap in plastic contact is the
+    plastic depth, by which the material has flowed. The energy of the wall is the work
     of the flow, H times the depth. The load is at most H times the area.
 
     Parameters
     ----------
     hardness : float
-        H (pressure; for atoms in eV/Å^3, where 1 GPa is `ase.units.GPa`).
+        Hardness H (pressure; for atoms in eV/Å^3, where 1 GPa is `ase.units.GPa`).
     permanent : bool
         Whether a path keeps the plastic shape: after each step the surface is lowered
         by its plastic depth, so that it unloads elastically. By default each state is
-        that of a single loading.
+        the state of a single loading.
 
     Raises
     ------
@@ -94,10 +94,10 @@ class PlasticWall(HardWall):
             positive(hardness=self.hardness)
 
     def evaluate(self, gap: np.ndarray) -> Profile:
-        """Return the work of the plastic flow, the hardness and zero at overlaps.
+        """Return the work of the plastic flow, the hardness and zero at negative gaps.
 
-        All are zero at positive gaps. At a gap of zero the pressure is the reaction of
-        the wall, and not defined by the gap.
+        All three are zero at positive gaps. At a gap of zero the pressure is the
+        reaction of the wall, which the gap does not determine.
         """
         if not self.plastic:
             return super().evaluate(gap)

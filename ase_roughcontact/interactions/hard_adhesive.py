@@ -1,4 +1,4 @@
-"""Hard walls with an attraction: exponential, power law, or Dugdale's constant one."""
+"""Hard walls with an exponential, a power-law or a constant (Dugdale) attraction."""
 
 from __future__ import annotations
 
@@ -12,26 +12,27 @@ from ase_roughcontact._util.validation import positive
 from ase_roughcontact.interactions.base import WORK_OF_ADHESION, Interaction, Profile
 
 _RANGE = Parameter("a0", default=1.0)
-# Smallest relative cutoff: the difference to a straight line is lost to rounding below.
-_SHORTEST = 0.01
+# Smallest relative cutoff. Below it, the difference to a straight line is rounding.
+_MIN_CUTOFF = 0.01
 
 
 class HardAdhesiveWall(Interaction):
     """Impenetrable wall that attracts atoms beyond it: ``g >= 0, p >= p_a(g)``.
 
-    The pressure is that of the attraction, :math:`p_a(g) = -V'(g) < 0`, plus the
+    The pressure is the tension of the attraction, :math:`p_a(g) = -V'(g) < 0`, plus the
     reaction to the constraint, which is positive only on atoms that touch the wall.
-    These atoms are in contact, also where their total pressure is a tension.
+    These atoms are in contact, also if their total pressure is a tension.
 
-    `evaluate` returns the attraction alone. At negative gaps, which are errors of a
-    solver, its energy continues linearly.
+    `evaluate` returns the attraction without the reaction. At negative gaps, which are
+    errors of a solver, its energy continues linearly.
 
     Attributes
     ----------
     work_of_adhesion : float
-        w (energy per area).
+        Work of adhesion w (energy per area).
     attraction_range : float
-        D (length); the largest tension, that at zero gap, is about w/D.
+        Range D of the attraction (length). The largest tension, at zero gap, is about
+        w/D.
     """
 
     hard = True
@@ -41,7 +42,7 @@ class HardAdhesiveWall(Interaction):
     attraction_range: float
 
     def evaluate(self, gap: np.ndarray) -> Profile:
-        """Return those of the attraction; see `Interaction.evaluate`."""
+        """Return values of the attraction; see `Interaction.evaluate`."""
         gap = np.asarray(gap, dtype=float)
         open_gap = gap.clip(0.0, self.cutoff)
         energy, tension, slope = self._attraction(open_gap / self.attraction_range)
@@ -77,12 +78,13 @@ class DugdaleWall(HardAdhesiveWall):
     Parameters
     ----------
     work_of_adhesion : float
-        w (energy per area).
+        Work of adhesion w (energy per area).
     attraction_range : float
-        D (length).
+        Range D of the attraction (length).
     relative_taper : float
-        s, less than one; zero for a sharp end. Atoms are not trapped if it is larger
-        than 0.56 times :math:`w a_0/(E^* D^2)`, with the spacing :math:`a_0`.
+        Relative half width s of the taper, less than one; zero for a sharp end. Atoms
+        are not trapped if s is larger than 0.56 times :math:`w a_0/(E^* D^2)`, with the
+        spacing :math:`a_0`.
 
     Raises
     ------
@@ -153,9 +155,9 @@ class _CutTail(HardAdhesiveWall):
         """Check the parameters."""
         super().__post_init__()
         positive(relative_cutoff=self.relative_cutoff)
-        if self.relative_cutoff < _SHORTEST:
+        if self.relative_cutoff < _MIN_CUTOFF:
             raise ValueError(
-                f"relative_cutoff must be at least {_SHORTEST:g}, got "
+                f"relative_cutoff must be at least {_MIN_CUTOFF:g}, got "
                 f"{self.relative_cutoff:g}"
             )
 
@@ -179,14 +181,15 @@ class ExponentialWall(_CutTail):
     .. math:: V(g) = -w\, e^{-g/D}, \qquad p_a(g) = -\frac{w}{D}\, e^{-g/D},
 
     cut off at `relative_cutoff` times D: a straight line is subtracted that makes
-    energy and pressure zero there, and the rest is scaled to the work of adhesion.
+    energy and pressure zero at the cutoff, and the difference is scaled to the work of
+    adhesion.
 
     Parameters
     ----------
     work_of_adhesion : float
-        w (energy per area).
+        Work of adhesion w (energy per area).
     attraction_range : float
-        D (length).
+        Range D of the attraction (length).
     relative_cutoff : float
         Gap beyond which the wall is zero, in units of D. At the default of 10 the
         tension that is cut off is 5e-5 of the largest one. At least 0.01.
@@ -201,7 +204,7 @@ class ExponentialWall(_CutTail):
     parameters = {
         "work_of_adhesion": WORK_OF_ADHESION,
         "attraction_range": _RANGE,
-        "relative_cutoff": Parameter(default=10.0, above=_SHORTEST),
+        "relative_cutoff": Parameter(default=10.0, above=_MIN_CUTOFF),
     }
 
     work_of_adhesion: float
@@ -225,12 +228,12 @@ class PowerLawWall(_CutTail):
     Parameters
     ----------
     work_of_adhesion : float
-        w (energy per area).
+        Work of adhesion w (energy per area).
     attraction_range : float
-        D (length).
+        Range D of the attraction (length).
     exponent : float
-        n: 2 for van der Waals forces between two half spaces, 3 (the default) between a
-        half space and a layer of atoms, as in the 9-3 wall.
+        Exponent n: 2 for van der Waals forces between two half spaces, 3 (the default)
+        between a half space and a layer of atoms, as in the 9-3 wall.
     relative_cutoff : float
         Gap beyond which the wall is zero, in units of D. At the default of 20 the
         energy of the exponent 3 has fallen to 0.2 % of w.
@@ -250,7 +253,7 @@ class PowerLawWall(_CutTail):
         "work_of_adhesion": WORK_OF_ADHESION,
         "attraction_range": _RANGE,
         "exponent": Parameter(default=3.0),
-        "relative_cutoff": Parameter(default=20.0, above=_SHORTEST),
+        "relative_cutoff": Parameter(default=20.0, above=_MIN_CUTOFF),
     }
 
     work_of_adhesion: float

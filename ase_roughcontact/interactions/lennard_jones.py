@@ -1,4 +1,4 @@
-"""The 9-3 Lennard-Jones wall: repulsive, with a short tail, or with its own tail."""
+"""The 9-3 Lennard-Jones wall: without a tail, with a short or with the full one."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from ase_roughcontact.interactions.forms import (
 class LennardJones93(Interaction):
     r"""9-3 Lennard-Jones wall.
 
-    The half-space integral of a 12-6 Lennard-Jones pair potential, written with the
-    distance :math:`r_0` and depth :math:`w_0` of its minimum:
+    It is the integral of a 12-6 Lennard-Jones pair potential over a half space, with
+    the distance :math:`r_0` and the depth :math:`w_0` of its minimum:
 
     .. math:: V_{93}(g) = \frac{w_0}{2}
               \left[\left(\frac{r_0}{g}\right)^9 - 3\left(\frac{r_0}{g}\right)^3\right],
@@ -57,9 +57,9 @@ class LennardJones93(Interaction):
     Attributes
     ----------
     distance : float
-        :math:`r_0` (length).
+        Distance :math:`r_0` of the minimum (length).
     stiffness : float
-        :math:`k = V''(r_0)` (pressure per length).
+        Stiffness :math:`k = V''(r_0)` (pressure per length).
     core : float
         Gap below which the potential is extrapolated (length).
 
@@ -104,19 +104,20 @@ class LennardJones93(Interaction):
         Parameters
         ----------
         contact_modulus : float
-            E* of the substrate (pressure).
+            Contact modulus E* of the substrate (pressure).
         spacing : float
-            Atomic spacing a0 (length), the distance of the minimum.
+            Atomic spacing a0 (length), which is the distance r0 of the minimum.
         stiffness : float, optional
-            V''(r0) (pressure per length); by default E*/a0, "the same stiffness as the
-            bulk".
+            Stiffness V''(r0) (pressure per length); by default E*/a0, "the same
+            stiffness as the bulk".
         core : float, optional
-            Gap of the extrapolation (length), smaller than the spacing; by default half
-            of it.
+            Gap below which the potential is extrapolated (length), smaller than the
+            spacing; by default half of the spacing.
 
         Returns
         -------
         RepulsiveLennardJones93
+            The wall.
         """
         positive(contact_modulus=contact_modulus, spacing=spacing)
         return RepulsiveLennardJones93(
@@ -140,16 +141,17 @@ class LennardJones93(Interaction):
         Parameters
         ----------
         contact_modulus, spacing, stiffness, core : float
-            As for `repulsive`.
+            See `repulsive`.
         work_of_adhesion : float
-            w (energy per area); zero gives the repulsive wall.
+            Work of adhesion w (energy per area); zero gives the repulsive wall.
         attraction_range : float, optional
-            D, from the minimum to the end of the tail (length); by default
+            Distance D from the minimum to the end of the tail (length); by default
             ``sqrt(12 w/k)`` with the stiffness k.
 
         Returns
         -------
         LennardJones93
+            The wall.
         """
         nonnegative(work_of_adhesion=work_of_adhesion)
         wall = LennardJones93.repulsive(
@@ -177,31 +179,34 @@ class LennardJones93(Interaction):
         Parameters
         ----------
         distance : float
-            r0, the gap of lowest energy (length).
+            Distance r0 of the minimum (length).
         work_of_adhesion : float
             Depth w of the minimum (energy per area).
         cutoff : float, optional
             Gap at which the tail ends (length); by default ``10 r0``, where the energy
-            of the 9-3 form is 0.15 % of the depth. It is a part of the model,
+            of the 9-3 form is 0.15 % of the depth. The cutoff is a part of the model,
             independent of the accuracy of a calculation.
         onset : float, optional
             Gap at which the tail begins to be switched off (length); by default half of
             the cutoff, at least r0.
         core : float, optional
-            Gap of the extrapolation (length); by default half of the distance.
+            Gap below which the potential is extrapolated (length); by default half of
+            the distance.
 
         Returns
         -------
         FullLennardJones93
+            The wall.
 
         Notes
         -----
         The force between a paraboloid of radius R and an undeformed solid is 2 pi R
         times the energy at the smallest gap, so the cutoff changes this force only by
-        2 pi R times the energy that is cut off. What remains is an error of the
-        deformation, which was measured to be C (r0/cutoff)^3 of the repulsive force at
-        given height, with C between 0.001 and 0.5, larger at smaller load. The number
-        of atoms within the cutoff is proportional to R times the cutoff.
+        2 pi R times the energy that is cut off. In addition, the cutoff changes the
+        deformation: the measured change of the force is C (r0/cutoff)^3 of the
+        repulsive force at given height, with C between 0.001 and 0.5, larger at smaller
+        load. The number of atoms within the cutoff is proportional to R times the
+        cutoff.
         """
         positive(distance=distance, work_of_adhesion=work_of_adhesion)
         cutoff = 10.0 * distance if cutoff is None else cutoff
@@ -246,7 +251,7 @@ class LennardJones93(Interaction):
         """Replace the rows beyond the minimum, in place."""
 
     def __post_init__(self) -> None:
-        """Check the parameters that all three walls have."""
+        """Check the parameters of all three walls."""
         positive(distance=self.distance, stiffness=self.stiffness, core=self.core)
         if not self.core < self.distance:
             raise ValueError(

@@ -69,12 +69,12 @@ def test_scene_parameters_are_in_spacings_and_joule_per_square_metre():
 @pytest.mark.parametrize(
     "wall, arguments, message",
     [
-        (ExponentialWall, (0.0, 1.0), "work_of_adhesion must be"),
-        (ExponentialWall, (1.0, np.nan), "attraction_range must be"),
-        (ExponentialWall, (1.0, 1.0, -1.0), "relative_cutoff must be"),
-        (ExponentialWall, (1.0, 1.0, 1e-3), "relative_cutoff must be at least 0.01"),
-        (PowerLawWall, (1.0, 1.0, 0.0), "exponent must be"),
-        (DugdaleWall, (1.0, 1.0, 1.0), "relative_taper must be at least 0 and below 1"),
+        (ExponentialWall, (0.0, 1.0), "work_of_adhesion"),
+        (ExponentialWall, (1.0, np.nan), "attraction_range"),
+        (ExponentialWall, (1.0, 1.0, -1.0), "relative_cutoff"),
+        (ExponentialWall, (1.0, 1.0, 1e-3), r"relative_cutoff .* 0\.01"),
+        (PowerLawWall, (1.0, 1.0, 0.0), "exponent"),
+        (DugdaleWall, (1.0, 1.0, 1.0), "relative_taper"),
     ],
 )
 def test_parameters_out_of_range_are_errors(wall, arguments, message):
