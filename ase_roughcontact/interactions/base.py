@@ -17,9 +17,10 @@ Profile = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 #: Walls by their `kind`; filled by the definition of a subclass of `Interaction`.
 WALLS: Registry[type[Interaction]] = Registry("kind of interaction")
-#: Work of adhesion: at most some ten times that of metals, or it is in another unit.
+#: Work of adhesion. Values of metals are about 1 J/m^2: above the limit the unit is
+#: wrong.
 WORK_OF_ADHESION = Parameter("J/m^2", below=10.0)
-#: Range of the attraction; materials have one, see `build`.
+#: Range of the attraction, which materials by name may determine.
 RANGE = Parameter("a0", optional=True)
 
 

@@ -14,6 +14,7 @@ from written_path import written_path
 import ase_roughcontact as rc
 from ase_roughcontact.cli import main
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.interactions import WALLS, Parameter
 from ase_roughcontact.scene import Scene
@@ -76,7 +77,8 @@ class Exponential(Penalty):
 def test_wall_may_return_one_array_for_all():
     halfspace = FreeHalfSpace((3, 4), 1.0, 1.0)
     contact = Contact(halfspace, np.zeros((3, 4)), Exponential(0.5))
-    state = EnergyState(ContactEnergy.of(contact, None), np.full((3, 4), 0.1), 0.2)
+    energy = ContactEnergy.of(contact, Support.of(None))
+    state = EnergyState(energy, np.full((3, 4), 0.1), 0.2)
     pressure = 0.5 * np.exp(-state.gap())
     assert_allclose(state.stiffness, pressure)
     assert_allclose(state.residual, pressure - 0.1)
