@@ -8,7 +8,7 @@ from ase_roughcontact.elasticity.cell_kernels import (
 from ase_roughcontact.elasticity.creep import Creep, fit_relaxation
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.crystals.cubic import Cubic, surface_modulus
-from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.greens import SOLIDS, ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.halfspace import (
     FreeHalfSpace,
     HalfSpace,
@@ -25,6 +25,7 @@ from ase_roughcontact.elasticity.viscoelastic import Viscoelastic
 
 __all__ = [
     "CRYSTALS",
+    "SOLIDS",
     "Creep",
     "Crystal",
     "Cubic",

@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.registry import Registered, Registry
 from ase_roughcontact._util.validation import check_poisson, finite, positive
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.harmonics import Component, Harmonics
@@ -41,11 +42,17 @@ _CROSS = slice(4, 6)
 _LONG_WAVE_NUMBER = 1e-9
 
 
-class ElasticSolid(ABC):
+#: Solids of one's own by their `kind`; filled by the definition of subclasses.
+SOLIDS: Registry[type[ElasticSolid]] = Registry("kind of substrate")
+
+
+class ElasticSolid(Registered, ABC):
     """Normal response of a flat surface to normal pressure.
 
     The response must be even in x and in y, as it is for every isotropic solid and for
     the (100) surface of a cubic crystal with x and y along symmetry directions.
+    A subclass with a `kind` can be used in scene files, too; its `parameters` are keys
+    of the section ``[substrate]``.
 
     Attributes
     ----------
@@ -68,6 +75,7 @@ class ElasticSolid(ABC):
         Creep compliance of a viscoelastic solid; None for an elastic one.
     """
 
+    registry = SOLIDS
     contact_modulus: float
     creep: Creep | None = None
     bulges: bool = False

@@ -82,7 +82,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
     with problems.of("substrate"):
         spacing = spacing_of(substrate) if spacing is None else spacing
     with problems.of("substrate"):
-        solid: Any = solid_of(substrate)
+        solid: Any = solid_of(substrate, spacing)
         creep = creep_of(scene.substrate)
         if scene.friction and creep is not None:
             raise ValueError(

@@ -10,6 +10,7 @@ from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
 
 from ase_roughcontact._util.registry import Registry
 from ase_roughcontact._util.validation import grid_shape, lookup, one_of
+from ase_roughcontact.elasticity import SOLIDS
 from ase_roughcontact.interactions import WALLS
 from ase_roughcontact.interactions.friction import (
     COUPLINGS,
@@ -30,10 +31,15 @@ DEFAULT_RADIUS = 1000.0
 
 
 @dataclass(frozen=True)
-class SubstrateConfig(Section):
-    """``[substrate]``: moduli and hardness in GPa, lengths in Å, times in s."""
+class SubstrateConfig(KindSection):
+    """``[substrate]``: moduli and hardness in GPa, lengths in Å, times in s.
+
+    Without a kind the solid is of the package, and follows from the keys. A solid of
+    one's own has a kind, and may have further keys, see `ElasticSolid`.
+    """
 
     title = "substrate"
+    kinds = SOLIDS
     units = {
         "relaxation_times": "s",
         **dict.fromkeys(
@@ -76,6 +82,8 @@ class SubstrateConfig(Section):
     coarsen: int | None = None
     shape: tuple[int, int] | str = "auto"
     periodic: bool = False
+    kind: str | None = None
+    parameters: Mapping[str, float | str] = field(default_factory=dict, hash=False)
 
     @property
     def name(self) -> str:
@@ -85,9 +93,9 @@ class SubstrateConfig(Section):
 
     @property
     def gives_moduli(self) -> bool:
-        """Whether moduli of the half space are given."""
+        """Whether the moduli are given, and do not follow from a material."""
         moduli = self.contact_modulus, self.youngs_modulus, self.elastic_constants
-        return any(each is not None for each in moduli)
+        return any(each is not None for each in (*moduli, self.kind))
 
     @property
     def of_atoms(self) -> bool:

@@ -16,6 +16,7 @@ from ase_roughcontact._util.identity import digest_of_file
 from ase_roughcontact._util.units import LENGTHS, UNITS, pressure_unit, with_unit
 from ase_roughcontact._util.validation import lookup, positive, shown
 from ase_roughcontact.elasticity import (
+    SOLIDS,
     Creep,
     Crystal,
     Cubic,
@@ -69,15 +70,22 @@ _CONTRADICTIONS: list[tuple[tuple[str, ...], tuple[str, ...], str]] = [
         "give {key} or {other}, not both",
     ),
     (("contact_modulus",), ("youngs_modulus",), "give {key} or {other}, not both"),
+    (
+        ("kind",),
+        (*_MODULI, *_OF_ATOMS, "anisotropic", "layer_thickness"),
+        "{other} is of another solid: omit it or kind",
+    ),
 ]
 
 
-def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
+def solid_of(substrate: SubstrateConfig, spacing: float | None) -> ElasticSolid:
     """Return the elastic solid that a section describes.
 
     Parameters
     ----------
     substrate : SubstrateConfig
+    spacing : float or None
+        Atomic spacing a0, the unit of some keys of a solid of one's own (Å).
 
     Returns
     -------
@@ -108,6 +116,8 @@ def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
     ]
     if wrong:
         raise ValueError("; ".join(wrong))
+    if substrate.kind is not None or substrate.parameters:
+        return _solid_of_kind(substrate, spacing)
     if solids:
         return _SOLIDS[solids[0]](substrate)
     return Isotropic(UNITS["GPa"] * _modulus(substrate), substrate.poisson)
@@ -284,7 +294,7 @@ def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
     -------
     str
     """
-    name = substrate.name or "half space of given moduli"
+    name = substrate.kind or substrate.name or "half space of given moduli"
     modulus = _printed_modulus(solid.contact_modulus)
     if isinstance(solid, Viscoelastic):
         label = label_of(substrate, solid.solid)
@@ -338,6 +348,15 @@ def in_gpa(name: str, modulus: float, largest: float = _LARGEST) -> float:
     if modulus > largest:
         raise ValueError(f"{name} is in GPa, at most {largest:g}, got {modulus:g}")
     return modulus
+
+
+def _solid_of_kind(substrate: SubstrateConfig, spacing: float | None) -> ElasticSolid:
+    """Return a solid that is defined outside of the package."""
+    if substrate.kind is None:
+        raise ValueError(f"{', '.join(substrate.parameters)} needs kind")
+    kind = SOLIDS.find(substrate.kind)
+    given = kind.converted_parameters(substrate.parameters, spacing or math.nan)
+    return kind.of_parameters(**given)
 
 
 def _cubic(substrate: SubstrateConfig) -> Cubic:

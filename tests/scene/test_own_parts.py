@@ -11,6 +11,7 @@ from ase_roughcontact import FrictionLaw
 from ase_roughcontact._util.registry import Registry
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
+from ase_roughcontact.elasticity import SOLIDS, ElasticSolid, Isotropic
 from ase_roughcontact.interactions import LAWS, Parameter
 from ase_roughcontact.optimize.settings import on_modes
 from ase_roughcontact.scene import OPTIMIZERS, PathKind, Scene
@@ -53,6 +54,25 @@ class Cohesive(FrictionLaw):
         return within * (self.slope * pressure + self.cohesion)
 
 
+class Coated(ElasticSolid):
+    """Isotropic half space below a thin soft coating (Winkler foundation)."""
+
+    parameters = {
+        "modulus": Parameter("GPa"),
+        "thickness": Parameter("a0", optional=True),
+    }
+
+    def __init__(self, modulus, thickness=0.0):
+        self.contact_modulus, self.coating = modulus, thickness / modulus
+
+    def wave_compliance(self, qx, qy):
+        return Isotropic(self.contact_modulus).wave_compliance(qx, qy) + self.coating
+
+    def cell_compliance(self, i, j, spacing):
+        bare = Isotropic(self.contact_modulus).cell_compliance(i, j, spacing)
+        return bare + self.coating * ((np.asarray(i) == 0) & (np.asarray(j) == 0))
+
+
 @dataclass(frozen=True)
 class Twice(PathKind):
     """Two steps of the same penetration."""
@@ -67,10 +87,11 @@ class Twice(PathKind):
 @pytest.fixture(autouse=True)
 def known():
     """Registries with these parts, which other tests do not have."""
-    Cohesive.kind, Twice.kind = "cohesive", "twice"
+    Cohesive.kind, Twice.kind, Coated.kind = "cohesive", "twice", "coated"
     optimizers = {"Own": on_modes(FIRE2)}
     with (
         patch.dict(LAWS, cohesive=Cohesive),
+        patch.dict(SOLIDS, coated=Coated),
         patch.dict(PATHS, twice=Twice),
         patch.dict(OPTIMIZERS, optimizers),
     ):
@@ -145,3 +166,52 @@ def test_a_registry_names_what_it_has():
     assert registry.find("first") == 1
     with pytest.raises(ValueError, match=r"kind of thing 'frist'.*first.*second"):
         registry.find("frist")
+
+
+PRESSED = """
+[sphere]
+radius = "20 nm"
+[interaction]
+kind = "hard"
+[path]
+values = [20.0]
+[substrate]
+hardness = inf
+spacing = 2.5
+"""
+
+
+def area_on(substrate):
+    """Contact area under a load."""
+    (step,) = Scene.parse(PRESSED + substrate).relax()
+    return step.contact_area
+
+
+def test_a_solid_of_ones_own_has_keys_with_units_of_its_own():
+    keys = 'kind = "coated"\nmodulus = "80 GPa"\nthickness = "1 nm"\n'
+    solid = Scene.parse(PRESSED + keys).solid
+    assert solid.contact_modulus == pytest.approx(80.0 * UNITS["GPa"])
+    assert solid.coating == pytest.approx(10.0 / (80.0 * UNITS["GPa"]))
+
+
+def test_a_solid_of_ones_own_is_pressed_like_the_same_solid_of_the_package():
+    own, usual = 'kind = "coated"\nmodulus = 80.0\n', "contact_modulus = 80.0\n"
+    assert area_on(own) == area_on(usual)
+    assert area_on(own + "thickness = 2.0\n") > 1.1 * area_on(own)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ('kind = "coated"', "kind = .coated. needs modulus"),
+        (
+            'kind = "coated"\nmodulus = 8.0\npoisson = 0.3',
+            "poisson is of another solid",
+        ),
+        ('kind = "coted"', "did you mean .coated."),
+        ("modulus = 80.0", "modulus needs kind"),
+    ],
+)
+def test_wrong_keys_of_a_solid_are_refused_by_name(keys, message):
+    with pytest.raises(ValueError, match=rf"\[substrate\].*{message}"):
+        Scene.parse(PRESSED + keys).check()
