@@ -414,8 +414,7 @@ def _failure(scene: Scene, step: LoadStep) -> str:
         target = scene.path.target_of(scene.bodies, step)
         if target < 0.0:
             return f"PULLED OFF: no contact at {with_unit(target, 'nN')}"
-    unit = " (forces in eV/Å)" if "force" in step.message else ""
-    return f"NOT CONVERGED: {step.message}{unit}"
+    return f"NOT CONVERGED: {step.message}"
 
 
 def _printed(step: LoadStep, column: str, unit: str) -> float:

@@ -34,12 +34,21 @@ from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.loading.trajectory import read_frames, trajectory_writer
-from ase_roughcontact.optimize.base import ContactOptimizer
+from ase_roughcontact.optimize.base import ContactOptimizer, status_of
 from ase_roughcontact.optimize.optimizers import default_optimizer
 from ase_roughcontact.optimize.settings import make_optimizer
 from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start
+from ase_roughcontact.solvers.status import Status, StatusKind
 from ase_roughcontact.stepping.options import Relaxer
 from ase_roughcontact.stepping.relaxed import RelaxedStep
+
+#: Kinds of a status of an optimizer that has not converged.
+ENERGY_ROSE = StatusKind(
+    "the energy has risen from {first:.4g} to {last:.4g} eV in {steps} steps of the "
+    "optimizer",
+    "it needs smaller ones, see settings_for",
+)
+OPTIMIZER_ENDED = StatusKind("{reason}")
 
 
 class PathAtoms:
@@ -112,21 +121,20 @@ class PathAtoms:
         if not support.fixed:
             atoms.calc.set(load=support.load)
         run = make_optimizer(optimizer, atoms)
-        counts = run if hasattr(run, "pairs") else contact_of(atoms).halfspace
+        ours = isinstance(run, ContactOptimizer)
+        counts = run if ours else contact_of(atoms).halfspace
         before = counts.pairs
         try:
             first = _energy_of(run)
-            converged, failure = _ran(run, tolerance, max_steps)
+            status = _ran(run, tolerance, max_steps)
             last = _energy_of(run)
         except Exception:
             self.place(contact, state)
             raise
         steps = int(run.nsteps)
-        if not (converged or last <= first):
-            failure = (
-                f"the energy has risen from {first:.4g} to {last:.4g} eV in {steps} "
-                "steps of the optimizer: it needs smaller ones, see settings_for"
-            )
+        if not (status.converged or last <= first):
+            numbers = {"first": first, "last": last, "steps": steps}
+            status = Status(ENERGY_ROSE, numbers)
             self.place(contact, state)
         fields, model = atoms.calc.state(atoms), model_of(atoms)
         self._reached = replace(
@@ -144,8 +152,7 @@ class PathAtoms:
             energy=float(atoms.get_potential_energy()),
             max_force=float((forces**2).sum(axis=1).max() ** 0.5),
             unbalanced=abs(float(forces[-1, 2])),
-            converged=converged,
-            message="" if converged else failure,
+            status=status,
             iterations=steps,
             pairs=pairs,
             constrained=surface_held(atoms),
@@ -291,14 +298,13 @@ def relaxer_of(
     return partial(atoms.relax, optimizer)
 
 
-def _ran(optimizer: Any, fmax: float, steps: int) -> tuple[bool, str]:
-    """Run an optimizer of ASE; return whether it has converged, and why it has not."""
+def _ran(optimizer: Any, fmax: float, steps: int) -> Status:
+    """Run an optimizer of ASE; return whether it has converged, or why it has not."""
     try:
         converged = bool(optimizer.run(fmax=fmax, steps=steps))
     except OptimizerConvergenceError as error:  # as those of SciPy do
-        return False, f"{error}"
-    failure = f"not converged after {optimizer.nsteps} steps"
-    return converged, getattr(optimizer, "message", failure)
+        return Status(OPTIMIZER_ENDED, {"reason": str(error)})
+    return status_of(optimizer, converged)
 
 
 def _energy_of(optimizer: Any) -> float:

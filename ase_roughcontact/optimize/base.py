@@ -26,6 +26,13 @@ from ase_roughcontact.solvers.relaxation import (
     is_relaxed,
     starting_point,
 )
+from ase_roughcontact.solvers.status import (
+    CONVERGED,
+    ENDED,
+    STEP_LIMIT,
+    UNFINISHED,
+    Status,
+)
 
 
 class ContactOptimizer(Optimizer):
@@ -59,8 +66,8 @@ class ContactOptimizer(Optimizer):
         Last state of the solver; None before the first step of a run.
     pairs : float
         FFT pairs spent so far, normalised to one pair on the full padded grid.
-    message : str
-        Reason why the last run has ended without convergence; else empty.
+    status : Status
+        Whether the last run has converged, or why it has not.
 
     Raises
     ------
@@ -101,7 +108,7 @@ class ContactOptimizer(Optimizer):
         instance_of(Atoms, atoms=atoms)
         super().__init__(atoms, None, logfile, trajectory, append_trajectory, **kwargs)
         self._writes_log = logfile is not None
-        self.message, self.pairs = "", 0.0
+        self.status, self.pairs = Status(UNFINISHED), 0.0
         self._relaxer = SolverRelaxer(type(self).solver, options)
         self._check()
         if problem_of(atoms)[0].wall.permanent:
@@ -124,7 +131,7 @@ class ContactOptimizer(Optimizer):
         Returns
         -------
         bool
-            Whether the tolerance was reached. If not, `message` says why, and the atoms
+            Whether the tolerance was reached. If not, `status` says why, and the atoms
             are in the best state that was found.
         """
         *_, converged = self._iterate(fmax, steps)
@@ -185,21 +192,25 @@ class ContactOptimizer(Optimizer):
             )
         state = next(self._states, None)
         if state is None:
-            self.message = "the solver has ended"
+            self.status = Status(ENDED)
             return
         self.state = state
         self.pairs += state.pairs
-        self.message = state.message
+        self.status = state.status
         self._energy, self._force = state.energy, state.error
         if self.support.fixed:  # the springs are not part of the problem
             self._energy += self.support.external(state.height)[0]
-        self._converged = state.converged
-        if state.converged or state.message:
+        if state.status.final:
             self._states.close()  # frees its arrays
 
     def converged(self, forces: np.ndarray | None = None) -> bool:
         """Return whether the last step reached the tolerance, whatever the argument."""
-        return self._converged
+        return self.status.converged
+
+    @property
+    def message(self) -> str:
+        """Reason why the last run has ended without convergence; else empty."""
+        return self.status.message
 
     def log(self, gradient: np.ndarray | None = None) -> None:
         """Write a line to the log file, if there is one."""
@@ -224,9 +235,9 @@ class ContactOptimizer(Optimizer):
         self._check()
         self._model = model_of(self.atoms)
         self.contact = self._model.contact
-        self.message = ""
         pressure, height = self._start()
-        self._converged = is_relaxed(self.contact, pressure, self._force, fmax)
+        relaxed = is_relaxed(self.contact, pressure, self._force, fmax)
+        self.status = Status.of(relaxed)
         self._states = self._relaxer.states(
             self.contact, self.support, fmax, pressure, height
         )
@@ -235,19 +246,19 @@ class ContactOptimizer(Optimizer):
                 self.log()
                 if self.trajectory is None or self._traj_is_empty():
                     self.call_observers()
-            yield self._converged
-            while not (self._converged or self.message):
+            yield self.status.converged
+            while not self.status.final:
                 if self.nsteps >= self.max_steps:
-                    self.message = f"not converged after {steps} steps"
+                    self.status = Status(STEP_LIMIT, {"steps": steps})
                     break
                 self.step()
                 self.nsteps += 1
                 self.log()
                 self.call_observers()
-                yield self._converged
+                yield self.status.converged
         finally:
             self._states.close()
-            if self.state is not None or self._converged:
+            if self.state is not None or self.status.converged:
                 self._move_atoms()
 
     def _check(self) -> None:
@@ -257,7 +268,7 @@ class ContactOptimizer(Optimizer):
         self.support = support_of(self.atoms)
         self.check(wall, self.support.springs is not None and not self.support.fixed)
         self.state = self._applied = None
-        self._converged = False
+        self.status = Status(UNFINISHED)
 
     def _start(self) -> tuple[np.ndarray | None, float]:
         """Return the first pressure, None if flat, and height; set energy and force."""
@@ -282,3 +293,20 @@ class ContactOptimizer(Optimizer):
         self._model.move(self.atoms, state.pressure, state.height)
         self.atoms.get_potential_energy()
         self._applied = state
+
+
+def status_of(optimizer: Any, converged: bool) -> Status:
+    """Return the status of an optimizer after a run.
+
+    Parameters
+    ----------
+    optimizer : Optimizer
+        `ContactOptimizer`, which says why it has not converged, or another one of ASE.
+    converged : bool
+        Whether it has converged.
+    """
+    if converged:
+        return Status(CONVERGED)
+    if isinstance(optimizer, ContactOptimizer):
+        return optimizer.status
+    return Status(STEP_LIMIT, {"steps": int(optimizer.nsteps)})

@@ -26,7 +26,7 @@ from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.atoms.calculator import RoughContact, contact_of, problem_of
 from ase_roughcontact.atoms.constraints import surface_held
-from ase_roughcontact.optimize.base import ContactOptimizer
+from ase_roughcontact.optimize.base import ContactOptimizer, status_of
 from ase_roughcontact.optimize.comparison_result import (
     OptimizerComparison,
     OptimizerResult,
@@ -255,8 +255,7 @@ class _Followed:
             reason = text if isinstance(error, ValueError) else f"{kind}: {text}"
             reason = reason or kind
         if not (converged or reason):
-            reason = f"not converged after {self._optimizer.nsteps} steps"
-            reason = getattr(self._optimizer, "message", reason)
+            reason = status_of(self._optimizer, converged).message
         if converged and not self._errors:
             converged, reason = False, "atoms are inside the hard wall at the end"
         elif converged and self._changed > 1 + accuracy * self._count:

@@ -278,7 +278,9 @@ class LoadStep:
         lambda s: s.run.converged,
         "whether the optimizer has converged, and forces and gaps confirm it",
     )
-    message: str = column(lambda s: s.run.message, "why it did not, else empty")
+    message: str = column(
+        lambda s: s.run.status.text("eV/Å", "Å"), "why it did not, else empty"
+    )
     validity: str = column(
         violations, "limits of the model that the step exceeds, else empty"
     )

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
-from dataclasses import dataclass, replace
-from functools import wraps
+from dataclasses import dataclass, field, replace
+from functools import partial, wraps
 from typing import Any, ParamSpec, TypeAlias
 
 import numpy as np
@@ -18,6 +18,13 @@ from ase_roughcontact.contact.state import without_rounding
 from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.fft import transformed_points
 from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.solvers.status import (
+    CONVERGED,
+    ENDED,
+    STEP_LIMIT,
+    UNFINISHED,
+    Status,
+)
 
 # Largest error of a relaxed state, relative to the largest force of the wall on atoms,
 # and, for rounding, in units of E* a0^2.
@@ -43,10 +50,8 @@ class Relaxation:
         Energy of half space, wall, load and springs.
     error : float
         Largest force on an atom, or on the indenter unless its height is fixed.
-    converged : bool
-        Whether `error` is within the tolerance.
-    message : str
-        Why the solver stopped without convergence; empty otherwise.
+    status : Status
+        Whether `error` is within the tolerance, or why there is no further step.
     pairs : float
         Forward and inverse FFT pairs since the last state, normalised to one pair on
         the grid of the half space; see `counts_pairs`.
@@ -56,9 +61,18 @@ class Relaxation:
     height: float
     energy: float
     error: float
-    converged: bool
-    message: str
+    status: Status
     pairs: float = 0.0
+
+    @property
+    def converged(self) -> bool:
+        """Whether the error is within the tolerance."""
+        return self.status.converged
+
+    @property
+    def message(self) -> str:
+        """Reason why the solver stopped without convergence; empty otherwise."""
+        return self.status.message
 
 
 def counts_pairs(
@@ -102,9 +116,8 @@ class Run:
         Largest force on an atom, or on the indenter if it is free.
     unbalanced : float
         Magnitude of the force on the indenter if it is free, else zero.
-    converged : bool
-    message : str
-        Why the solver stopped without convergence; empty otherwise.
+    status : Status
+        Whether the solver has converged, or why it has not.
     iterations : int
     pairs : float
         FFT pairs; see `Relaxation`.
@@ -120,12 +133,21 @@ class Run:
     energy: float
     max_force: float
     unbalanced: float
-    converged: bool = True
-    message: str = ""
+    status: Status = field(default_factory=partial(Status, CONVERGED))
     iterations: int = 0
     pairs: float = 0.0
     tolerance: float = math.inf
     constrained: bool = False
+
+    @property
+    def converged(self) -> bool:
+        """Whether the solver has converged."""
+        return self.status.converged
+
+    @property
+    def message(self) -> str:
+        """Reason why the solver stopped without convergence; empty otherwise."""
+        return self.status.message
 
     @classmethod
     def of(
@@ -195,20 +217,19 @@ class SolverRelaxer:
         else:
             (pressure, height), force = start, math.inf
             height = state.height if support.fixed else height
-        last, pairs, steps, message = None, 0.0, 0, ""
-        converged = is_relaxed(contact, pressure, force, tolerance)
+        last, pairs, steps = None, 0.0, 0
+        status = Status.of(is_relaxed(contact, pressure, force, tolerance))
         states = self.states(contact, support, tolerance, pressure, height)
         with closing(states):  # frees its arrays
-            while not (converged or message) and steps < max_steps:
+            while not status.final and steps < max_steps:
                 found = next(states, None)
                 if found is None:
-                    message = "the solver has ended"
+                    status = Status(ENDED)
                     break
                 last, steps, pairs = found, steps + 1, pairs + found.pairs
-                converged, message = last.converged, last.message
-        if not (converged or message):
-            message = f"not converged after {steps} steps"
-        outcome = {"message": message, "iterations": steps, "pairs": pairs}
+                status = last.status
+        if not status.final:
+            status = Status(STEP_LIMIT, {"steps": steps})
         if last is not None:
             displacement = contact.halfspace.displacement(last.pressure)
             state = replace(
@@ -218,7 +239,9 @@ class SolverRelaxer:
                 displacement=np.asarray(displacement, dtype=float),
             )
         fields = fields_of(contact, state, relaxed=last is not None)
-        return Run.of(state, fields, support, converged=converged, **outcome)
+        return Run.of(
+            state, fields, support, status=status, iterations=steps, pairs=pairs
+        )
 
     def states(
         self,
@@ -234,7 +257,7 @@ class SolverRelaxer:
         compared to the forces of the wall; see `is_relaxed`.
         """
         options = {} if self.options is None else {"options": self.options}
-        relaxed = False
+        state, relaxed = None, False
         while not relaxed:
             for state in self.solver(
                 contact,
@@ -245,8 +268,11 @@ class SolverRelaxer:
                 **options,
             ):
                 relaxed = is_relaxed(contact, state.pressure, state.error)
-                yield replace(state, converged=state.converged and relaxed)
-            if not state.converged:
+                if state.converged and not relaxed:
+                    yield replace(state, status=Status(UNFINISHED))
+                else:
+                    yield state
+            if state is None or not state.converged:
                 return
             pressure, height = state.pressure, state.height
             # at most half of the last one, down to the least that `is_relaxed` requires
@@ -370,10 +396,10 @@ def gap_tolerance(halfspace: HalfSpace, tolerance: float, largest_gap: float) ->
 
 
 def precision_advice(halfspace: HalfSpace) -> str:
-    """Return an addition to messages about rounding errors in single precision."""
+    """Return the advice against rounding errors in single precision, else nothing."""
     if halfspace.dtype == np.float64:
         return ""
-    return " (the transforms are in single precision: use fft dtype float64)"
+    return "the transforms are in single precision: use fft dtype float64"
 
 
 def indenter_stiffness(contact: Contact) -> float:

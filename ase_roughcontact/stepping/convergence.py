@@ -21,6 +21,7 @@ from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.contact.support import Support
 from ase_roughcontact.solvers.relaxation import Run, Start, largest_error
 from ase_roughcontact.solvers.soft.newton import default_relaxer
+from ase_roughcontact.solvers.status import Status, StatusKind
 from ase_roughcontact.stepping.accuracy import accuracy_of, tolerance_for
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.relaxed import RelaxedStep
@@ -38,6 +39,18 @@ _UNCARRIED_PART = 0.1
 # first times the tolerance plus the second, for rounding, times all forces of the wall.
 # The second is the smallest tolerance, too, in units of E* a0^2.
 _EXCESS, _ROUNDING = 2.0, 1e-13
+
+#: Kinds of a status of a step that is not as required, although its solver converged.
+LOAD_LOST = StatusKind(
+    "a load of {load:.3g}{force_unit} is below the rounding of forces: "
+    "{unbalanced:.3g}{force_unit} of it is not carried"
+)
+FORCE_LEFT = StatusKind(
+    "a force of {left:.3g}{force_unit} remains, more than the {limit:.3g}{force_unit} "
+    "that the tolerance and the forces of the wall allow, although the optimizer has "
+    "converged",
+    "lower fmax",
+)
 
 
 class StepRelaxer:
@@ -129,20 +142,18 @@ def _with_cost_of(earlier: Run | None, run: Run, tolerance: float) -> Run:
     return replace(run, tolerance=tolerance, iterations=iterations, pairs=pairs)
 
 
-def _lost_load(relaxed: RelaxedStep) -> str:
-    """Return that a load is lost in the rounding of forces; empty if it is not."""
+def _lost_load(relaxed: RelaxedStep) -> Status | None:
+    """Return that a load is lost in the rounding of forces; None if it is not."""
     load, unbalanced = abs(relaxed.run.support.load), relaxed.run.unbalanced
     carried = relaxed.run.tolerance <= _UNCARRIED_PART * load
     if carried or not 0.0 < _UNCARRIED_PART * load < unbalanced:
-        return ""
-    return (
-        f"a load of {relaxed.run.support.load:.3g} is below the rounding of forces: "
-        f"{unbalanced:.3g} of it is not carried"
-    )
+        return None
+    numbers = {"load": relaxed.run.support.load, "unbalanced": unbalanced}
+    return Status(LOAD_LOST, numbers)
 
 
-def _remaining_force(relaxed: RelaxedStep, softness: float) -> str:
-    """Return that forces or gaps are above the tolerance; empty if they are not."""
+def _remaining_force(relaxed: RelaxedStep, softness: float) -> Status | None:
+    """Return that forces or gaps are above the tolerance; None if they are not."""
     halfspace, state = relaxed.halfspace, relaxed.fields
     stiffness = halfspace.cell_area / (softness * halfspace.self_compliance)
     limit = relaxed.run.tolerance
@@ -151,9 +162,5 @@ def _remaining_force(relaxed: RelaxedStep, softness: float) -> str:
     left = max(relaxed.run.max_force, stiffness * relaxed.gap_error)
     rounding = _ROUNDING * state.total_magnitude
     if left <= _EXCESS * limit + rounding:
-        return ""
-    return (
-        f"a force of {left:.3g} remains, more than the {limit:.3g} that the tolerance "
-        "and the forces of the wall allow, although the optimizer has converged: lower "
-        "fmax"
-    )
+        return None
+    return Status(FORCE_LEFT, {"left": left, "limit": limit})

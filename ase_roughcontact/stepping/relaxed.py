@@ -14,6 +14,7 @@ from ase_roughcontact.contact.control import HEIGHT, Control
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.solvers.response import HeightResponse, height_response
+from ase_roughcontact.solvers.status import Status
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.relaxation_errors import (
     RelaxationErrors,
@@ -185,8 +186,8 @@ class RelaxedStep:
         """Errors that the relaxation leaves."""
         return relaxation_errors(self.contact, self.run, self.response, self.gap_error)
 
-    def marked(self, message: str) -> RelaxedStep:
-        """Return the step, which has not converged for a reason that is not empty."""
-        if not (message and self.run.converged):
+    def marked(self, status: Status | None) -> RelaxedStep:
+        """Return the step with another status, if there is one and it had converged."""
+        if status is None or not self.run.converged:
             return self
-        return replace(self, run=replace(self.run, converged=False, message=message))
+        return replace(self, run=replace(self.run, status=status))

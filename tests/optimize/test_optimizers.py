@@ -71,7 +71,7 @@ def test_run_out_of_steps_has_a_message_and_can_be_continued(solver):
     atoms = pressed_atoms(WALLS[solver])
     dynamics = solver(atoms)
     assert not dynamics.run(fmax=1e-10, steps=1)
-    assert dynamics.message == "not converged after 1 steps"
+    assert dynamics.message == "not converged after 1 steps; allow more steps"
     assert dynamics.nsteps == 1 and not dynamics.converged()
     dynamics.step()  # no memory is held for steps that may never come
     assert dynamics.message == "the solver has ended"

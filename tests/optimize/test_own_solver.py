@@ -9,6 +9,7 @@ from built import atoms_under
 from ase_roughcontact import RoughSphere, load_path
 from ase_roughcontact.optimize import ContactOptimizer
 from ase_roughcontact.solvers.relaxation import Relaxation
+from ase_roughcontact.solvers.status import Status
 
 # The solver, in at most 40 lines.
 
@@ -31,8 +32,7 @@ def gradient_descent(contact, *, height, external, start, tolerance):
             height=height,
             energy=float((elastic_energy + wall_energy.sum()) * halfspace.cell_area),
             error=error,
-            converged=error < tolerance,
-            message="",
+            status=Status.of(error < tolerance),
             pairs=1.0,
         )
         pressure = pressure + residual * stiffness / (stiffness + 20.0)

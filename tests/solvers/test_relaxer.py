@@ -23,8 +23,8 @@ def test_a_run_out_of_steps_says_so(contact):
     ends = [relax(contact, state, Support(False, 20.0), 1e-9, n) for n in (0, 1, 99)]
     assert [run.iterations for run in ends[:2]] == [0, 1]
     assert [run.message for run in ends[:2]] == [
-        "not converged after 0 steps",
-        "not converged after 1 steps",
+        "not converged after 0 steps; allow more steps",
+        "not converged after 1 steps; allow more steps",
     ]
     assert [run.converged for run in ends] == [False, False, True]
     assert not ends[2].message and ends[2].pairs > ends[1].pairs > 0.0

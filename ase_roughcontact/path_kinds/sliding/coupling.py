@@ -23,6 +23,7 @@ from ase_roughcontact.contact.state import TRACTION_DEPTH
 from ase_roughcontact.elasticity.lateral import CrossResponse
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
+from ase_roughcontact.solvers.status import Status, StatusKind
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 #: Largest number of alternations of a step.
@@ -36,6 +37,15 @@ FIRST_RESIDUAL = 0.1
 _MIXED, _RANK = 5, 1e-3
 # Number of boxes of which responses are kept.
 _KEPT = 3
+
+
+#: Kind of a status: normal and lateral contact have no common solution.
+DISAGREEMENT = StatusKind(
+    "normal and lateral motion do not agree after {number} alternations: the depth by "
+    "the tractions changes by {change:.2g} of the largest displacement",
+    "strong friction, or a bound that jumps at the edge of the contact, may have no "
+    "solution: with a shear strength, give a friction coefficient, too",
+)
 
 
 class Coupling:
@@ -122,11 +132,6 @@ def mixed(depths: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     return found - sum(weight * (found - f) for weight, (_, f) in steps)
 
 
-def disagreement(number: int, change: float) -> str:
+def disagreement(number: int, change: float) -> Status:
     """Return that both problems do not agree after a number of alternations."""
-    return (
-        f"normal and lateral motion do not agree after {number} alternations: the "
-        f"depth by the tractions changes by {change:.2g} of the largest displacement "
-        "(strong friction, or a bound that jumps at the edge of the contact, may have "
-        "no solution: with a shear strength, give a friction coefficient, too)"
-    )
+    return Status(DISAGREEMENT, {"number": number, "change": change})

@@ -206,7 +206,7 @@ class SlidingSteps(NumberedSteps):
             lateral = self._slid(state, move, relaxed)
         else:
             relaxed, lateral = self._agreed(self._cross, state, move, relaxed, target)
-        relaxed = relaxed.marked(lateral.solution.message)
+        relaxed = relaxed.marked(lateral.solution.status)
         seconds = perf_counter() - begun
         relaxed = replace(relaxed, lateral=lateral, seconds=seconds)
         return relaxed, self._on_window(lateral, relaxed.state)

@@ -51,6 +51,7 @@ from ase_roughcontact.solvers.relaxation import (
     force_per_gap,
     gap_tolerance,
 )
+from ase_roughcontact.solvers.status import UNFINISHED, Status
 
 # Violation that may be left on coarse grids, in spacings.
 _COARSE_GAP = 0.07
@@ -218,8 +219,10 @@ def _solve(
             pressure = state.pressure
             if box != window:
                 pressure = carried(pressure, box, window)
-            converged = state.converged and needed == box
-            yield replace(state, pressure=pressure, converged=converged)
+            status = state.status
+            if state.converged and needed != box:
+                status = Status(UNFINISHED)
+            yield replace(state, pressure=pressure, status=status)
         if needed == box:
             return
         start, box = pressure, _worthwhile(needed, window)  # a larger box

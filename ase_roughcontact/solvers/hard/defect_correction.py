@@ -45,6 +45,7 @@ from ase_roughcontact.solvers.relaxation import (
     force_per_gap,
     precision_advice,
 )
+from ase_roughcontact.solvers.status import CONVERGED, UNFINISHED, Status, StatusKind
 
 # Rounding error of a sum of pressures, relative to it.
 _ROUNDING = 1e-14
@@ -54,6 +55,15 @@ _EXACT_CONTRACTION = 1000.0
 # Number of steps after which the solver stops unless they have reduced the violation to
 # this part: together they bound the number of steps.
 _PATIENCE, _LEAST_PROGRESS = 10, 0.99
+
+
+#: Kinds of a status without a further step.
+GAP_NOT_FINITE = StatusKind("the gap is not finite")
+NO_PROGRESS = StatusKind(
+    "no progress in {steps} steps: the violation is {violation:.3g}{length_unit}, not "
+    "{tolerance:.3g}{length_unit}",
+    "allow a larger gap",
+)
 
 
 def defect_correction(
@@ -88,7 +98,7 @@ def defect_correction(
     while True:
         state = solver.evaluate()
         yield state
-        if state.converged or state.message:
+        if state.status.final:
             return
         solver.correct()
 
@@ -135,7 +145,6 @@ class _DefectCorrection:
         errors = highest + self._height, -lowest - self._height, self._load_violation()
         violation = float(np.max([0.0, *errors]))
         self._violations.append(violation)
-        converged = violation <= self._tolerance
         rise = self._yielding * total(self._pressure)
         energy = 0.5 * (
             dot(self._pressure, self._opening) - rise * total(self._pressure)
@@ -148,8 +157,7 @@ class _DefectCorrection:
             height=self._height + rise,
             energy=self._halfspace.cell_area * energy,
             error=violation * force_per_gap(self._halfspace),
-            converged=converged,
-            message="" if converged else self._obstacle(),
+            status=self._status(),
         )
 
     def correct(self) -> None:
@@ -195,17 +203,22 @@ class _DefectCorrection:
         before, now = self._violations[-2:]
         return now > self._options.slow_contraction * before
 
-    def _obstacle(self) -> str:
-        """Return why there is no further step; empty if there is one."""
+    def _status(self) -> Status:
+        """Return whether the state is converged, or why there is no further step."""
         violation = self._violations[-1]
         if not math.isfinite(violation):
-            return "the gap is not finite"
+            return Status(GAP_NOT_FINITE)
+        if violation <= self._tolerance:
+            return Status(CONVERGED)
         late, early = self._violations[-_PATIENCE:], self._violations[:-_PATIENCE]
         if not early or min(late) < _LEAST_PROGRESS * min(early):
-            return ""
-        reached = f"the violation is {violation:.3g}, not {self._tolerance:.3g}"
-        reason = f"no progress in {_PATIENCE} steps: {reached}"
-        return f"{reason}{precision_advice(self._halfspace)}"
+            return Status(UNFINISHED)
+        numbers = {
+            "steps": _PATIENCE,
+            "violation": violation,
+            "tolerance": self._tolerance,
+        }
+        return Status(NO_PROGRESS, numbers, precision_advice(self._halfspace))
 
     def _solve_model(self, violation: float) -> np.ndarray:
         """Return the pressure that the model finds."""

@@ -37,6 +37,7 @@ from ase_roughcontact.solvers.lateral.friction_problem import (
     FrictionState,
     FrictionSystem,
 )
+from ase_roughcontact.solvers.status import CONVERGED, Status, StatusKind
 
 # Factor by which a step is shortened, and how often before the gradient replaces it.
 _SHORTER, _MOST_SHORTENED = 0.25, 3
@@ -46,6 +47,21 @@ _AT_LARGEST = 5e-7
 # Smallest residual, in units of the rounding of a transform: ten times what single
 # precision leaves.
 _LEAST_RESIDUAL = 100.0
+
+#: Kinds of a status that is not converged.
+NOT_CONVERGED = StatusKind(
+    "friction has not converged after {steps} steps: a residual of {residual:.2g} "
+    "remains"
+)
+SLIDING = StatusKind(
+    "the contact slides: friction does not carry {percent:.3g} % of the lateral load"
+)
+LARGEST_FRICTION = StatusKind(
+    "the contact slides: the lateral load is the largest friction, at which it has no "
+    "definite displacement",
+    "give displacements",
+)
+NO_FRICTION = StatusKind("no atom in contact can carry the lateral load")
 
 
 @dataclass(frozen=True)
@@ -95,8 +111,8 @@ class FrictionSolution:
     residual : float
         Largest :math:`|t - P(t + g/G_0)|` with the projection P onto the bounds,
         relative to the largest traction; at least the relative error of a given force.
-    message : str
-        Why the residual is above the tolerance; empty if it is not.
+    status : Status
+        Whether the residual is within the tolerance, or why it is not.
     steps : int
         Steps of Newton's method.
     pairs : float
@@ -108,14 +124,19 @@ class FrictionSolution:
     displacement: np.ndarray
     shift: np.ndarray
     residual: float
-    message: str = ""
+    status: Status
     steps: int = 0
     pairs: float = 0.0
 
     @property
     def converged(self) -> bool:
         """Whether the residual is within the tolerance."""
-        return not self.message
+        return self.status.converged
+
+    @property
+    def message(self) -> str:
+        """Reason why the residual is above the tolerance; empty if it is not."""
+        return self.status.message
 
 
 def solve_friction(
@@ -145,7 +166,7 @@ def solve_friction(
     Returns
     -------
     FrictionSolution
-        Also if it has not converged, which its message says: the contact slides if
+        Also if it has not converged, which its status says: the contact slides if
         friction can't carry a given force.
     """
     options, before = options or FrictionOptions(), halfspace.transformed
@@ -154,7 +175,7 @@ def solve_friction(
     tolerance = max(options.tolerance, _LEAST_RESIDUAL * rounding)
     problem = FrictionProblem(halfspace, bound, imposed / unit)
     tractions = np.zeros(imposed.shape) if start is None else start
-    residual, message = 0.0, ""
+    residual, status = 0.0, Status(CONVERGED)
     if support is not None:
         force, excess = np.array(support.force), support.excess(bound)
         slides, residual = excess > -_AT_LARGEST, max(excess, 0.0)
@@ -165,31 +186,23 @@ def solve_friction(
     state = problem.at(problem.feasible(tractions, problem.force), np.zeros(2))
     while not slides and state.residual > tolerance:
         if state.steps == options.max_steps:
-            message = (
-                f"friction has not converged after {state.steps} steps: a residual of "
-                f"{state.residual:.2g} remains"
-            )
+            numbers = {"steps": state.steps, "residual": state.residual}
+            status = Status(NOT_CONVERGED, numbers)
             break
         state = _lowered(state, options)
     if slides:
-        message = (
-            f"the contact slides: friction does not carry {100.0 * residual:.3g} % of "
-            "the lateral load"
-        )
+        status = Status(SLIDING, {"percent": 100.0 * residual})
         if residual <= _AT_LARGEST:
-            message = (
-                "the contact slides: the lateral load is the largest friction, at "
-                "which it has no definite displacement"
-            )
+            status = Status(LARGEST_FRICTION)
         if not bound.any():
-            message = "no atom in contact can carry the lateral load"
+            status = Status(NO_FRICTION)
     return FrictionSolution(
         state.tractions,
         bound > 0.0 if slides else state.slipping(tolerance),
         unit * state.displacement,
         unit * state.shift,
         max(state.residual, residual),
-        message,
+        status,
         state.steps,
         (halfspace.transformed - before) / math.prod(halfspace.grid),
     )

@@ -52,6 +52,7 @@ from ase_roughcontact.solvers.soft.indenter_height import (
     supports_indenter,
 )
 from ase_roughcontact.solvers.soft.newton_step import NewtonStepper
+from ase_roughcontact.solvers.status import CONVERGED, UNFINISHED, Status, StatusKind
 
 # Residual pressure at which coarse grids stop, in contact moduli, and their steps.
 _COARSE_RESIDUAL, _COARSE_STEPS = 0.1, 300
@@ -64,15 +65,37 @@ _PATIENCE = 5
 # energy in it, in units of its rounding error, unless the largest force has halved.
 _STAGNATION_STEPS, _STAGNATION_FALL = 50, 1e8
 
-_ROUNDING = "rounding errors hide any further decrease of the energy"
-_VIOLATED = "updates of the reaction do not decrease overlaps with the hard wall"
+#: Kinds of a status without a further step.
+NO_DESCENT = StatusKind(
+    "stalled at a force of {force:.2g}{force_unit}: no step lowers the energy"
+)
+NOT_HELD = StatusKind(
+    "stalled at a force of {force:.2g}{force_unit}: nothing holds the indenter",
+    "press it down, or fix its height",
+)
+ROUNDING = StatusKind(
+    "stalled at a force of {force:.2g}{force_unit}: rounding errors hide any further "
+    "decrease of the energy",
+    "allow a larger force",
+)
+TOO_SLOW = StatusKind(
+    "stalled at a force of {force:.2g}{force_unit}: the energy decreases too slowly to "
+    "matter",
+    "allow a larger force",
+)
+NOT_FINITE = StatusKind(
+    "stalled at a force of {force:.2g}{force_unit}: energy or pressure of the wall are "
+    "not finite"
+)
+OVERLAPS = StatusKind(
+    "stalled: updates of the reaction do not decrease overlaps with the hard wall"
+)
 # Number of updates of the reaction that must reduce the violation to this part.
 _UPDATES, _LEAST_PROGRESS = 30, 0.99
 # An update that leaves more than this part of the violation makes the wall stiffer, by
 # this factor: near an instability, the minimum is one of the augmented Lagrangian, and
 # updates converge, only if it is stiff enough.
 _SLOW_UPDATE, _STIFFER = 0.7, 3.0
-_TOO_SLOW = "the energy decreases too slowly to matter"
 
 _DEFAULTS = NewtonKrylovOptions()
 
@@ -193,8 +216,7 @@ def _relax(
         if state.error <= updates.target:
             updated = updates.updated(state)
             if updated is None or updates.stuck:
-                message = f"stalled: {_VIOLATED}" if updated else ""
-                yield _relaxation(state, not message, message)
+                yield _relaxation(state, OVERLAPS if updated else CONVERGED)
                 return
             state, progress = updated, _Progress(updated)
             continue
@@ -205,9 +227,9 @@ def _relax(
             progress.add(state, new)
             state = new
         elif state.function.support.fixed or supports_indenter(state):
-            progress.obstacle = "no step lowers the energy"
+            progress.obstacle = NO_DESCENT
         else:
-            progress.obstacle = "nothing holds the indenter"
+            progress.obstacle = NOT_HELD
         if progress.obstacle:
             function = replace(state.function, inverse=False)
             state = EnergyState(function, *progress.best)
@@ -215,18 +237,17 @@ def _relax(
                 break
             newton.restart()
             progress, restarted = _Progress(state), True
-    obstacle = progress.obstacle + precision_advice(halfspace)
+    kind, advice = progress.obstacle, precision_advice(halfspace)
     if not math.isfinite(state.error):
-        obstacle = "energy or pressure of the wall are not finite"
-    message = f"stalled at a force of {state.error:.2g}: {obstacle}"
-    yield _relaxation(state, message=message)
+        kind, advice = NOT_FINITE, ""
+    yield _relaxation(state, kind, advice)
 
 
 def _relaxation(
-    state: EnergyState, converged: bool = False, message: str = ""
+    state: EnergyState, kind: StatusKind = UNFINISHED, advice: str = ""
 ) -> Relaxation:
-    values = state.pressure, state.height, state.energy, state.error
-    return Relaxation(*values, converged, message)
+    status = Status(kind, {"force": state.error}, advice)
+    return Relaxation(state.pressure, state.height, state.energy, state.error, status)
 
 
 class _ReactionUpdates:
@@ -279,13 +300,13 @@ class _Progress:
     best : (ndarray, float)
         Pressure and height of the state of the lowest energy, or of the smallest error
         among equal energies.
-    obstacle : str
-        Why there is no progress, empty while there is.
+    obstacle : StatusKind or None
+        Reason why there is no progress; None while there is.
     """
 
     def __init__(self, state: EnergyState) -> None:
         self.keep(state)
-        self.obstacle = ""
+        self.obstacle: StatusKind | None = None
         self._checkpoint = state.energy, state.error
         self._steps = self._idle = 0
 
@@ -301,7 +322,7 @@ class _Progress:
         if lower or new.error < self._error:
             self.keep(new)
         if self._idle > _PATIENCE:
-            self.obstacle = _ROUNDING
+            self.obstacle = ROUNDING
         self._steps += 1
         if self._steps % _STAGNATION_STEPS == 0:
             energy, error = self._checkpoint
@@ -310,4 +331,4 @@ class _Progress:
             slow = fall < _STAGNATION_FALL * new.rounding
             if slow and new.error > 0.5 * error:
                 rounded = fall <= _STAGNATION_STEPS * new.rounding
-                self.obstacle = _ROUNDING if rounded else _TOO_SLOW
+                self.obstacle = ROUNDING if rounded else TOO_SLOW
