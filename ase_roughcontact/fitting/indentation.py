@@ -1,0 +1,362 @@
+r"""Least-squares fit of an indenter of simple shape to a measured force curve.
+
+The tip touches the surface at the depth :math:`d_0` and is pressed with the force
+:math:`N(d - d_0) = E^* n(d - d_0)` of `ase_roughcontact.theory.indenters`; before the
+contact the force is zero. As the noise is in the deflection of the cantilever, forces
+are compared at the measured heights of the base, :math:`D = -d - N/k`. To the force
+are added an offset and a slope with the height of the base. All four are fitted; a
+scan of the contact point, with the others by linear least squares, gives the first
+values.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ase_roughcontact._util.printing import Printed, number, table
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.fitting.force_curve import ForceCurve
+from ase_roughcontact.theory.indenters import Indenter
+
+# Number of contact points of a scan, and of depths on which a model is interpolated.
+_SCAN, _GRID = 60, 1000
+# Least number of points in contact and before it.
+_FEWEST = 5
+# Largest number of times that the compared points are chosen anew.
+_CHOICES = 10
+# Change of parameters for derivatives, relative to their scale.
+_CHANGE = 1e-6
+# Residuals of one sign in a row: mean relative to its standard error that is no noise.
+_SYSTEMATIC = 6.0
+# Part of the largest force from which such a mean matters.
+_MATTERS = 0.01
+# Range of the forces relative to their noise that shows a contact.
+_RISES = 10.0
+# Part of the radius of a paraboloid up to which the contact may reach.
+_WIDE = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class IndentationFit(Printed):
+    """Result of `fit_indentation`.
+
+    Attributes
+    ----------
+    indenter : Indenter
+    thickness : float
+        Of the layer (Å); infinite for a half space.
+    contact_modulus, contact_modulus_error : float
+        E* and its standard error by noise (eV/Å^3).
+    contact_depth, contact_depth_error : float
+        Depth of the tip at the contact point, as in the curve without the baseline, and
+        its standard error (Å).
+    force_offset, force_slope : float
+        Force of a free tip with the base at its highest point (eV/Å), and its slope
+        with the height of the base (eV/Å^2).
+    curve : ForceCurve
+        Measured branch.
+    compared : ndarray of bool, shape (k,)
+    fitted : ndarray, shape (k,)
+        Forces, with the baseline (eV/Å).
+    noise : float
+        Standard deviation of the residuals of the compared points (eV/Å).
+    converged : bool
+    warnings : tuple of str
+        Reasons to doubt the fit.
+    """
+
+    indenter: Indenter
+    thickness: float
+    contact_modulus: float
+    contact_modulus_error: float
+    contact_depth: float
+    contact_depth_error: float
+    force_offset: float
+    force_slope: float
+    curve: ForceCurve
+    compared: np.ndarray
+    fitted: FloatArray
+    noise: float
+    converged: bool
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def baseline(self) -> FloatArray:
+        """Force of a free tip at the points, shape (k,) (eV/Å)."""
+        base = self.curve.base
+        return self.force_offset + self.force_slope * (base - base.max())
+
+    @property
+    def indentation(self) -> FloatArray:
+        """Depth below the contact point without the baseline, shape (k,) (Å)."""
+        return self.curve.less(self.baseline).depth - self.contact_depth
+
+    @property
+    def force(self) -> FloatArray:
+        """Measured forces without the baseline, shape (k,) (eV/Å)."""
+        return self.curve.force - self.baseline
+
+    @property
+    def parts(self) -> list[object]:
+        """Parameters with standard errors, and warnings."""
+        unit = modulus_unit(self.contact_modulus)
+        deepest = float(self.indentation[self.compared].max())
+        rows: list[list[str]] = []
+
+        def add(name: str, value: float, error: float, unit: str) -> None:
+            values = (value / UNITS[unit], error / UNITS[unit])
+            rows.append([name, number(values[0], 5), number(values[1], 2), unit])
+
+        add("contact_modulus", self.contact_modulus, self.contact_modulus_error, unit)
+        add("contact_depth", self.contact_depth, self.contact_depth_error, "nm")
+        add("force_offset", self.force_offset, math.nan, "nN")
+        add("largest indentation", deepest, math.nan, "nm")
+        radius = float(self.indenter.radius(deepest))
+        add("largest contact radius", radius, math.nan, "nm")
+        add("noise", self.noise, math.nan, "nN")
+        failed = () if self.converged else ("NOT CONVERGED",)
+        heads = [self.indenter.name, "value", "± error", "unit"]
+        warned = (f"warning: {warning}" for warning in self.warnings)
+        return [*failed, table(heads, rows, left=1), *warned]
+
+
+def modulus_unit(value: float) -> str:
+    """Return GPa, MPa, kPa or Pa for a modulus (eV/Å^3)."""
+    return next((unit for unit in ("GPa", "MPa", "kPa") if value >= UNITS[unit]), "Pa")
+
+
+def fit_indentation(
+    curve: ForceCurve,
+    indenter: Indenter,
+    thickness: float = math.inf,
+    deepest: float = math.inf,
+    with_slope: bool = True,
+) -> IndentationFit:
+    """Fit modulus and contact point of an indenter to one branch of a curve.
+
+    Parameters
+    ----------
+    curve : ForceCurve
+        With the stiffness of the cantilever, or infinite if the depth is prescribed.
+        Of two branches the approach is taken.
+    indenter : Indenter
+        With lengths in Å.
+    thickness : float
+        Of an incompressible layer that is bonded to a rigid base (Å).
+    deepest : float
+        Largest indentation that is compared (Å).
+    with_slope : bool
+        Whether the free force may have a slope with the height of the base.
+
+    Returns
+    -------
+    IndentationFit
+
+    Raises
+    ------
+    ValueError
+        If there are too few points, before the contact or in it, or no formula for the
+        layer.
+
+    Notes
+    -----
+    Standard errors are those of the linearised problem. Residuals that are alike in
+    neighbouring points count as fewer points: as many as in white noise with their
+    number of changes of sign.
+    """
+    branch = curve.branches[0]
+    part = replace(
+        curve,
+        depth=curve.depth[branch.points],
+        force=curve.force[branch.points],
+        turn=len(curve.depth[branch.points]) if branch.direction < 0.0 else 0,
+    )
+    model = _Model(part, indenter, thickness, with_slope)
+    compared = np.ones(len(part.force), bool)
+    values, converged = model.solve(compared, model.first(compared))
+    chosen = model.below(values) <= deepest
+    for _ in range(_CHOICES):
+        if np.array_equal(chosen, compared):
+            break
+        compared = chosen
+        values, converged = model.solve(compared, values)
+        chosen = model.below(values) <= deepest
+    return model.result(values, compared, converged)
+
+
+class _Model:
+    """Forces of an indenter at the measured heights of the base.
+
+    The unknowns are the contact modulus, the depth at the contact point, offset and
+    slope of the force, in ASE's units.
+    """
+
+    def __init__(
+        self,
+        curve: ForceCurve,
+        indenter: Indenter,
+        thickness: float,
+        with_slope: bool,
+    ) -> None:
+        self._count = 4 if with_slope else 3
+        self._curve, self._indenter, self._thickness = curve, indenter, thickness
+        self._height = curve.base - curve.base.max()
+        self._extent = float(np.ptp(curve.depth))
+
+    def forces(self, values: FloatArray) -> FloatArray:
+        """Return the forces for some unknowns."""
+        modulus, contact, offset, slope = values
+        baseline = offset + slope * self._height
+        # where the tip of a straight cantilever would be, below the contact point
+        below = -self._curve.base - contact
+        largest = max(float(below.max()), 1e-12 * self._extent)
+        # closer near the contact, where the force begins
+        depth = largest * np.linspace(0.0, 1.0, _GRID) ** 2
+        force = modulus * self._indenter.force_on_layer(depth, self._thickness)
+        along = depth + force / self._curve.stiffness
+        return baseline + np.where(below > 0.0, np.interp(below, along, force), 0.0)
+
+    def first(self, compared: np.ndarray) -> FloatArray:
+        """Return first values from a scan of the contact point."""
+        depth, force = self._curve.depth[compared], self._curve.force[compared]
+        height = self._height[compared]
+        order = np.sort(depth)
+        if len(order) < 2 * _FEWEST:
+            raise ValueError(
+                f"an indentation fit needs at least {2 * _FEWEST} points, got "
+                f"{len(order)}: give a longer curve, or a larger depth"
+            )
+        low, high = order[_FEWEST - 1], order[-_FEWEST]
+        best, least = None, math.inf
+        for contact in np.linspace(low, high, _SCAN, endpoint=False):
+            shape = self._indenter.force_on_layer(depth - contact, self._thickness)
+            columns = np.column_stack([shape, np.ones_like(depth), height])
+            columns = columns[:, : self._count - 1]
+            scales = np.maximum(abs(columns).max(axis=0), 1e-300)
+            found, *_ = np.linalg.lstsq(columns / scales, force, rcond=None)
+            found = found / scales
+            squares = float(np.sum((columns @ found - force) ** 2))
+            if found[0] > 0.0 and squares < least:
+                best, least = np.insert(found, 1, contact), squares
+        rises = np.ptp(force) > _RISES * self._curve.noise
+        if best is None or not rises:
+            raise ValueError(
+                "no contact is found: the force does not rise with the depth; look at "
+                "the curve as it was read, and at its direction"
+            )
+        best[1] += best[2] / self._curve.stiffness  # without the baseline
+        return np.append(best, np.zeros(4 - self._count))
+
+    def below(self, values: FloatArray) -> FloatArray:
+        """Return the depths below the contact point for some unknowns."""
+        _, contact, offset, slope = values
+        baseline = offset + slope * self._height
+        return self._curve.less(baseline).depth - contact
+
+    def solve(self, compared: np.ndarray, first: FloatArray) -> tuple[FloatArray, bool]:
+        """Return the least-squares values, and whether they have converged."""
+        scales = self._scales(first)[1:]
+        force = self._curve.force[compared]
+
+        def values(x: FloatArray) -> FloatArray:
+            x = np.append(x, np.zeros(4 - self._count))
+            return np.append(first[0] * math.exp(x[0]), x[1:] * scales)
+
+        def residuals(x: FloatArray) -> FloatArray:
+            return (self.forces(values(x))[compared] - force) / self._curve.noise
+
+        start = np.append(0.0, first[1:] / scales)[: self._count]
+        found = least_squares(residuals, start, x_scale="jac", diff_step=_CHANGE)
+        return values(found.x), bool(found.success)
+
+    def _scales(self, values: FloatArray) -> FloatArray:
+        """Return typical sizes of the unknowns."""
+        force = float(np.ptp(self._curve.force))
+        extent = float(np.ptp(self._height))
+        return np.array([values[0], self._extent, force, force / extent])
+
+    def result(
+        self, values: FloatArray, compared: np.ndarray, converged: bool
+    ) -> IndentationFit:
+        """Return the fit of some values of the unknowns."""
+        fitted = self.forces(values)
+        scales = self._scales(values)
+        rows = []
+        for i, scale in enumerate(scales[: self._count]):
+            change = _CHANGE * scale * np.eye(len(values))[i]
+            slopes = self.forces(values + change) - self.forces(values - change)
+            rows.append(slopes[compared] / (2.0 * _CHANGE))
+        residual = (fitted - self._curve.force)[compared]
+        degrees = max(len(residual) - self._count, 1)
+        noise = math.sqrt(float(residual @ residual) / degrees)
+        jacobian = np.transpose(rows)
+        inverse = np.linalg.pinv(jacobian)
+        runs = 1 + int(np.sum(np.diff(np.sign(residual)) != 0.0))
+        alike = max(len(residual) / (2.0 * runs), 1.0)
+        deviations = noise * np.sqrt(alike * np.sum(inverse**2, axis=1))
+        errors = scales[: self._count] * deviations
+        fit = IndentationFit(
+            self._indenter,
+            self._thickness,
+            float(values[0]),
+            float(errors[0]),
+            float(values[1]),
+            float(errors[1]),
+            float(values[2]),
+            float(values[3]),
+            self._curve,
+            compared,
+            fitted,
+            noise,
+            converged,
+        )
+        return replace(fit, warnings=tuple(_warnings(fit)))
+
+
+def _warnings(fit: IndentationFit) -> list[str]:
+    """Return reasons to doubt a fit."""
+    warnings = []
+    inside = fit.indentation[fit.compared]
+    before, within = int(np.sum(inside <= 0.0)), int(np.sum(inside > 0.0))
+    if min(before, within) < _FEWEST:
+        where = "before" if before < within else "in"
+        warnings.append(
+            f"only {min(before, within)} points are {where} contact, so that the "
+            "contact point is not determined: measure a longer ramp"
+        )
+    deepest = float(inside.max())
+    if 3.0 * fit.contact_modulus_error > fit.contact_modulus:
+        warnings.append("the modulus is not larger than three standard errors")
+    tip = getattr(fit.indenter, "tip_radius", math.inf)
+    radius = float(fit.indenter.radius(deepest))
+    if fit.indenter.name == "paraboloid" and radius > _WIDE * tip:
+        warnings.append(
+            f"the contact radius is {radius / tip:.2g} of the radius of the "
+            'paraboloid: give --indenter "sphere ..."'
+        )
+    length = float(fit.indenter.layer_length(deepest))
+    if length > fit.indenter.layer_limit * fit.thickness:
+        warnings.append(
+            f"the contact reaches {length / fit.thickness:.2g} thicknesses of the "
+            f"layer, the formula holds up to {fit.indenter.layer_limit:g}: limit the "
+            "depth, or fit a scene with layer_thickness"
+        )
+    residual = (fit.fitted - fit.curve.force)[fit.compared]
+    changes = np.flatnonzero(np.diff(np.sign(residual)))
+    runs = np.split(residual, changes + 1)
+    means = [(float(run.mean()), len(run)) for run in runs]
+    mean, count = max(means, key=lambda each: abs(each[0]) * math.sqrt(each[1]))
+    largest = float(fit.force[fit.compared].max())
+    systematic = abs(mean) * math.sqrt(count) > _SYSTEMATIC * fit.curve.noise
+    if systematic and abs(mean) > _MATTERS * largest:
+        warnings.append(
+            f"the fit is {mean / UNITS['nN']:+.3g} nN off on {count} points in a row: "
+            "this is not the indenter on an elastic solid (adhesion, another shape, a "
+            "layer, creep), and the error does not contain it"
+        )
+    return warnings
