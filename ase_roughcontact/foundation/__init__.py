@@ -1,4 +1,4 @@
-"""Atoms with a user-supplied calculator on top of an elastic semi-infinite crystal."""
+"""Atoms with any ASE calculator on top of an elastic semi-infinite crystal."""
 
 SHOWN = {
     "api": {

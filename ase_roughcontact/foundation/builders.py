@@ -1,4 +1,4 @@
-"""Slabs of atoms on their elastic foundation."""
+"""Construction of slabs of atoms on an elastic foundation."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def crystal_slab(
     held: bool | str = True,
     fft: Mapping[str, Any] | None = None,
 ) -> tuple[Atoms, ElasticFoundation]:
-    """Return the upper layers of a crystal, and the calculator for what is below them.
+    """Return the upper layers of a crystal, and their elastic foundation as calculator.
 
     Parameters
     ----------
@@ -30,32 +30,33 @@ def crystal_slab(
         Chemical symbol, or a crystal of one element; see
         `CrystalSurface.from_calculator`.
     size : (int, int)
-        Surface cells along both sides.
+        Numbers of surface cells along both sides.
     layers : int
-        Explicit layers.
+        Number of explicit layers.
     calculator : Calculator
-        Any calculator of ASE that gives energies and forces.
+        Any ASE calculator of energies and forces.
     surface : {"fcc100", "fcc111", "bcc100", "diamond100"} or CrystalSurface
-        Given by name, the surface is calculated with
-        `CrystalSurface.from_calculator`, which takes about ten seconds for EMT.
+        The surface. `CrystalSurface.from_calculator` calculates a surface that is given
+        by name, which takes about ten seconds for EMT.
     held : bool or {"lowest", "surface"}
-        The layer that is held against loads on the surface, see
-        `ElasticFoundation.hold`; True is the lowest one, False none.
+        Layer that is held against loads on the surface, see `ElasticFoundation.hold`.
+        True stands for the lowest layer; with False no layer is held.
     fft : dict, optional
         Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`.
 
     Returns
     -------
     atoms : Atoms
-        Relaxed, ordered from the lowest layer up, the surface at z = 0, with the
-        foundation as calculator. Tags count the layers, 1 at the surface.
+        Relaxed atoms, ordered from the lowest layer up, with the surface at z = 0 and
+        the foundation as calculator. Tags count the layers, 1 at the surface.
     foundation : ElasticFoundation
+        The calculator of the atoms.
 
     Raises
     ------
     ValueError
-        As `CrystalSurface.from_calculator` and `ElasticFoundation`, or if the surface
-        is that of another element.
+        See `CrystalSurface.from_calculator` and `ElasticFoundation`; also if the
+        surface has another element.
 
     Examples
     --------
@@ -74,7 +75,8 @@ def crystal_slab(
     elements = {symbol} if isinstance(symbol, str) else set(symbol.symbols)
     if elements != {surface.symbol}:
         raise ValueError(
-            f"the surface is that of {surface.symbol}, got {', '.join(elements)}"
+            f"symbol must be {surface.symbol}, the element of the surface, got "
+            f"{', '.join(elements)}"
         )
     column = surface.column(layers)
     column.set_tags(range(1, layers + 1))

@@ -17,12 +17,12 @@ from ase_roughcontact.foundation.coupling import Coupling
 from ase_roughcontact.foundation.sites import Sites, cells
 from ase_roughcontact.foundation.surface import CrystalSurface
 
-#: Key of `Atoms.info` of a slab with a layer that `ElasticFoundation.hold` holds.
+#: Key in `Atoms.info` of the name of the layer that `ElasticFoundation.hold` holds.
 HELD_KEY = "held_layer"
 
 
 class ElasticFoundation(Calculator):
-    r"""Slab of atoms with any calculator on the crystal that it is cut from.
+    r"""Calculator of a slab of atoms on the semi-infinite crystal below it.
 
     The layers below the slab are replaced by their elastic response. With the energy
     :math:`U_\text{calc}` of the user's calculator and the displacement :math:`u_B` of
@@ -30,59 +30,59 @@ class ElasticFoundation(Calculator):
 
     .. math:: U = U_\text{calc}(x) - f_B \cdot u_B + \tfrac12\, u_B \cdot D\, u_B .
 
-    :math:`f_B` cancels the forces that are due to the cut, and :math:`D` is such that
-    the Hessian of :math:`U` at rest is that of the semi-infinite crystal. The layers
-    above are free to do what their calculator says: to be displaced by more than a
-    harmonic crystal allows, to slip, to carry other atoms.
+    The forces :math:`f_B` cancel the forces that are due to the cut, and the matrix
+    :math:`D` makes the Hessian of :math:`U` at rest equal to the Hessian of the
+    semi-infinite crystal. The layers above the coupled ones follow the user's
+    calculator only: displacements may be larger than in a harmonic crystal, and atoms
+    may slip or be added.
 
     The energy does not change when all atoms are displaced by the same vector. A load
-    on the surface must therefore be balanced: `hold`, which `crystal_slab` does by
-    itself.
+    on the surface must therefore be balanced by `hold`, which `crystal_slab` calls.
 
     Parameters
     ----------
     calculator : Calculator
-        Gives energy and forces of the slab.
+        ASE calculator of the energy and forces of the slab.
     surface : CrystalSurface
-        The crystal, with the same calculator.
+        Surface of the crystal from the same calculator.
     atoms : Atoms
-        The slab, see `crystal_slab`: periodic along x and y. Its lowest layers are
-        close to their sites. On top of it may be other atoms.
+        Slab, periodic along x and y, with its lowest layers close to their sites; see
+        `crystal_slab`. Other atoms may be on top of it.
     layers : int, optional
-        Number of complete layers of the crystal; by default as many as there are atoms
-        for.
+        Number of complete layers of the crystal; by default the number of atoms over
+        the number of cells, rounded down.
     fft : dict, optional
         Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`.
 
     Attributes
     ----------
     coupled_layers : int
-        Number of layers, from below, that the semi-infinite crystal acts on. Their
-        atoms must stay near their lattice sites.
+        Number of the lowest layers on which the semi-infinite crystal acts. Their atoms
+        must stay near their lattice sites.
 
     Raises
     ------
     ValueError
         If the atoms are not periodic along x and y, the cell is not a multiple of the
-        surface cell, the lowest layers are not those of the crystal, or the calculator
-        is another one than that of the surface; at a calculation, if an atom of the
-        coupled layers has left its site or is another element.
+        surface cell, the lowest layers do not fit the crystal, or the surface was
+        calculated with another calculator; in a calculation, if an atom of the coupled
+        layers has left its site or is another element.
 
     Warns
     -----
     UserWarning
-        Once, at a calculation of a slab under an indenter, or of one that was held, if
-        no constraint acts on the layer that was held.
+        Once, if no constraint acts on the layer that is held, or should be held as
+        there is an indenter.
 
     Notes
     -----
-    The response of the semi-infinite crystal is the static one: in molecular dynamics
-    the energy is conserved, but waves longer than the thickness of the slab are faster
-    than in the crystal, and are not carried away. Stress and free boundaries along the
-    surface are not supported.
+    The semi-infinite crystal responds statically: molecular dynamics conserve the
+    energy, but waves longer than the thickness of the slab are faster than in the
+    crystal, and are not carried away. Stress and free boundaries along the surface are
+    not supported.
 
-    Atoms of the number zero (symbol X), such as the indenter of `RigidIndenter`, are
-    not given to the calculator.
+    The calculator does not get atoms of the number zero (symbol X), such as the
+    indenter of `RigidIndenter`.
 
     References
     ----------
@@ -112,7 +112,7 @@ class ElasticFoundation(Calculator):
         self.calculator = calculator
         self.surface = surface
         self.layers = integer("layers", layers, 1)
-        # sites first, whose errors take no time
+        # sites first: their errors are found at once
         coupled = min(layers, surface.constants.reach)
         self.sites = Sites.of(slab, surface, layers, coupled)
         surface.check_calculator(calculator)
@@ -122,33 +122,35 @@ class ElasticFoundation(Calculator):
 
     @property
     def coupled_layers(self) -> int:
-        """Number of layers, from below, that the semi-infinite crystal acts on."""
+        """Number of the lowest layers on which the semi-infinite crystal acts."""
         return self.coupling.layers
 
     def all_sites(self) -> Sites:
-        """Return the sites of all layers, complete when the foundation was made."""
+        """Return the sites of all layers of the slab when the foundation was made."""
         return Sites.of(self._slab, self.surface, self.layers, self.layers)
 
     def hold(self, atoms: Atoms, layer: str = "lowest") -> None:
         """Hold the centre of mass of a layer by a constraint.
 
-        It balances loads on the surface. Heights are relative to the mean plane of this
-        layer. A load compresses the slab above the lowest layer uniformly, the more
-        the more layers it has. If the surface is held, a load at the wave vector zero
-        does not deform the slab, and depths of an indenter do not depend on its layers:
-        they are those of `RoughContact` on a periodic half space. Where atoms of the
-        surface slip, their mean plane is none of the crystal; hold the lowest layer.
+        The constraint balances loads on the surface. Heights are relative to the mean
+        plane of the held layer. If the lowest layer is held, a load compresses the slab
+        uniformly, the more the more layers the slab has. If the surface is held, a load
+        at the wave vector zero does not deform the slab, and depths of an indenter do
+        not depend on the number of layers: they agree with `RoughContact` on a periodic
+        half space. Hold the lowest layer if atoms of the surface slip, as their mean
+        plane is then no plane of the crystal.
 
-        ASE does not remove atoms from a slab that has
-        this constraint: build the slab without, remove atoms, and hold it then. That
-        the slab is held is noted in `Atoms.info`. If the constraint gets lost, in files
-        without constraints or by `Atoms.set_constraint`, a calculation warns.
+        ASE does not remove atoms from a slab with this constraint: build the slab
+        without it, remove atoms, and then hold the slab. The name of the layer is kept
+        in `Atoms.info`. If the constraint gets lost, in files without constraints or by
+        `Atoms.set_constraint`, a calculation warns.
 
         Parameters
         ----------
         atoms : Atoms
-            Changed in place.
+            The slab, which is changed in place.
         layer : {"lowest", "surface"}
+            Layer that is held.
 
         Raises
         ------
@@ -181,7 +183,7 @@ class ElasticFoundation(Calculator):
         super().calculate(atoms, properties, system_changes)
         real = np.flatnonzero(self.atoms.numbers > 0)
         slab = self.atoms[real]
-        slab.set_constraint()  # they act on the sum of all forces
+        slab.set_constraint()  # constraints act on the sum of all forces
         self._check(slab)
         self._warn_if_released()
         displacement = self.sites.displacement(slab.positions)
@@ -194,7 +196,7 @@ class ElasticFoundation(Calculator):
         self.results = {"energy": energy, "free_energy": energy, "forces": forces}
 
     def _warn_if_released(self) -> None:
-        """Warn once if no constraint acts on the held layer, and one should."""
+        """Warn once if no constraint acts on the layer that should be held."""
         loaded = (self.atoms.numbers == 0).any() or self.atoms.info.get(HELD_KEY)
         if self._warned or not loaded:
             return
@@ -207,9 +209,8 @@ class ElasticFoundation(Calculator):
         if (forces[self.atoms.numbers > 0][layer] == 1.0).all():
             self._warned = True
             warn(
-                "nothing holds the slab under a load: a file without constraints or "
-                "set_constraint has lost the constraint of hold, or there was none. "
-                "Call foundation.hold(atoms), and add constraints by "
+                "nothing holds the slab under a load: the constraint of hold is lost "
+                "or missing. Call foundation.hold(atoms), and add constraints by "
                 "set_constraint([*atoms.constraints, new])"
             )
 
@@ -218,8 +219,8 @@ class ElasticFoundation(Calculator):
             cells(slab, self.surface)
         if abs(slab.cell.array[:2] - self.sites.cell[:2]).max() > 0.0:
             raise ValueError(
-                "the cell has changed, which an elastic foundation does not allow: "
-                "make a new one for this cell"
+                "the cell of atoms on an elastic foundation must not change: make "
+                "another foundation for this cell"
             )
         if len(slab) <= self.sites.indices.max():
             raise ValueError(
@@ -229,27 +230,27 @@ class ElasticFoundation(Calculator):
         lowest = set(slab.symbols[self.sites.indices.ravel()])
         if lowest != {self.surface.symbol}:
             raise ValueError(
-                f"atoms of the {self.coupled_layers} lowest layers, which are those of "
-                f"a crystal of {self.surface.symbol}, are now {', '.join(lowest)}: "
-                "replace atoms above them only"
+                f"atoms of the {self.coupled_layers} lowest layers must be "
+                f"{self.surface.symbol}, got {', '.join(lowest)}: replace atoms above "
+                "them only"
             )
 
 
 class HeldLayer(FixSubsetCom):
-    """Hold the centre of mass of a layer of atoms.
+    """Constraint that holds the centre of mass of a layer of atoms.
 
-    Unlike ASE's `FixSubsetCom`, which moves all atoms so that the centre of mass of
-    some does not move, it moves those of the layer, as the force of a constraint does:
-    dynamics conserve the energy. Files store it as `FixSubsetCom`.
+    It moves the atoms of the layer only, as the force of a constraint does, so that
+    dynamics conserve the energy. ASE's `FixSubsetCom` moves all atoms to hold the
+    centre of mass of some. Files store the constraint as `FixSubsetCom`.
 
     Parameters
     ----------
     indices : sequence of int
-        Atoms of the layer, all of the same mass.
+        Indices of the atoms of the layer, which have the same mass.
     """
 
     def adjust_positions(self, atoms: Atoms, new: np.ndarray) -> None:
-        """Shift the layer back."""
+        """Displace the layer so that its centre of mass does not move."""
         new[self.index] += (atoms.positions - new)[self.index].mean(axis=0)
 
     def copy(self) -> HeldLayer:
@@ -257,5 +258,5 @@ class HeldLayer(FixSubsetCom):
         return HeldLayer(self.index)
 
     def todict(self) -> dict[str, Any]:
-        """Return the constraint as that of ASE, for files."""
+        """Return the data of ASE's `FixSubsetCom`, for files."""
         return {**super().todict(), "name": "FixSubsetCom"}

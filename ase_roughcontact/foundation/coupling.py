@@ -5,9 +5,9 @@ The atoms :math:`B` that feel the cut below the slab carry
 .. math:: \Delta U = -f_B \cdot u_B + \tfrac12\, u_B \cdot D\, u_B, \qquad
           D = H_\text{crystal} - H_\text{slab},
 
-in which the crystal is condensed onto the slab, :math:`f_B` is minus the force that the
-slab's own calculator gives at rest, and the product with :math:`D` is one of matrices
-of the layers for each wave vector.
+where the crystal is condensed onto the slab and :math:`f_B` is minus the force from the
+slab's own calculator at rest. For each wave vector, :math:`D` is a matrix of the
+layers.
 
 References
 ----------
@@ -28,10 +28,10 @@ from ase_roughcontact.elasticity.crystals.lattice_greens import (
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.foundation.surface import CrystalSurface
 
-# Wave vectors, times the spacing, from which the limit of long waves is extrapolated.
-_LONG = 1e-4
-# Wave vectors whose matrices are calculated at once.
-_CHUNK = 256
+# Wave number, times the spacing, from which the limit of long waves is extrapolated.
+_LONG_WAVE_NUMBER = 1e-4
+# Number of wave vectors with matrices that are calculated at once.
+_WAVES_AT_ONCE = 256
 
 
 class Coupling:
@@ -40,23 +40,24 @@ class Coupling:
     Parameters
     ----------
     surface : CrystalSurface
+        Surface of the crystal.
     calculator : Calculator
-        That of the slab.
+        ASE calculator of the slab.
     shape : (int, int)
-        Number of surface cells (n, m).
+        Numbers of surface cells (n, m).
     layers : int
-        Layers of the slab.
+        Number of layers of the slab.
     **fft
         Options of `RealFFT2`.
 
     Attributes
     ----------
     layers : int
-        Number k of layers that are coupled, the lowest ones.
+        Number k of coupled layers, the lowest ones.
     forces : ndarray, shape (k, 3)
-        ``f_B``, the forces at rest (eV/Å).
+        Forces ``f_B`` at rest (eV/Å).
     matrices : ndarray, shape (n, m // 2 + 1, 3 k, 3 k)
-        D, acting on Fourier transforms over the cells (eV/Å^2).
+        Matrix D for Fourier transforms over the cells (eV/Å^2).
     transform : RealFFT2
         Transform over the cells.
     """
@@ -70,8 +71,8 @@ class Coupling:
         **fft: Any,
     ) -> None:
         self.transform = RealFFT2(shape, **fft)
-        # the lowest layers of a thick slab, which end with the same sublattice, do not
-        # feel its surface
+        # a thick slab is replaced by a thinner one that ends with the same sublattice,
+        # where the surface does not act on the lowest layers either
         bulk_depth = surface.bulk_depth
         bulk_depth += (layers - bulk_depth) % surface.constants.sublattices
         depth = min(layers, bulk_depth)
@@ -96,7 +97,7 @@ class Coupling:
         self._impose_sum_rule()
 
     def _impose_sum_rule(self) -> None:
-        """Remove what is left of forces under a uniform displacement."""
+        """Remove the residual forces under a uniform displacement."""
         k = self.layers
         uniform = np.tile(np.eye(3), (k, 1))
         resultant = (self.matrices[0, 0].real @ uniform).reshape(k, 3, 3)
@@ -130,14 +131,14 @@ def on_cells(
     column : Atoms
         The k atoms of one cell.
     shape : (int, int)
-        Number of cells (n, m).
+        Numbers of cells (n, m).
     spacing : float
         Distance of neighbours (length).
 
     Returns
     -------
     ndarray, shape (n, m // 2 + 1, 3 k, 3 k)
-        At the wave vector zero the limit of long waves.
+        Matrices; the one of the wave vector zero is the limit of long waves.
     """
     n, m = shape
     reciprocal = 2.0 * np.pi * np.linalg.inv(column.cell.array[:2, :2])
@@ -147,13 +148,13 @@ def on_cells(
     q = numbers.reshape(-1, 2) @ reciprocal.T
     positions = np.repeat(column.positions[:, :2], 3, axis=0)
     matrices = np.empty((len(q), len(positions), len(positions)), complex)
-    for start in range(1, len(q), _CHUNK):
-        part = slice(start, start + _CHUNK)
+    for start in range(1, len(q), _WAVES_AT_ONCE):
+        part = slice(start, start + _WAVES_AT_ONCE)
         phases = np.exp(1j * q[part] @ positions.T)
         matrices[part] = phases[:, :, None] * matrix(q[part]) * phases[:, None].conj()
-    long = np.array([[1.0, 0.0], [2.0, 0.0]]) * _LONG / spacing
+    long = np.array([[1.0, 0.0], [2.0, 0.0]]) * _LONG_WAVE_NUMBER / spacing
     once, twice = matrix(long).real
-    matrices[0] = 2.0 * once - twice  # without the term proportional to |q|
+    matrices[0] = 2.0 * once - twice  # extrapolated linearly to |q| = 0
     return matrices.reshape(n, m // 2 + 1, len(positions), len(positions))
 
 

@@ -1,4 +1,4 @@
-"""A rigid indenter on atoms, with the walls of this package."""
+"""Rigid indenter on explicit atoms, with the walls of this package."""
 
 from __future__ import annotations
 
@@ -21,13 +21,15 @@ from ase_roughcontact.interactions.consistency import check_wall
 from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.known import topography_of
 
-# Samples of the shape per spacing, between which it is interpolated.
-_SAMPLES = 4
-# Fraction of the cell beyond which an atom is at its border.
+# Number of samples of the shape per spacing, between which the shape is interpolated.
+_SAMPLES_PER_SPACING = 4
+# Distance from the axis, as a fraction of the cell, beyond which atoms are at the
+# border of the cell.
 _BORDER = 0.49
-_ROUNDING = 1e-9
-# Change of slope across the border up to which an indenter is periodic.
-_SMOOTH = 1e-3
+# Relative rounding error of a number of samples.
+_NUMBER_ERROR = 1e-9
+# Largest change of slope across the border of a periodic indenter.
+_MAX_KINK = 1e-3
 
 
 class RigidIndenter(PropertiesCalculator):
@@ -39,17 +41,17 @@ class RigidIndenter(PropertiesCalculator):
     .. math:: U = A \sum_i V(g_i) + L Z, \qquad
               g_i = Z + h(x_i - X, y_i - Y) - z_i .
 
-    Atoms also move along the surface, so that :math:`h` is interpolated by cubic
-    splines, and its slopes cause lateral forces. All atoms within the range of the wall
-    feel it, also those below the surface.
+    Atoms also move along the surface: cubic splines interpolate :math:`h`, and its
+    slopes cause lateral forces. The wall acts on all atoms within its range, also below
+    the surface.
 
     Parameters
     ----------
     indenter : Surface
-        `RoughSphere`, `SelfAffine`, `HeightMap` or any object with their method
-        `heights`.
+        Shape of the indenter: `RoughSphere`, `SelfAffine`, `HeightMap` or any object
+        with their method `heights`.
     interaction : Interaction
-        A wall that is not hard.
+        Wall, which must not be hard.
     spacing : float
         Distance of nearest neighbours in the surface (Å).
     area : float
@@ -61,14 +63,14 @@ class RigidIndenter(PropertiesCalculator):
     Raises
     ------
     ValueError
-        If a parameter is out of range, or the wall is hard; at a calculation, if there
+        If a parameter is out of range, or the wall is hard; in a calculation, if there
         is not one atom X, or the wall acts at the border of the cell and the indenter
-        does not have its period.
+        does not have the period of the cell.
 
     Warns
     -----
     UserWarning
-        Once, if a file or `Atoms.set_constraint` has freed an indenter that was held.
+        Once, if no constraint holds an indenter that should be held.
 
     Notes
     -----
@@ -102,9 +104,10 @@ class RigidIndenter(PropertiesCalculator):
         check_wall(interaction, spacing)
         self.indenter, self.interaction = indenter, interaction
         self.spacing, self.area = spacing, area
-        self._held = [True, True, load is None]  # directions in which it does not move
+        # directions along which constraints hold the indenter
+        self._held = [True, True, load is None]
         self._warned = False
-        self._step = spacing / _SAMPLES
+        self._step = spacing / _SAMPLES_PER_SPACING
         self._cell = np.zeros((2, 2))
 
     def lowest(self, cell: np.ndarray) -> float:
@@ -127,15 +130,15 @@ class RigidIndenter(PropertiesCalculator):
         relative = self.atoms.positions[others] - self.atoms.positions[index]
         fractions = relative[:, :2] @ np.linalg.inv(cell)
         fractions -= np.rint(fractions)
-        places = fractions @ cell
-        heights, slopes = self._shape(places)
+        positions = fractions @ cell
+        heights, slopes = self._shape(positions)
         gap = heights - relative[:, 2]
         near = gap < self.interaction.cutoff
         if self._kink and (abs(fractions[near]) > _BORDER).any():
             raise ValueError(
                 "the wall acts on atoms at the border of the periodic cell, where the "
-                "indenter meets its image at an angle: use a larger cell, a smaller "
-                "radius or a smaller depth"
+                "indenter meets its image at an angle: use a larger cell, or a smaller "
+                "radius or depth"
             )
         energy, pressure = np.zeros(gap.shape), np.zeros(gap.shape)
         energy[near], pressure[near], _ = self.interaction.evaluate(gap[near])
@@ -161,7 +164,7 @@ class RigidIndenter(PropertiesCalculator):
         }
 
     def _warn_if_released(self, index: int) -> None:
-        """Warn once if no constraint holds the indenter where one should."""
+        """Warn once if no constraint holds an indenter that should be held."""
         constraints = self.atoms.constraints
         springs = any(hasattr(each, "adjust_potential_energy") for each in constraints)
         if self._warned or springs:
@@ -172,10 +175,9 @@ class RigidIndenter(PropertiesCalculator):
         if forces[index, self._held].any():
             self._warned = True
             warn(
-                "nothing holds the indenter: a file without constraints or "
-                "set_constraint has lost the constraint of add_indenter. Add "
-                "FixCartesian, or constraints by set_constraint([*atoms.constraints, "
-                "new])"
+                "nothing holds the indenter: the constraint of add_indenter is lost. "
+                "Add FixCartesian, or constraints by "
+                "set_constraint([*atoms.constraints, new])"
             )
 
     def _interpolate(self, cell: np.ndarray) -> None:
@@ -184,14 +186,14 @@ class RigidIndenter(PropertiesCalculator):
         indenter = topography_of(self.indenter)
         flat = indenter.apex_radius == math.inf
         periodic = flat and np.allclose(indenter.periods, 2 * half)
-        known = half if periodic else np.minimum(half, indenter.extent)
-        number = np.floor(known / self._step * (1 + _ROUNDING)).astype(int)
+        extent = half if periodic else np.minimum(half, indenter.extent)
+        number = np.floor(extent / self._step * (1 + _NUMBER_ERROR)).astype(int)
         whole = periodic and np.allclose(half, self._step * number)
         if not whole:  # beyond the cell, for the slopes at its border
-            number += known >= half
+            number += extent >= half
         (n, m), (x, y) = (2 * number + 1 - whole).tolist(), (-self._step * number)
         self._heights = self.indenter.heights((n, m), self._step, (x, y))
-        if whole:  # one period, of which the samples beyond the cell are a part
+        if whole:  # one period, which also gives the samples beyond the cell
             self._heights = np.pad(self._heights, (1, 2), mode="wrap")
             number += 1
         x, y = (self._step * np.arange(-k, k + 1) for k in number)
@@ -200,13 +202,14 @@ class RigidIndenter(PropertiesCalculator):
         self._cell = cell.copy()
         ends = np.array([1.0, -1.0])[:, None] * cell[:, None] / 2
         slopes = self._shape(ends.reshape(4, 2))[1].reshape(2, 2, 2)
-        self._kink = abs(np.diff(slopes, axis=1)).max() > _SMOOTH
+        self._kink = abs(np.diff(slopes, axis=1)).max() > _MAX_KINK
 
-    def _shape(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return heights and slopes, shape (n,) and (n, 2)."""
-        inside = (abs(places) <= self._reach).all(axis=1)
-        heights, slopes = np.full(len(places), np.inf), np.zeros((len(places), 2))
-        x, y = places[inside].T
+    def _shape(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return heights, shape (n,), and slopes, shape (n, 2)."""
+        inside = (abs(positions) <= self._reach).all(axis=1)
+        heights = np.full(len(positions), np.inf)
+        slopes = np.zeros((len(positions), 2))
+        x, y = positions[inside].T
         heights[inside] = self._spline.ev(x, y)
         slopes[inside, 0] = self._spline.ev(x, y, dx=1)
         slopes[inside, 1] = self._spline.ev(x, y, dy=1)
@@ -214,12 +217,12 @@ class RigidIndenter(PropertiesCalculator):
 
 
 def indenter_index(atoms: Atoms) -> int:
-    """Return the index of the indenter; raise `ValueError` unless there is one."""
+    """Return the index of the indenter; raise `ValueError` if there is not one."""
     found = np.flatnonzero(atoms.numbers == 0)
     if len(found) != 1:
         raise ValueError(
-            "the indenter is one atom of the symbol X, see add_indenter, got "
-            f"{len(found)} of them"
+            f"there must be one atom X, the indenter, got {len(found)}: see "
+            "add_indenter"
         )
     return int(found[0])
 
@@ -239,34 +242,37 @@ def add_indenter(
     Parameters
     ----------
     atoms : Atoms
-        With an `ElasticFoundation` as calculator, see `crystal_slab`. The indenter, an
-        atom X, and its calculator are added in place. An indenter that the atoms have,
-        as those from a file, stays where it is.
+        Slab with an `ElasticFoundation` as calculator, see `crystal_slab`. The
+        indenter, an atom X, and its calculator are added in place. If there is an
+        indenter already, as in atoms from a file, it stays at its position.
     indenter : Surface
-        Shape.
+        Shape of the indenter.
     interaction : Interaction, optional
-        The wall; by default `LennardJones93.repulsive`, as stiff as the crystal.
+        Wall; by default `LennardJones93.repulsive`, as stiff as the crystal.
     height : float, optional
-        z of the indenter (Å); by default its lowest point is where the wall begins to
-        repel the highest atom.
+        Position z of the indenter (Å); by default its lowest point is where the wall
+        begins to repel the highest atom.
     position : (float, float), optional
-        x and y of its axis (Å), which are fixed; by default the middle of the cell.
+        Position x and y of the axis of the indenter (Å), which is fixed; by default the
+        middle of the cell.
     load : float, optional
-        Force that presses it down (eV/Å). Without it the height is fixed, too.
+        Force that presses the indenter down (eV/Å). Without it the height is fixed,
+        too.
     mass : float, optional
-        Its mass in dynamics (amu); by default the mass of a layer of the slab, with
-        which the indenter does not vibrate faster than an atom, however many touch it.
+        Mass of the indenter in dynamics (amu). By default it is the mass of a layer of
+        the slab: the indenter does then not vibrate faster than an atom, however many
+        atoms touch it.
 
     Returns
     -------
     RigidIndenter
-        One of the two calculators of which ``atoms.calc`` is the sum.
+        Calculator of the indenter; ``atoms.calc`` is the sum of it and the foundation.
 
     Raises
     ------
     ValueError
-        If the atoms have no foundation, or an indenter already for which a height or a
-        position is given.
+        If the atoms have no foundation, or a height or a position is given for an
+        indenter that is there already.
 
     Examples
     --------
@@ -277,8 +283,8 @@ def add_indenter(
     >>> atoms.positions[-1, 2] -= 0.5  # press it down by 0.5 Å  # doctest: +SKIP
     """
     instance_of(Atoms, atoms=atoms)
-    there = (atoms.numbers == 0).any()
-    if there and (height is not None or position is not None):
+    has_indenter = (atoms.numbers == 0).any()
+    if has_indenter and (height is not None or position is not None):
         raise ValueError(
             "the atoms have an indenter already: omit height and position, and move it "
             "by atoms.positions"
@@ -287,22 +293,26 @@ def add_indenter(
     if not isinstance(foundation, ElasticFoundation):
         raise ValueError(
             "the atoms need an ElasticFoundation as calculator, see crystal_slab, got "
-            f"{foundation!r}. If this has an indenter already, set atoms.calc = "
-            "foundation to replace it"
+            f"{foundation!r}. To replace an indenter, set atoms.calc = foundation first"
         )
     spacing, area = foundation.surface.constants.spacing, foundation.surface.cell_area
     if interaction is None:
         modulus = foundation.surface.contact_modulus
         interaction = LennardJones93.repulsive(modulus, spacing)
     calculator = RigidIndenter(indenter, interaction, spacing, area, load)
-    index = indenter_index(atoms) if there else len(atoms)
-    if height is None and not there:
-        top = atoms.positions[:, 2].max()
-        lowest = calculator.lowest(atoms.cell.array[:2, :2])
-        height = top + interaction.contact_distance - lowest
-    if not there:
-        middle = atoms.cell.array[:2, :2].sum(axis=0) / 2
-        atoms.append(Atom("X", (*(middle if position is None else position), height)))
+    if has_indenter:
+        index = indenter_index(atoms)
+    else:
+        index = len(atoms)
+        if height is None:
+            top = atoms.positions[:, 2].max()
+            lowest = calculator.lowest(atoms.cell.array[:2, :2])
+            height = top + interaction.contact_distance - lowest
+        if position is None:
+            x, y = atoms.cell.array[:2, :2].sum(axis=0) / 2
+        else:
+            x, y = position
+        atoms.append(Atom("X", (x, y, height)))
     masses = atoms.get_masses()
     if mass is None and masses[index] == atomic_masses[0]:  # the default of ASE
         lowest = foundation.sites.indices[-1]
@@ -311,6 +321,7 @@ def add_indenter(
         positive(mass=mass)
         masses[index] = mass
         atoms.set_masses(masses)
+    # constraints that do not act on the indenter alone
     others = [
         each
         for each in atoms.constraints

@@ -11,29 +11,29 @@ from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFun
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.foundation.coupling import apply, on_cells
 
-# Stiffness against a displacement of all atoms, relative to that of the layers.
-_HELD = 1e3
+# Stiffness against a displacement of all atoms, relative to the mean of the layers.
+_RELATIVE_STIFFNESS = 1e3
 
 
 class FoundationPrecon(ConstantPrecon):
-    """Stiffness of the explicit layers at rest, on the crystal below them.
+    """Preconditioner: stiffness of the explicit layers on the crystal below, at rest.
 
-    It is a matrix of the layers for each wave vector. Other atoms are multiplied by a
-    constant. With it, the number of steps does not increase with the size of the cell.
+    For each wave vector the stiffness is a matrix of the layers; for other atoms it is
+    a constant. The number of steps does then not increase with the size of the cell.
 
     Parameters
     ----------
     atoms : Atoms
-        A slab on its foundation, and other atoms.
+        Slab on its foundation, and other atoms.
     foundation : ElasticFoundation
-        All layers of the crystal were complete when it was made.
+        Foundation of a slab where all layers were complete when it was made.
 
     Raises
     ------
     ValueError
         If the layers of the slab were not complete.
     TypeError
-        If an argument is of another kind.
+        If an argument has the wrong type.
 
     Examples
     --------
@@ -68,10 +68,10 @@ class FoundationPrecon(ConstantPrecon):
         )
         diagonal = np.einsum("nmii->nmi", self._stiffness).real
         self._other = float(diagonal.mean())
-        # all layers move relative to the lowest one, whose mean is (nearly) held
+        # all layers move relative to the lowest one, with a mean that is nearly held
         mean, lowest = self._stiffness[0, 0], slice(-3, None)
         mean[lowest] = mean[:, lowest] = 0.0
-        mean[lowest, lowest] = np.eye(3) * self._other * _HELD
+        mean[lowest, lowest] = np.eye(3) * self._other * _RELATIVE_STIFFNESS
         self._compliance = np.linalg.inv(self._stiffness)
         self._transform = foundation.coupling.transform
 

@@ -1,4 +1,4 @@
-"""Lattice sites of the lowest layers of a slab, and which atoms are on them."""
+"""Lattice sites of the lowest layers of a slab, and the atoms on them."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from ase import Atoms
 
 from ase_roughcontact.foundation.surface import CrystalSurface
 
-# Relative difference of a side of the cell from a multiple of the surface cell.
-_CELL = 1e-4
-# Largest distance of atoms from their sites, and of displacements of neighbours, in
-# spacings: a site that belongs to another stacking is at least 0.5 spacings away.
-_SITE = 0.3
+# Largest relative difference of a side of the cell from a multiple of the surface cell.
+_MAX_CELL_ERROR = 1e-4
+# Largest distance of an atom from its site, and largest difference of displacements of
+# neighbours, in spacings. A site of another stacking is at least 0.5 spacings away.
+_MAX_SITE_DISTANCE = 0.3
 # Largest mean displacement of a layer relative to the one below it, in spacings.
-_LAYER = 0.1
+_MAX_LAYER_DISPLACEMENT = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class Sites:
     Parameters
     ----------
     indices : ndarray of int, shape (k, n, m)
-        Atoms by layer, the lowest one last, and cell.
+        Indices of the atoms by layer, the lowest one last, and by cell.
     positions : ndarray, shape (k, n, m, 3)
         Positions at rest (Å).
     cell : ndarray, shape (3, 3)
@@ -48,21 +48,23 @@ class Sites:
         Parameters
         ----------
         atoms : Atoms
-            Without indenter.
+            Slab without indenter.
         surface : CrystalSurface
+            Surface of the crystal.
         layers : int
-            Layers of the slab.
+            Number of layers of the slab.
         coupled : int
-            Number k of layers, the lowest of these.
+            Number k of the lowest layers that are returned.
 
         Returns
         -------
         Sites
+            Sites of the k lowest layers.
 
         Raises
         ------
         ValueError
-            If the lowest layers are not those of the crystal.
+            If the atoms of these layers are not at the sites of the crystal.
         """
         shape = cells(atoms, surface)
         number = shape[0] * shape[1]
@@ -75,7 +77,7 @@ class Sites:
         order = np.argsort(atoms.positions[:, 2], kind="stable")
         places = column.positions - column.positions[-1]
         rows = column.cell.array[:2]
-        # the sites are where the lowest layer is on average
+        # sites have the mean position of the lowest layer
         lowest = atoms.positions[order[:number]]
         phases = 2.0 * np.pi * lowest[:, :2] @ np.linalg.inv(rows[:, :2])
         mean = np.angle(np.exp(1j * phases).mean(axis=0)) / (2.0 * np.pi)
@@ -91,29 +93,29 @@ class Sites:
             cell = np.rint(relative[:, :2] @ np.linalg.inv(rows[:, :2])).astype(int)
             relative -= cell @ rows
             distance = np.linalg.norm(relative, axis=1)
-            shift = np.linalg.norm(relative.mean(axis=0)) / spacing
+            mean = np.linalg.norm(relative.mean(axis=0)) / spacing
             layer[tuple((cell % shape).T)] = found
             others = [i for i in found if atoms.symbols[i] != surface.symbol]
-            wrong = distance.max() > _SITE * spacing or shift > _LAYER * max(below, 1)
-            if wrong or layer.min() < 0 or others:
+            displaced = distance.max() > _MAX_SITE_DISTANCE * spacing
+            displaced |= mean > _MAX_LAYER_DISPLACEMENT * max(below, 1)
+            if displaced or layer.min() < 0 or others:
                 worst = found[distance.argmax()]
                 reason = f"atom {worst} is {distance.max():.2f} Å from a site"
                 if others:
                     reason = f"atom {others[0]} is {atoms.symbols[others[0]]}"
                 raise ValueError(
-                    f"layer {below + 1} from below is not that of {surface.surface} "
-                    f"{surface.symbol} with the lattice constant "
-                    f"{surface.lattice_constant:.4f} Å: {reason}. Check elements, "
-                    "stacking, order of layers, vacancies and lattice constant, or use "
-                    "crystal_slab"
+                    f"layer {below + 1} from below is no layer of {surface.surface} "
+                    f"{surface.symbol} with lattice constant "
+                    f"{surface.lattice_constant:.4f} Å: {reason}. Check the atoms, or "
+                    "use crystal_slab"
                 )
         return cls(indices, positions, atoms.cell.array, spacing)
 
     def displacement(self, positions: np.ndarray) -> np.ndarray:
-        """Return the displacement of the atoms from rest, up to a uniform one.
+        """Return the displacement of the atoms from rest, up to a uniform displacement.
 
-        Positions are those of all atoms, which may have been moved by vectors of the
-        cell. The result has the shape (k, n, m, 3) (Å).
+        The positions of all atoms are given; vectors of the cell may have been added to
+        them. The result has the shape (k, n, m, 3) (Å).
 
         Raises
         ------
@@ -127,7 +129,7 @@ class Sites:
         strain = [
             moved - np.roll(moved, 1, axis) for axis in (1, 2) if moved.shape[axis] > 1
         ]
-        limit = (_SITE * self.spacing) ** 2
+        limit = (_MAX_SITE_DISTANCE * self.spacing) ** 2
         for part in (*strain, np.diff(moved, axis=0)):
             squares = np.einsum("...i,...i", part, part)
             if squares.size and not squares.max() <= limit:
@@ -136,10 +138,9 @@ class Sites:
                 raise ValueError(
                     f"atom {self.indices[place]}, in the {self.indices.shape[0]} "
                     "lowest layers, has left its lattice site: it is displaced by "
-                    f"{distance:.2f} Å relative to a neighbour. The layers on the "
-                    "foundation are elastic: use more explicit layers, or a lower load,"
-                    " temperature or time step. If atoms have been removed, or their "
-                    "order has changed, make a new foundation"
+                    f"{distance:.2f} Å relative to a neighbour. Use more layers, or a "
+                    "lower load, temperature or time step. If atoms were removed or "
+                    "reordered, make a new foundation"
                 )
         return moved
 
@@ -150,26 +151,25 @@ def cells(atoms: Atoms, surface: CrystalSurface) -> tuple[int, int]:
     Raises
     ------
     ValueError
-        If the sides are not multiples of those of the surface cell, or the atoms are
-        not periodic along the surface alone.
+        If the sides are not multiples of the sides of the surface cell, or the atoms
+        are not periodic along x and y only.
     """
     if atoms.pbc.tolist() != [True, True, False]:
         raise ValueError(
-            "an elastic foundation is periodic along x and y and not along z: set pbc "
-            f"to (True, True, False), got {atoms.pbc.tolist()}. Free boundaries along "
-            "the surface are not supported"
+            "an elastic foundation is periodic along x and y only: set pbc to (True, "
+            f"True, False), got {atoms.pbc.tolist()}. Free boundaries are not supported"
         )
     unit, sides = surface.column(1).cell.array[:2], atoms.cell.array[:2]
     numbers = np.linalg.norm(sides, axis=1) / np.linalg.norm(unit, axis=1)
     n, m = np.rint(numbers).astype(int).tolist()
     expected = np.array([n, m])[:, None] * unit
     error = np.linalg.norm(sides - expected, axis=1)
-    if min(n, m) < 1 or (error > _CELL * np.linalg.norm(unit, axis=1)).any():
+    if min(n, m) < 1 or (error > _MAX_CELL_ERROR * np.linalg.norm(unit, axis=1)).any():
         raise ValueError(
             f"the sides of the cell must be multiples of {unit[0, :2].round(5)} and "
-            f"{unit[1, :2].round(5)} Å for {surface.surface} {surface.symbol} with the "
+            f"{unit[1, :2].round(5)} Å for {surface.surface} {surface.symbol} with "
             f"lattice constant {surface.lattice_constant:.5f} Å, got "
-            f"{sides[0].round(5)} and {sides[1].round(5)}: build the atoms with "
-            "crystal_slab, or with this lattice constant"
+            f"{sides[0].round(5)} and {sides[1].round(5)}: use crystal_slab, or this "
+            "lattice constant"
         )
     return n, m

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -22,35 +22,37 @@ from ase_roughcontact.elasticity.crystals.force_constants import (
 )
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 
-_VACUUM = 10.0  # on both sides of a slab (Å)
-_SAME = 1e-6  # largest distance of two equal places (Å)
-# Errors above which a calculator is another one than that of the surface: of the
-# stiffness of a surface atom, and of positions at rest, in spacings.
-_STIFFNESS = 1e-2
-_STRAIN = 1e-3
+# Vacuum on each side of a slab (Å).
+_VACUUM = 10.0
+# Largest distance of two equal positions (Å).
+_POSITION_ERROR = 1e-6
+# Largest relative error of the stiffness of a surface atom by the same calculator.
+_MAX_STIFFNESS_ERROR = 1e-2
+# Largest error of the positions at rest by the same calculator, in spacings.
+_MAX_STRAIN = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class CrystalSurface(Stored):
     """Semi-infinite crystal with a relaxed surface, in the harmonic approximation.
 
-    It is made by `from_calculator` or `read`.
+    Objects are made by `from_calculator` or `read`.
 
     Parameters
     ----------
     symbol : str
         Chemical symbol.
     surface : {"fcc100", "fcc111", "bcc100", "diamond100"}
+        Crystal structure and surface.
     lattice_constant : float
-        Of the cubic crystal (Å).
+        Lattice constant of the cubic crystal (Å).
     heights : ndarray
-        z of the layers from the surface down to the first layer of the bulk, that of
-        the surface being zero (Å).
+        Heights of the layers from the surface, at zero, down to the first layer of the
+        bulk (Å).
     constants : ForceConstants
         Couplings of these layers.
     size : int
-        Number of surface cells along each side of the slabs whose forces were
-        calculated.
+        Number of surface cells along each side of the slabs for the force constants.
     displacement : float
         Displacement for the force constants (Å); 0 for the calculator's Hessian.
     """
@@ -77,27 +79,42 @@ class CrystalSurface(Stored):
         tolerance: float = 1e-3,
         **slab: Any,
     ) -> CrystalSurface:
-        """Return the surface of a crystal as an ASE calculator describes it.
+        """Calculate the surface of a crystal with an ASE calculator.
 
-        See `Crystal.from_calculator`, whose parameters, cost and errors are the same.
+        See `Crystal.from_calculator` for more about the parameters, the cost and the
+        errors raised, which are the same.
 
         Parameters
         ----------
         calculator : Calculator
+            ASE calculator of the energies of bulk crystals and the forces of slabs.
         bulk : Atoms or str
+            Chemical symbol, or a crystal of one element.
         surface : {"fcc100", "fcc111", "bcc100", "diamond100"}
             Crystal structure and surface.
-        size, displacement, tolerance
-            Of the slab and its force constants.
+        size : int
+            Number of surface cells along each side of the slab, odd.
+        displacement : float
+            Displacement for the force constants (Å); 0 for the calculator's Hessian.
+        tolerance : float
+            Largest relative error.
         **slab
-            ``lattice_constant`` and ``layers``.
+            The options ``lattice_constant`` and ``layers``.
 
         Returns
         -------
         CrystalSurface
+            The surface; `write` keeps it in a file.
         """
-        slab |= {"size": size, "displacement": displacement, "tolerance": tolerance}
-        found = calculated_surface(calculator, bulk, surface, **slab)
+        found = calculated_surface(
+            calculator,
+            bulk,
+            surface,
+            size=size,
+            displacement=displacement,
+            tolerance=tolerance,
+            **slab,
+        )
         symbol, a, constants = found.symbol, found.lattice_constant, found.constants
         z = found.slab.positions[: constants.bulk + 1, 2]
         return cls(symbol, surface, a, z - z[0], constants, size, displacement)
@@ -113,28 +130,28 @@ class CrystalSurface(Stored):
     def column(self, layers: int) -> Atoms:
         """Return one surface cell of the upper layers.
 
-        It is ordered from the surface down, the surface at z = 0, and periodic along
-        it.
+        The atoms are ordered from the surface at z = 0 down, and periodic along the
+        surface.
         """
         integer("layers", layers, 1)
         build = SURFACES[self.surface]
-        # two layers or more, between which ASE knows the distance
+        # one layer more: ASE needs two to know their distance
         atoms = build(
             self.symbol, (1, 1, layers + 1), a=self.lattice_constant, vacuum=_VACUUM
         )[::-1]
         atoms.positions -= atoms.positions[0]
-        # the layers below those of the surface have the distance of the last ones
+        # below the first layer of the bulk, all layers have the same distance
         number = np.arange(layers + 1)
-        deep = np.maximum(number - len(self.heights) + 1, 0)
-        known = self.heights[np.minimum(number, len(self.heights) - 1)]
-        atoms.positions[:, 2] = known + deep * np.diff(self.heights)[-1]
+        below = np.maximum(number - len(self.heights) + 1, 0)
+        heights = self.heights[np.minimum(number, len(self.heights) - 1)]
+        atoms.positions[:, 2] = heights + below * np.diff(self.heights)[-1]
         atoms.set_tags(0)
-        atoms.info.clear()  # the sites for adsorbates are not those of these atoms
+        atoms.info.clear()  # ASE's sites for adsorbates do not hold for these atoms
         return atoms[:layers]
 
     @property
     def bulk_depth(self) -> int:
-        """Number of layers of the thinnest slab whose lowest layers are bulk."""
+        """Number of layers of the thinnest slab with lowest layers that are bulk."""
         return self.constants.bulk + self.constants.reach
 
     @property
@@ -152,39 +169,39 @@ class CrystalSurface(Stored):
     def check_calculator(self, calculator: Any) -> None:
         """Raise `ValueError` if the surface was calculated with another calculator.
 
-        It must give no forces on the upper layers of a slab, and the force constants of
-        a surface atom.
+        The calculator must give no forces on the upper layers of a slab, and the same
+        force constants of a surface atom.
         """
         slab = self.column(self.bulk_depth)
         cells = slab.repeat((self.size, self.size, 1))
         cells.calc = calculator
         force = abs(cells.get_forces()[: self.constants.bulk]).max()
-        found, expected = (
-            matrix[(target == 0) & (abs(offset) < _SAME).all(axis=1) & (source == 0)][0]
-            for source, target, offset, matrix in (
-                couplings(calculator, slab, self.size, [0], self.displacement),
-                astuple(self.constants)[:4],
-            )
+        found = _surface_stiffness(
+            *couplings(calculator, slab, self.size, [0], self.displacement)
+        )
+        constants = self.constants
+        expected = _surface_stiffness(
+            constants.source, constants.target, constants.offset, constants.matrix
         )
         scale = abs(expected).max()
         error = abs(found - expected).max() / scale
         strain = force / (scale * self.constants.spacing)
-        if error > _STIFFNESS or strain > _STRAIN:
+        if error > _MAX_STIFFNESS_ERROR or strain > _MAX_STRAIN:
             raise ValueError(
                 f"the surface {self.surface} {self.symbol} was not calculated with "
-                f"this {type(calculator).__name__}: its atoms are under forces of up to"
-                f" {force:.2g} eV/Å at rest, and the stiffness of a surface atom "
-                f"differs by {100 * error:.2g} %. Give the calculator of the surface, "
-                "or make another surface with CrystalSurface.from_calculator"
+                f"this {type(calculator).__name__}: forces at rest are up to "
+                f"{force:.2g} eV/Å, and the stiffness differs by {100 * error:.2g} %. "
+                "Give the calculator of the surface, or use "
+                "CrystalSurface.from_calculator"
             )
 
     def cut_couplings(
         self, calculator: Any, layers: int, lowest: int
     ) -> tuple[np.ndarray, ...]:
-        """Return couplings within the lowest layers of a slab cut off from the rest.
+        """Return couplings within the lowest layers of a slab without the bulk below.
 
-        They are source, target, offset and matrix as in `ForceConstants`, layer 0 being
-        the first of the lowest ones.
+        The arrays are source, target, offset and matrix as in `ForceConstants`, but
+        layer 0 is the highest of the lowest layers.
         """
         first = layers - lowest
         slab = self.column(layers)
@@ -193,3 +210,11 @@ class CrystalSurface(Stored):
         )
         kept = target >= first
         return source[kept] - first, target[kept] - first, offset[kept], matrix[kept]
+
+
+def _surface_stiffness(
+    source: np.ndarray, target: np.ndarray, offset: np.ndarray, matrix: np.ndarray
+) -> np.ndarray:
+    """Return the coupling of a surface atom with itself, shape (3, 3)."""
+    same_position = (abs(offset) < _POSITION_ERROR).all(axis=1)
+    return matrix[(source == 0) & (target == 0) & same_position][0]

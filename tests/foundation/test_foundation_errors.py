@@ -37,7 +37,7 @@ def test_a_slab_that_is_not_held_any_more_warns_once(surface):
     atoms.get_forces()
     atoms.set_constraint(FixAtoms([len(atoms) - 1]))
     atoms.rattle(1e-3)
-    with pytest.warns(UserWarning, match="set_constraint has lost"):
+    with pytest.warns(UserWarning, match="set_constraint"):
         atoms.get_forces()
     atoms.rattle(1e-3)
     atoms.get_forces()
@@ -64,7 +64,7 @@ def test_a_slab_whose_hold_got_lost_in_a_file_warns(surface, tmp_path):
 )
 def test_another_calculator_than_that_of_the_surface(atoms, surface, calculator):
     surface = replace(surface, displacement=1e-3)
-    with pytest.raises(ValueError, match="was not calculated with"):
+    with pytest.raises(ValueError, match="Give the calculator of the surface"):
         rc.ElasticFoundation(calculator, surface, atoms, LAYERS)
 
 
@@ -74,10 +74,10 @@ def test_differences_of_forces_are_near_enough_to_the_hessian(atoms, surface):
 
 def test_another_lattice_constant_or_structure(surface):
     atoms = fcc100("Cu", (3, 4, LAYERS), a=3.61, vacuum=5.0)
-    with pytest.raises(ValueError, match=r"with the lattice constant 3\.60226"):
+    with pytest.raises(ValueError, match=r"3\.60226"):
         foundation(atoms, surface)
     atoms = bcc100("Cu", (3, 4, LAYERS), a=surface.constants.spacing, vacuum=5.0)
-    with pytest.raises(ValueError, match="layer 2 from below is not that of fcc100"):
+    with pytest.raises(ValueError, match="layer 2 from below"):
         rc.ElasticFoundation(pair_potential(), surface, atoms, 2)
 
 
@@ -122,10 +122,10 @@ def shift_the_lowest_layer(atoms):
     "spoil, message",
     [
         (free, r"pbc to \(True, True, False\)"),
-        (another_element, "from below is not that of"),
-        (vacancy, "from below is not that of"),
+        (another_element, "Ni"),
+        (vacancy, "from below"),
         (shift_the_lowest_layer, "layer 2 from below"),
-        (lambda atoms: atoms.pop(), "at least 48 atoms, got 47"),
+        (lambda atoms: atoms.pop(), r"48 atoms, got 47"),
     ],
 )
 def test_atoms_that_are_not_those_of_the_surface(atoms, surface, spoil, message):
@@ -154,11 +154,11 @@ def stretch(atoms):
     "spoil, message",
     [
         (free, "Free boundaries"),
-        (another_element, "are now"),
-        (leave_the_site, r"atom 14, .* has left its lattice site"),
-        (reverse, "order has changed, make a new foundation"),
-        (remove, "have been removed"),
-        (stretch, "cell has changed"),
+        (another_element, "Ni"),
+        (leave_the_site, "atom 14"),
+        (reverse, "make a new foundation"),
+        (remove, "make a new foundation"),
+        (stretch, "cell"),
     ],
 )
 def test_atoms_that_have_changed(atoms, spoil, message):
@@ -169,7 +169,7 @@ def test_atoms_that_have_changed(atoms, spoil, message):
 
 def test_a_calculator_that_describes_slabs_in_another_way_is_found_out():
     softer = Softer(dict(fcc_springs(3.6)[0].shells))
-    with pytest.raises(ValueError, match=r"'long_waves' .* strained bulk"):
+    with pytest.raises(ValueError, match="'long_waves'"):
         rc.CrystalSurface.from_calculator(softer, "Cu", "fcc111", layers=9, size=7)
 
 
@@ -178,14 +178,14 @@ def test_a_slab_of_a_crystal_given_as_atoms_or_of_another_element(surface):
     atoms, _ = rc.crystal_slab(bulk("Cu"), size, 2, pair_potential(), surface)
     assert len(atoms) == 18
     for other in ("Ni", bulk("Ni")):
-        with pytest.raises(ValueError, match="that of Cu, got Ni"):
+        with pytest.raises(ValueError, match=r"Cu.* got Ni"):
             rc.crystal_slab(other, size, 2, pair_potential(), surface)
 
 
 def test_preconditioner_of_another_calculator_or_of_other_atoms(atoms):
-    with pytest.raises(TypeError, match="must be an ElasticFoundation"):
+    with pytest.raises(TypeError, match="ElasticFoundation"):
         rc.FoundationPrecon(atoms, pair_potential())
-    with pytest.raises(ValueError, match="made for 48 atoms"):
+    with pytest.raises(ValueError, match="48 atoms"):
         rc.FoundationPrecon(atoms[:40], atoms.calc)
 
 
@@ -209,5 +209,5 @@ def test_a_slab_bends_by_more_than_a_spacing_and_has_no_stress(surface):
 def test_another_file(tmp_path, text):
     file = tmp_path / "copper.json"
     file.write_text(text)
-    with pytest.raises(ValueError, match=r"copper\.json is not a crystal surface"):
+    with pytest.raises(ValueError, match=r"copper\.json"):
         rc.CrystalSurface.read(file)

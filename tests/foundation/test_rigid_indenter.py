@@ -82,7 +82,7 @@ def test_a_small_load_is_that_of_the_half_space_of_the_same_crystal(surface, cry
     sphere, load, n = rc.RoughSphere(200.0), 0.02, 6
     gold = rc.substrate("Au", (n, n), sphere, spacing=crystal.spacing, periodic=True)
     gold.calc = rc.RoughContact(sphere, solid=crystal)
-    with pytest.raises(ValueError, match="crystal of Cu, got surface atoms of Au"):
+    with pytest.raises(ValueError, match=r"Cu, got .* Au"):
         gold.get_potential_energy()
     assert surface.contact_modulus == pytest.approx(crystal.contact_modulus, rel=1e-6)
     wall = rc.LennardJones93.repulsive(crystal.contact_modulus, crystal.spacing)
@@ -171,7 +171,7 @@ def test_an_indenter_has_the_mass_of_a_layer_unless_one_is_given(surface):
     rc.add_indenter(other, rc.RoughSphere(20.0), mass=7.0)
     assert other.get_masses()[-1] == 7.0
     for wrong in (0.0, -1.0, "heavy"):
-        with pytest.raises(ValueError, match="mass must be"):
+        with pytest.raises(ValueError, match="mass"):
             rc.add_indenter(slab(surface, (4, 4)), rc.RoughSphere(20.0), mass=wrong)
 
 
@@ -188,10 +188,10 @@ def test_a_surface_that_is_not_complete_can_not_be_held(surface):
     atoms = slab(surface, held=False)
     foundation = atoms.calc
     del atoms[-1]
-    with pytest.raises(ValueError, match="at least 72 atoms"):
+    with pytest.raises(ValueError, match="72 atoms"):
         foundation.hold(atoms, "surface")
     foundation.hold(atoms)
-    with pytest.raises(ValueError, match="layer must be 'lowest' or 'surface'"):
+    with pytest.raises(ValueError, match="'lowest' or 'surface'"):
         foundation.hold(atoms, "middle")
 
 
@@ -256,7 +256,7 @@ def test_what_is_refused(surface):
         rc.add_indenter(atoms, rc.RoughSphere(15.0), height=3.0)
     atoms = slab(surface)
     atoms.calc = None
-    with pytest.raises(ValueError, match="need an ElasticFoundation"):
+    with pytest.raises(ValueError, match="ElasticFoundation"):
         rc.add_indenter(atoms, rc.RoughSphere(15.0))
 
 
@@ -264,7 +264,7 @@ def test_an_indenter_at_the_border_of_the_cell(surface):
     atoms = slab(surface)
     rc.add_indenter(atoms, rc.RoughSphere(15.0))
     atoms.positions[-1, 2] -= 3.0
-    with pytest.raises(ValueError, match="at the border of the periodic cell"):
+    with pytest.raises(ValueError, match="use a larger cell"):
         atoms.get_potential_energy()
 
 
