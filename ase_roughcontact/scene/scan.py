@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -16,7 +17,9 @@ from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.scene.section import Section
 from ase_roughcontact.topography import HeightMap
-from ase_roughcontact.topography.scan import ROLES, in_angstrom
+from ase_roughcontact.topography.measurement import ScanWarning
+from ase_roughcontact.topography.pressed_scan import ROLES
+from ase_roughcontact.topography.scan import in_angstrom
 from ase_roughcontact.topography.scan_files import TEXT
 from ase_roughcontact.topography.spectrum import edge_step, has_edge_step, statistics
 
@@ -53,6 +56,7 @@ class TopographyConfig(Section):
     noise: float | str | None = None
     cutoff_wavelength: float | str = 0.0
     remove_outliers: bool = False
+    remove_bad_lines: bool = False
 
     @property
     def edge(self) -> float:
@@ -186,7 +190,7 @@ class TopographyConfig(Section):
                 '"substrate" if it is one, or the radius of the sphere that it is the '
                 "roughness of"
             )
-        found += self._doubts_about_noise()
+        found += [*measured.doubts, *self._doubts_about_noise()]
         return [f"{Path(self.file).name}: {each}" for each in found]
 
     def _doubts_about_noise(self) -> Iterator[str]:
@@ -233,7 +237,9 @@ class TopographyConfig(Section):
 def _read(config: TopographyConfig, contents: str) -> HeightMap:
     """Read a scan, unless it was read before and the contents of the file are same."""
     options = config.entries()
-    return HeightMap.from_topography(options.pop("file"), **options)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ScanWarning)  # `TopographyConfig.warnings`
+        return HeightMap.from_topography(options.pop("file"), **options)
 
 
 def _size(surface: HeightMap) -> FloatArray:

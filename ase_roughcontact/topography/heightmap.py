@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -18,7 +19,6 @@ from ase_roughcontact._util.validation import (
     boolean,
     height_array,
     integer,
-    lookup,
     nonnegative,
     window,
 )
@@ -28,18 +28,9 @@ from ase_roughcontact.topography.interpolation import (
     spline_coefficients,
 )
 from ase_roughcontact.topography.known import Topography
-from ase_roughcontact.topography.measurement import Measurement, Noise, outliers
-from ase_roughcontact.topography.scan import (
-    Length,
-    check_place,
-    filled,
-    highest,
-    in_angstrom,
-    levelled,
-    lower_side,
-    position,
-    scan_in_angstrom,
-)
+from ase_roughcontact.topography.measurement import Measurement, ScanWarning
+from ase_roughcontact.topography.pressed_scan import pressed_scan
+from ase_roughcontact.topography.scan import Length, position, scan_in_angstrom
 from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
 from ase_roughcontact.topography.spectrum import (
     Statistics,
@@ -137,6 +128,7 @@ class HeightMap(Topography):
         noise: Length | None = None,
         cutoff_wavelength: Length = 0.0,
         remove_outliers: bool = False,
+        remove_bad_lines: bool = False,
     ) -> HeightMap:
         """Return the lower side of an indenter for a scan of a surface.
 
@@ -162,11 +154,12 @@ class HeightMap(Topography):
             Unit of all lengths: m, mm, µm, nm, Å, A or pm. By default that of the scan.
             It is also the unit of a scan that has none; of an
             array by default Å.
-        detrend : {"plane", "mean", "curvature", "lines", "none"}
+        detrend : {"plane", "mean", "curvature", "lines", "medians", "none"}
             What is subtracted: the plane that fits best, the mean, a polynomial of
-            second degree in x and y, or a straight line from each line of the scan
-            (drift). By default the plane; of a periodic scan, which has no tilt, the
-            mean.
+            second degree in x and y, a straight line from each line of the scan
+            (drift), or offsets of lines by the medians of the steps between them, and a
+            plane. By default the plane; of a periodic scan, which has no tilt, the
+            mean. Missing points, and those that are removed, do not count.
         center : {"middle", "highest"} or (float, float)
             Place on the axis of the indenter: the middle of the scan, its highest point
             after detrending, or a position (x, y) from its first point (`unit`).
@@ -189,6 +182,11 @@ class HeightMap(Topography):
             length (ISO 16610-61); zero for none.
         remove_outliers : bool
             Whether single points that stick out far are interpolated.
+        remove_bad_lines : bool
+            Whether lines that were not recorded, that repeat the one before or are
+            offset from both neighbours, and scars are interpolated, and the rest of a
+            scan that was aborted is left out; see `bad_lines`. Places are then counted
+            from the first line that is left.
 
         Returns
         -------
@@ -203,6 +201,11 @@ class HeightMap(Topography):
         ImportError
             If the format needs SurfaceTopography, which is not installed.
 
+        Warns
+        -----
+        ScanWarning
+            If lines of the scan are bad and are not removed, or heights are clipped.
+
         Notes
         -----
         Errors of the steps of a scene include those of the scan; see
@@ -213,7 +216,7 @@ class HeightMap(Topography):
         A bump of a substrate, 3 nm high, is pressed first:
 
         >>> import numpy as np
-        >>> scan = np.zeros((9, 9))
+        >>> scan = np.zeros((7, 9))
         >>> scan[2, 6] = 3.0
         >>> bump = HeightMap.from_topography(
         ...     scan, "substrate", spacing=1.0, unit="nm", detrend="none",
@@ -221,42 +224,25 @@ class HeightMap(Topography):
         >>> bump.center, float(bump.heights((1, 1), 1.0)[0, 0])
         ((20.0, 60.0), -30.0)
         """
-        boolean(transpose=transpose, remove_outliers=remove_outliers)
-        if periodic is not None:
-            boolean(periodic=periodic)
-        scan, steps, factor = scan_in_angstrom(
+        scan, factor = scan_in_angstrom(
             topography, spacing=spacing, unit=unit, channel=channel, transpose=transpose
         )
-        repeats = scan.periodic if periodic is None else periodic
-        missing = int(np.isnan(scan.heights).sum())
-        z = levelled(scan.heights, detrend or ("mean" if repeats else "plane"))
-        found = Noise.of(z)
-        if noise is not None:
-            given = in_angstrom("noise", noise, factor)
-            nonnegative(noise=given)
-            found = Noise(given, found.lines if given else 0.0)
-        cutoff = in_angstrom("cutoff_wavelength", cutoff_wavelength, factor)
-        nonnegative(cutoff_wavelength=cutoff)
-        if cutoff > max(np.multiply(scan.heights.shape, steps)):
-            raise ValueError(
-                "cutoff_wavelength must not exceed the size of the scan, got "
-                f"{cutoff_wavelength}"
-            )
-        z = filled(z, repeats)
-        far = outliers(z)
-        if remove_outliers:
-            z = filled(np.where(far, np.nan, z), repeats)
-        place, edge = None, in_angstrom("margin", margin, factor)
-        nonnegative(margin=edge)
-        if not isinstance(center, str):
-            place = position(center, factor)
-            check_place(place, z.shape, steps)
-        elif lookup(center, {"middle": False, "highest": True}, "center"):
-            place = highest(z, steps, edge)
-        heights, place = lower_side(z, steps, role, place)
-        counts = missing, int(far.sum())
-        measured = Measurement(heights, steps, repeats, found, cutoff, *counts)
-        surface = cls(measured.pressed, steps, repeats, place)
+        measured, place = pressed_scan(
+            scan,
+            role,
+            factor,
+            detrend=detrend,
+            center=center,
+            margin=margin,
+            periodic=periodic,
+            noise=noise,
+            cutoff_wavelength=cutoff_wavelength,
+            remove_outliers=remove_outliers,
+            remove_bad_lines=remove_bad_lines,
+        )
+        for doubt in measured.doubts:
+            warnings.warn(doubt, ScanWarning, stacklevel=2)
+        surface = cls(measured.pressed, measured.spacing, measured.periodic, place)
         surface.measurement = measured
         return surface
 

@@ -10,14 +10,13 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
-from ase_roughcontact._util.validation import FloatArray, Point, Shape
+from ase_roughcontact._util.validation import FloatArray, Point
 from ase_roughcontact.topography.interpolation import interpolated
+from ase_roughcontact.topography.noise import Noise
 from ase_roughcontact.topography.spectrum import (
     Statistics,
     has_edge_step,
@@ -26,15 +25,6 @@ from ase_roughcontact.topography.spectrum import (
     smooth_component,
 )
 
-# Order of the differences that noise is estimated from, and the sum of the squares of
-# their coefficients: waves of four pixels contribute a hundredth of their height.
-_ORDER = 4
-_SQUARES = math.comb(2 * _ORDER, _ORDER)
-# Standard deviation of normal numbers over the median of their magnitudes.
-_PER_MEDIAN = 1.4826
-# An outlier is farther from the median of its neighbours than these multiples of the
-# standard deviation of this distance, and of the range of the neighbours.
-_FAR, _RANGES = 6.0, 2.0
 # Noise is neglected if its rms slope is below this part of that of the map.
 _LEAST_NOISE = 1e-3
 # Fewest points along a side, for the interpolation.
@@ -50,45 +40,8 @@ _DISTINCT = 3.5
 NOISY, HALVINGS = 4, 2
 
 
-@dataclass(frozen=True)
-class Noise:
-    """Standard deviations of the noise of a scan.
-
-    Attributes
-    ----------
-    points : float
-        Of each height, independent of the others (length).
-    lines : float
-        Of the offset of each line along x, such as by drift (length).
-    """
-
-    points: float = 0.0
-    lines: float = 0.0
-
-    @classmethod
-    def of(cls, heights: FloatArray) -> Noise:
-        """Estimate the noise of heights, shape (n, m), NaN at missing points.
-
-        That of points is at most the estimate: it follows from differences of fourth
-        order along x and y, to which waves longer than a few pixels hardly contribute.
-        That of lines is by how much more the means of lines along x differ than those
-        along y would, if they had as many points.
-        """
-        if min(heights.shape) <= _ORDER:
-            return cls()
-        along_x = np.diff(heights, _ORDER, axis=0)
-        along_y = np.diff(heights, _ORDER, axis=1)
-        points = _deviation(np.diff(along_x, _ORDER, axis=1)) / _SQUARES
-        x, y = (_deviation(_means(d, axis)) for axis, d in ((1, along_x), (0, along_y)))
-        of_points = x**2 * heights.shape[1] / heights.shape[0]
-        lines = math.sqrt(max(y**2 - of_points, 0.0) / _SQUARES)
-        return cls(points, lines)
-
-    def sample(self, shape: Shape, seed: int) -> FloatArray:
-        """Return a realisation of the noise (length)."""
-        rng = np.random.default_rng(seed)
-        lines = self.lines * rng.standard_normal(shape[1])
-        return self.points * rng.standard_normal(shape) + lines
+class ScanWarning(UserWarning):
+    """A doubt about a scan that was read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +60,8 @@ class Measurement:
         Cutoff wavelength of the filter; zero for none (length).
     missing, outliers : int
         Numbers of points that were not measured, and that are outliers.
+    doubts : tuple of str
+        What is wrong with lines of the scan, and what helps.
     """
 
     heights: FloatArray
@@ -116,6 +71,7 @@ class Measurement:
     cutoff: float = 0.0
     missing: int = 0
     outliers: int = 0
+    doubts: tuple[str, ...] = ()
 
     @cached_property
     def pressed(self) -> FloatArray:
@@ -217,25 +173,3 @@ class Measurement:
                 spacing.append(step * (n - last) / count)
             x, y = spacing
             yield replace(self, heights=values, spacing=(x, y))
-
-
-def outliers(heights: FloatArray) -> NDArray[np.bool_]:
-    """Return which points, of heights of shape (n, m), stick out far alone."""
-    around = np.ones((3, 3), bool)
-    around[1, 1] = False
-    middle = ndimage.median_filter(heights, footprint=around)
-    highest = ndimage.maximum_filter(heights, footprint=around)
-    lowest = ndimage.minimum_filter(heights, footprint=around)
-    far = abs(heights - middle)
-    return far > np.maximum(_FAR * _deviation(far), _RANGES * (highest - lowest))
-
-
-def _deviation(values: NDArray[Any]) -> float:
-    """Return the standard deviation about zero, hardly changed by outliers."""
-    known = values[~np.isnan(values)]
-    return _PER_MEDIAN * float(np.median(abs(known))) if known.size else 0.0
-
-
-def _means(values: FloatArray, axis: int) -> FloatArray:
-    known = ~np.isnan(values)
-    return np.nansum(values, axis) / np.maximum(known.sum(axis), 1)

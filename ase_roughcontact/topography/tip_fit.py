@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ase_roughcontact._util.validation import FloatArray, Point
-from ase_roughcontact.topography.scan import polynomial
+from ase_roughcontact.topography.levelling import polynomial
 
 # Largest radius of the fitted disc over the radius of curvature: the contact is there.
 _PART_OF_RADIUS = 0.5

@@ -210,3 +210,37 @@ def test_a_part_of_a_scan_that_is_declared_periodic_is_doubted(folder):
     (warning,) = doubts(read(folder, SECTION + "periodic = true\n"))
     assert "from one edge to the opposite" in warning
     assert "is the scan periodic?" in warning
+
+
+def test_bad_lines_are_doubts_and_are_removed(folder):
+    scan = SCAN.copy()
+    scan[:, 20:22] = 0.0
+    write(folder, scan)
+    (warning,) = doubts(read(folder))
+    assert "all heights equal: lines 20-21" in warning
+    assert "remove_bad_lines = true" in warning
+    mended = read(folder, SECTION + "remove_bad_lines = true\n")
+    assert doubts(mended) == []
+    write(folder, SCAN)
+    assert mended.scan.rms_slope == pytest.approx(read(folder).scan.rms_slope, rel=0.02)
+
+
+def test_scars_change_the_area_of_a_flat_and_their_removal_restores_it(folder):
+    scene = SMOOTH[: SMOOTH.index("[sphere]")] + "[sphere]\nradius = inf\n"
+    scene += '[interaction]\nkind = "hard"\n[path]\nvalues = ["50 MPa"]\n'
+    section = SECTION + "periodic = true\n"
+    rough = 5.0 * SCAN.std()
+    scan = SCAN.copy()
+    scan[20:40, 30] += rough
+    scan[40:60, 50] += rough
+    areas = []
+    for heights, mended in (
+        (SCAN, ""),
+        (scan, ""),
+        (scan, "remove_bad_lines = true\n"),
+    ):
+        write(folder, heights)
+        (step,) = read(folder, section + mended, scene).relax(scan_errors=False)
+        areas.append(step.continuum_area)
+    assert areas[1] < 0.5 * areas[0]
+    assert areas[2] == pytest.approx(areas[0], rel=0.05)  # waves of four points

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import HeightMap, SelfAffine
-from ase_roughcontact.topography.measurement import Noise, outliers
+from ase_roughcontact.topography.noise import Noise, outliers
 from ase_roughcontact.topography.spectrum import (
     edge_step,
     has_edge_step,

@@ -85,7 +85,7 @@ def test_the_center_is_a_place_on_the_scan(role, center):
 
 
 def test_the_margin_is_a_length_along_both_axes():
-    scan = np.zeros((20, 9))
+    scan = 0.1 * RNG.standard_normal((20, 9))
     scan[2, 4], scan[10, 7], scan[11, 6] = 4.0, 3.0, 2.0
     options = {"spacing": (1.0, 4.0), "unit": "nm", "center": "highest"}
     assert untouched(scan, **options, margin=8.0).center == (110.0, 240.0)

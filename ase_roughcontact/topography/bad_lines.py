@@ -1,0 +1,263 @@
+"""Lines of a scan that were not measured as their neighbours were.
+
+Found are lines of equal heights, as where nothing was recorded, lines that repeat the
+one before, lines that are offset from both neighbours, and scars: parts of a few lines
+that are higher or lower than the lines on both sides. A run of the first two up to an
+edge is the rest of a scan that was aborted. Plateaus of equal heights at the largest or
+smallest height are heights that were clipped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.topography.levelling import median_steps
+from ase_roughcontact.topography.noise import deviation
+
+# Standard deviations of the offsets of lines beyond which one is a bad line.
+_FAR = 8.0
+# Number of points along a scar, and of lines across, at least and at most.
+_LENGTH, _WIDTH = 8, 3
+# A scar is higher than these multiples of the standard deviation of differences of
+# neighbouring lines, of the largest such feature along y, and of the median along x.
+_DIFFERENCES, _ACROSS, _MEDIANS = 3.0, 2.0, 6.0
+# Part of the largest height that is rounding.
+_ROUNDING = 1e-9
+# Largest number of runs of lines that are named.
+_MOST_NAMES = 8
+# Number of equal largest heights that are clipped, and over the mean number of points
+# of one height.
+_CLIPPED, _CLIPPED_RATIO = 10, 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class BadLines:
+    """Lines (constant y) of a scan that were not measured as their neighbours were.
+
+    Attributes
+    ----------
+    constant, repeated, offset : tuple of int
+        Numbers of lines of equal heights, of lines that repeat the one before, and of
+        lines that are offset from both neighbours.
+    scars : ndarray of bool, shape (n, m)
+        Points of lines that are higher or lower than both neighbours.
+    highest, lowest : float
+        Parts of the points that have the largest and the smallest height, if they are
+        clipped, else zero.
+    lines : int
+        Number of lines.
+    """
+
+    constant: tuple[int, ...]
+    repeated: tuple[int, ...]
+    offset: tuple[int, ...]
+    scars: NDArray[np.bool_]
+    highest: float
+    lowest: float
+    lines: int
+
+    @classmethod
+    def of(cls, heights: FloatArray) -> BadLines:
+        """Find the bad lines of heights, shape (n, m), NaN at missing points."""
+        constant, repeated = not_recorded(heights)
+        rest = np.where(constant | repeated, np.nan, heights)
+        steps = median_steps(rest)
+        rounding = _ROUNDING * float(np.nanmax(abs(heights), initial=0.0))
+        difference = max(deviation(np.diff(rest, axis=1)), rounding)
+        offset = _offset(steps, difference)
+        level = np.append(0.0, np.nan_to_num(steps).cumsum())
+        scars = _scars(np.where(offset, np.nan, rest - level), difference)
+        highest, lowest = (_clipped(sign * rest) for sign in (1.0, -1.0))
+        return cls(
+            _numbers(constant),
+            _numbers(repeated),
+            _numbers(offset),
+            scars,
+            highest,
+            lowest,
+            heights.shape[1],
+        )
+
+    @property
+    def kept(self) -> slice:
+        """Lines without the rest of an aborted scan at the first or the last edge."""
+        constant, repeated = np.zeros((2, self.lines), bool)
+        constant[list(self.constant)] = repeated[list(self.repeated)] = True
+        before_next = np.append(repeated[1:], False)  # lines that the next repeats
+        first = int(np.argmin(constant | before_next))
+        last = self.lines - 1 - int(np.argmin((constant | repeated)[::-1]))
+        return slice(
+            first if first > 1 else 0,
+            last + 1 if last < self.lines - 2 else self.lines,
+        )
+
+    @property
+    def mask(self) -> NDArray[np.bool_]:
+        """Points of bad lines and scars, shape (n, m)."""
+        found = self.scars.copy()
+        for lines in self._inside.values():
+            found[:, lines] = True
+        return found
+
+    @property
+    def _inside(self) -> dict[str, list[int]]:
+        """Bad lines that are left, by what is wrong with them."""
+        kept = self.kept
+        first = kept.start
+        # the first line that is left after lines that it was copied to is good
+        repeated = [line for line in self.repeated if line != first]
+        kinds = {
+            "all heights equal": self.constant,
+            "the same as the line before": repeated,
+            "offset from both neighbours": self.offset,
+        }
+        return {
+            kind: [line for line in lines if kept.start <= line < kept.stop]
+            for kind, lines in kinds.items()
+        }
+
+    def described(self) -> Iterator[str]:
+        """Yield what is wrong, for each kind of fault."""
+        kept = self.kept
+        if kept != slice(0, self.lines):
+            yield (
+                f"only lines {kept.start} to {kept.stop - 1} of {self.lines} were "
+                "measured, the scan was aborted"
+            )
+        for kind, lines in self._inside.items():
+            if lines:
+                yield f"{kind}: {listed(lines)}"
+        if self.scars.any():
+            lines = np.flatnonzero(self.scars.any(axis=0)).tolist()
+            yield f"scars, which are streaks along a line: {listed(lines)}"
+
+    def clipped(self) -> Iterator[str]:
+        """Yield which heights are clipped."""
+        for name, share in (("largest", self.highest), ("smallest", self.lowest)):
+            if share:
+                yield f"{100.0 * share:.2g} % of the points have the {name} height"
+
+
+def not_recorded(heights: FloatArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which lines have equal heights, and which repeat the line before.
+
+    There are no such lines on a surface that varies along x or along y only.
+    """
+    constant, repeated = _constant(heights), _repeated(heights)
+    good = ~(constant | repeated) & (_count(heights) >= _LENGTH)
+    if not good[1:].any():
+        constant[:] = repeated[:] = False
+    return constant, repeated
+
+
+def _constant(heights: FloatArray) -> NDArray[np.bool_]:
+    """Return which lines have equal heights."""
+    known = ~np.isnan(heights)
+    highest = np.where(known, heights, -np.inf).max(axis=0)
+    lowest = np.where(known, heights, np.inf).min(axis=0)
+    return (_count(heights) >= _LENGTH) & (highest == lowest)
+
+
+def _count(heights: FloatArray) -> NDArray[np.intp]:
+    """Return the number of known points on each line."""
+    return np.count_nonzero(~np.isnan(heights), axis=0)
+
+
+def _repeated(heights: FloatArray) -> NDArray[np.bool_]:
+    """Return which lines repeat the line before."""
+    before, after = heights[:, :-1], heights[:, 1:]
+    same = (before == after) | (np.isnan(before) & np.isnan(after))
+    known = ~np.isnan(after).all(axis=0)
+    several = ~_constant(after)
+    return np.append(False, same.all(axis=0) & known & several)
+
+
+def _offset(steps: FloatArray, difference: float) -> NDArray[np.bool_]:
+    """Return which lines are far from both neighbours.
+
+    They are if steps between lines are larger than usual ones, and than the standard
+    deviation of differences of neighbouring points.
+    """
+    far = max(_FAR * deviation(steps), difference)
+    up, down = steps[:-1], -steps[1:]
+    between = (np.minimum(abs(up), abs(down)) > far) & (up * down > 0.0)
+    return np.concatenate([[False], between, [False]])
+
+
+def _scars(heights: FloatArray, difference: float) -> NDArray[np.bool_]:
+    """Return which points are on parts of lines that are off on both sides."""
+    found = np.zeros(heights.shape, bool)
+    n, m = heights.shape
+    if min(n, m) < _LENGTH:
+        return found
+    for width in range(1, _WIDTH + 1):
+        for sign in (1.0, -1.0):
+            along, across = (
+                _stroke(sign * each, width) for each in (heights, heights.T)
+            )
+            strokes = _runs(along)
+            threshold = max(
+                _DIFFERENCES * difference,
+                _ACROSS * float(_runs(across).max(initial=0.0)),
+                _MEDIANS * float(np.median(strokes)),
+            )
+            scar = ndimage.binary_opening(along > threshold, np.ones((_LENGTH, 1)))
+            for line in range(width):
+                found[:, 1 + line : 1 + line + scar.shape[1]] |= scar
+    return found
+
+
+def _stroke(heights: FloatArray, width: int) -> FloatArray:
+    """Return by how much strips of some lines are higher than the lines beside them.
+
+    It is zero where the lines beside a strip differ more from each other.
+    """
+    m = heights.shape[1]
+    count = m - width - 1
+    before, after = heights[:, :count], heights[:, width + 1 :]
+    strip = heights[:, 1 : 1 + count]
+    for line in range(2, width + 1):
+        strip = np.minimum(strip, heights[:, line : line + count])
+    stroke = strip - np.maximum(before, after)
+    return np.where(stroke > abs(before - after), stroke, 0.0)
+
+
+def _runs(strokes: FloatArray) -> FloatArray:
+    """Return the smallest value along x of the points of a scar."""
+    smallest: FloatArray = ndimage.minimum_filter1d(strokes, _LENGTH, axis=0)
+    return smallest
+
+
+def _clipped(heights: FloatArray) -> float:
+    """Return the part of the points that have the largest height, if it is clipped."""
+    values, counts = np.unique(heights[~np.isnan(heights)], return_counts=True)
+    if len(values) < 2:
+        return 0.0
+    count, total = int(counts[-1]), int(counts.sum())
+    least = max(_CLIPPED, _CLIPPED_RATIO * total / len(values))
+    return count / total if count > least else 0.0
+
+
+def _numbers(lines: NDArray[np.bool_]) -> tuple[int, ...]:
+    """Return the numbers of lines that are marked."""
+    return tuple(np.flatnonzero(lines).tolist())
+
+
+def listed(lines: Sequence[int]) -> str:
+    """Return numbers of lines as text: ``lines 3, 7-9``."""
+    runs: list[list[int]] = []
+    for line in lines:
+        if runs and line == runs[-1][-1] + 1:
+            runs[-1].append(line)
+        else:
+            runs.append([line])
+    names = [f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs]
+    if len(names) > _MOST_NAMES:
+        names[_MOST_NAMES:] = [f"... ({len(lines)} lines)"]
+    return f"line{'s' if len(lines) > 1 else ''} {', '.join(names)}"
