@@ -59,7 +59,7 @@ def bodies(scene: Scene) -> dict[str, str]:
         poisson = getattr(scene.solid, "poisson", None)
         if poisson is not None:
             found["friction"] += f"; Poisson's ratio of the solid {poisson:.3g}"
-    if scene.area_column == "continuum_area":
+    if scene.is_continuum:
         lost = scene.lost_slope
         label = scene.grid_change.label
         if scene.is_flat and scene.scan is not None:

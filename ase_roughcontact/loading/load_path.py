@@ -11,14 +11,13 @@ import numpy as np
 from ase import Atoms
 from ase.constraints import Hookean
 
-from ase_roughcontact._util.validation import Shape, instance_of
+from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.atoms.constraints import support_of
 from ase_roughcontact.atoms.exchange import regrid
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.history import history_of
 from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
-from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.control import BASE, LOAD, Control, control_of
 from ase_roughcontact.loading.path_atoms import PathAtoms, relaxer_of
 from ase_roughcontact.paths.output import Done, Output, follow_states
@@ -31,11 +30,10 @@ from ase_roughcontact.results.validity import (
     warn_of_lost_slope,
 )
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
-from ase_roughcontact.stepping.accuracy import accuracy_of, grid_for
+from ase_roughcontact.stepping.accuracy import GridModel
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.step import Stepper
-from ase_roughcontact.windows.regrid import GridChange
 
 
 def load_path(
@@ -163,6 +161,7 @@ class AtomsPath:
     control : Control
     optimizer : callable, optional
     grid : str
+    accuracy : str or float
     validity : str or Validity
     output : Output, optional
     **options
@@ -180,6 +179,7 @@ class AtomsPath:
         optimizer: Callable[..., Any] | None = None,
         *,
         grid: str = "atoms",
+        accuracy: str | float = "normal",
         validity: str | Validity = "warn",
         output: Output | None = None,
         **options: Any,
@@ -192,14 +192,15 @@ class AtomsPath:
         problem, window = problem_of(atoms)
         _check(atoms, control)
         symbol = atoms.symbols[0]
+        model = GridModel.of(grid, accuracy)
         settings = StepOptions(
             # before the spacing is no more that of the crystal
             hardness=hardness_for(problem, symbol, validity.hardness),
             hardness_bound=hardness_bound_for(problem, symbol, validity.hardness),
-            continuum=grid != "atoms",
+            accuracy=accuracy,
+            continuum=model.is_continuum,
             **options,
         )
-        change = _grid_change(grid, problem, window.shape, settings)
         springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
         described = [spring.todict()["kwargs"] for spring in springs]
         self._springs = [  # x and y of their ends move with windows
@@ -208,6 +209,8 @@ class AtomsPath:
         ]
         external = support_of(atoms).springs if springs else None
         lost = 0.0
+        shape = window.shape if settings.keeps_window else None
+        change = model.grid(problem.indenter, problem.wall, problem.spacing, shape)
         if change:
             if history_of(atoms, SurfaceGrid.of(atoms)):
                 raise ValueError(
@@ -273,29 +276,6 @@ class AtomsPath:
             raise
         if reached:  # also if nothing was left to do
             self._frames.show(reached)
-
-
-def _grid_change(
-    grid: str, problem: Problem, window: Shape, options: StepOptions
-) -> GridChange | None:
-    """Return the grid of the continuum, None for the model of atoms."""
-    if grid == "atoms":
-        return None
-    if grid != "continuum":
-        change = GridChange.of(spacing=grid)
-        if change is None:
-            raise ValueError(
-                "grid must be 'atoms', 'continuum' or a spacing like 'a0/2' or '2 a0', "
-                f"got {grid!r}"
-            )
-        return change
-    return grid_for(
-        accuracy_of(options.accuracy, continuum=True).error,
-        problem.indenter,
-        problem.wall,
-        problem.spacing,
-        window if options.keeps_window else None,
-    )
 
 
 def _check(atoms: Atoms, control: Control) -> None:

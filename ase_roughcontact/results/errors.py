@@ -120,7 +120,7 @@ def estimated_errors(step: RelaxedStep) -> Errors:
     compliance = 1.0 / stiffness if stiffness else math.inf
     area = cell_area_error(step) + step.relaxation.area + scan_edges_error(step)
     height = cell_shift(step)
-    if step.options.continuum:
+    if step.grid_model.is_continuum:
         height += height_error(step, compliance)
         area += continuum_area_error(step)
         area += area_of_force(step.fields, attraction_force_error(step))

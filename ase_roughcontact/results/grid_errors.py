@@ -171,7 +171,7 @@ def zero_error(step: RelaxedStep) -> float:
 
     It is the zero of the penetration; see `lowest_point_error`.
     """
-    if not step.options.continuum:
+    if not step.grid_model.is_continuum:
         return 0.0
     return lowest_point_error(step.contact.heights, step.halfspace.periodic)
 

@@ -89,13 +89,13 @@ def _continuum_area(step: RelaxedStep) -> float:
 
 
 def _continuum_area_error(step: RelaxedStep) -> float:
-    if step.options.continuum:
+    if step.grid_model.is_continuum:
         return errors_of(step).area
     return errors_of(step).area + continuum_area_error(step)
 
 
 def _mean_pressure(step: RelaxedStep) -> float:
-    if step.options.continuum and (area := _continuum_area(step)):
+    if step.grid_model.is_continuum and (area := _continuum_area(step)):
         return step.mean_pressure * step.fields.contact_area / area
     return step.mean_pressure
 
@@ -171,7 +171,7 @@ class LoadStep:
         "area",
     )
     area_column: str = column(
-        lambda s: "continuum_area" if s.options.continuum else "contact_area",
+        lambda s: s.grid_model.area_column,
         "which of the two areas is asked for, and has the `area_error`",
     )
     area_error: float = column(

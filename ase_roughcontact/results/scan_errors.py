@@ -210,8 +210,7 @@ class _Result:
     def of(cls, step: RelaxedStep) -> _Result:
         if not step.run.converged:
             return cls(failure=f"not converged: {step.run.message}")
-        area = "continuum_area" if step.options.continuum else "contact_area"
-        names, columns = (area, *_AFTER_AREA), columns_of()
+        names, columns = (step.grid_model.area_column, *_AFTER_AREA), columns_of()
         return cls(tuple(columns[name].value(step) for name in names))
 
 

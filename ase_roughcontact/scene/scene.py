@@ -14,7 +14,7 @@ from ase import Atoms
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import integer, lookup, positive
+from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.control import LOAD, Control
@@ -38,7 +38,7 @@ from ase_roughcontact.scene.path_kind import PathKind
 from ase_roughcontact.scene.plan import check_path, plan_of, warnings_of
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
-from ase_roughcontact.stepping.accuracy import LEVELS, Accuracy, accuracy_of, grid_for
+from ase_roughcontact.stepping.accuracy import LEVELS, GridModel
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.topography import HeightMap
@@ -180,34 +180,21 @@ class Scene(SceneFile):
     @property
     def area_column(self) -> str:
         """Column of the contact area that answers the scene's question."""
-        columns = {"atoms": "contact_area", "continuum": "continuum_area"}
-        return lookup(self.model, columns, "model")
+        return self.grid_model.area_column
 
     @property
     def is_continuum(self) -> bool:
         """Whether the scene asks for the continuum, and not for the model of atoms."""
-        return self.area_column == "continuum_area"
+        return self.grid_model.is_continuum
 
     @cached_property
     def grid_change(self) -> GridChange:
         """The grid relative to that of the atoms, given or chosen for the accuracy."""
-        return self._grid_for(self.accuracy.error)
+        return self._grid_of(self.grid_model)
 
-    def _grid_for(self, error: float) -> GridChange:
-        """Return the grid that is given, or chosen for a relative error."""
-        if self._given_grid is not None or not self.is_continuum:
-            return self._given_grid or GridChange()
-        return grid_for(error, self.surface, self.wall, self.spacing, self.shape)
-
-    @property
-    def _given_grid(self) -> GridChange | None:
-        """The grid that is given; None if none is."""
-        given = self.substrate.grid_change
-        if given and not self.is_continuum:
-            raise ValueError(
-                'refine, coarsen and a spacing of a0/2 need model = "continuum"'
-            )
-        return given
+    def _grid_of(self, model: GridModel) -> GridChange:
+        """Return the grid of a model relative to that of the atoms."""
+        return model.grid(self.surface, self.wall, self.spacing, self.shape)
 
     @cached_property
     def lost_slope(self) -> float:
@@ -226,12 +213,12 @@ class Scene(SceneFile):
         with problems.of():
             _ = self.bodies
         with problems.of("substrate"):
-            _ = self.area_column, self._given_grid
+            _ = GridModel(self.model, given=self.substrate.grid_change)
             if self.sphere.radius != math.inf:
                 _ = self.substrate.window_shape
         problems.check()
         with problems.of("solver"):
-            _ = self.accuracy, self.fmax, self.optimizer
+            _ = self.grid_model, self.fmax, self.optimizer
             integer("max_steps", self.solver.max_steps, 1)
         with problems.of("output"):
             _ = self.record
@@ -291,9 +278,9 @@ class Scene(SceneFile):
         return self.solver.fmax * self.contact_modulus * self.spacing**2
 
     @property
-    def accuracy(self) -> Accuracy:
-        """Accuracy of force and area."""
-        return accuracy_of(self.solver.accuracy, self.is_continuum)
+    def grid_model(self) -> GridModel:
+        """What the points of the grid are, the error asked for, and the given grid."""
+        return GridModel(self.model, self.solver.accuracy, self.substrate.grid_change)
 
     @property
     def optimizer(self) -> Any:
@@ -366,8 +353,9 @@ class Scene(SceneFile):
         return Stepper(self.problem, self.control, self.start, options)
 
     def _scan_errors(self, options: StepOptions) -> ScanErrors:
-        error = max(self.accuracy.error, LEVELS["fast"])
-        problem, start = self._on(self._grid_for(error))
+        error = max(self.grid_model.error, LEVELS["fast"])
+        model = replace(self.grid_model, accuracy=error)
+        problem, start = self._on(self._grid_of(model))
         return ScanErrors(
             problem,
             self.control,

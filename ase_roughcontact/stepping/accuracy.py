@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ase_roughcontact._util.validation import positive, unknown
+from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.known import topography_of
@@ -43,26 +43,6 @@ _COARSEST = {"hard": 8, "soft": 2, "attractive": 1}
 _ROUNDING = 1e-6
 
 
-@dataclass(frozen=True)
-class Accuracy:
-    """Allowed error, and the relative tolerance of forces for it.
-
-    Attributes
-    ----------
-    error : float
-        Largest error of the normal force, relative to the sum of the magnitudes of the
-        forces in contact, and of the contact area, relative to it, beyond one atom.
-        States at an instability are excepted, and for the continuum contacts of few
-        grid points.
-    tolerance : float
-        Largest remaining force on any atom, relative to the mean force on the atoms in
-        contact.
-    """
-
-    error: float
-    tolerance: float
-
-
 #: Relative errors of the area of the continuum by name, at contact radii above 32 times
 #: the shortest wavelength.
 LEVELS = {"fast": 0.05, "normal": 0.01, "high": 0.002}
@@ -73,39 +53,125 @@ OF_ATOMS = 1e-4
 _SOLVER_PART = 0.1
 
 
-def accuracy_of(wanted: str | float, continuum: bool = False) -> Accuracy:
-    """Return the accuracy of a name, or for a relative error in force and area.
+# Columns of the contact area that answers the question, by what grid points are.
+_AREA_COLUMNS = {"atoms": "contact_area", "continuum": "continuum_area"}
 
-    Parameters
+
+@dataclass(frozen=True)
+class GridModel:
+    """What the points of a grid are, the error asked for, and the spacing.
+
+    Attributes
     ----------
-    wanted : {"fast", "normal", "high"} or float
-        A number is a relative error, from 1e-12 to below 1.
-    continuum : bool
-        Whether the continuum is asked for. For the model of atoms all names mean the
-        same.
-
-    Returns
-    -------
-    Accuracy
+    model : {"atoms", "continuum"}
+        Whether each point is an atom, or points sample the continuum.
+    accuracy : {"fast", "normal", "high"} or float
+        A number is a relative error, from 1e-12 to below 1. For the model of atoms all
+        names mean the same.
+    given : GridChange, optional
+        Grid of the continuum. By default it is chosen for the accuracy.
 
     Raises
     ------
     ValueError
-        If the name is unknown, or the error out of range.
+        If the model or the name is unknown, the error is out of range, or a grid is
+        given for the model of atoms.
     """
-    if isinstance(wanted, str):
-        if wanted not in LEVELS:
-            raise ValueError(unknown(wanted, list(LEVELS), "accuracy"))
-        error = LEVELS[wanted] if continuum else OF_ATOMS
-    else:
-        positive(accuracy=wanted)
-        if not 1e-12 <= wanted < 1.0:
+
+    model: str = "atoms"
+    accuracy: str | float = "normal"
+    given: GridChange | None = None
+
+    def __post_init__(self) -> None:
+        """Check the model, the grid and the accuracy."""
+        lookup(self.model, _AREA_COLUMNS, "model")
+        if self.given and not self.is_continuum:
             raise ValueError(
-                f"accuracy must be a relative error from 1e-12 to 1, got {wanted:g}"
+                'refine, coarsen and a spacing of a0/2 need model = "continuum"'
             )
-        error = float(wanted)
-    part = _SOLVER_PART if continuum else 1.0
-    return Accuracy(error, tolerance_for(part * error))
+        if isinstance(self.accuracy, str):
+            lookup(self.accuracy, LEVELS, "accuracy")
+            return
+        positive(accuracy=self.accuracy)
+        if not 1e-12 <= self.accuracy < 1.0:
+            raise ValueError(
+                "accuracy must be a relative error from 1e-12 to 1, got "
+                f"{self.accuracy:g}"
+            )
+
+    @classmethod
+    def of(cls, grid: str, accuracy: str | float) -> GridModel:
+        """Return the model of a text: "atoms", "continuum", or a spacing of it.
+
+        Parameters
+        ----------
+        grid : str
+            The spacing is relative to the distance of the atoms, such as ``"a0/2"``.
+        accuracy : str or float
+            See `GridModel`.
+
+        Raises
+        ------
+        ValueError
+            If the text is neither, or the accuracy is not valid.
+        """
+        if grid in _AREA_COLUMNS:
+            return cls(grid, accuracy)
+        given = GridChange.of(spacing=grid)
+        if given is None:
+            raise ValueError(
+                "grid must be 'atoms', 'continuum' or a spacing like 'a0/2' or '2 a0', "
+                f"got {grid!r}"
+            )
+        return cls("continuum", accuracy, given)
+
+    @property
+    def is_continuum(self) -> bool:
+        """Whether the continuum is asked for, and not the model of atoms."""
+        return self.model == "continuum"
+
+    @property
+    def area_column(self) -> str:
+        """Column of the contact area that is asked for."""
+        return _AREA_COLUMNS[self.model]
+
+    @property
+    def error(self) -> float:
+        """Largest relative error of normal force and contact area.
+
+        The error of the force is relative to the sum of the magnitudes of the forces in
+        contact, and the error of the area is beyond one atom. States at an instability
+        are excepted, and for the continuum contacts of few grid points.
+        """
+        if not isinstance(self.accuracy, str):
+            return float(self.accuracy)
+        return LEVELS[self.accuracy] if self.is_continuum else OF_ATOMS
+
+    @property
+    def tolerance(self) -> float:
+        """Largest force left on any atom, relative to the mean force in contact."""
+        part = _SOLVER_PART if self.is_continuum else 1.0
+        return tolerance_for(part * self.error)
+
+    def grid(
+        self,
+        indenter: Surface,
+        wall: Interaction,
+        spacing: float,
+        shape: tuple[int, int] | None = None,
+    ) -> GridChange:
+        """Return the grid relative to that of the atoms; see `grid_for`.
+
+        Parameters
+        ----------
+        indenter, wall, spacing, shape
+            See `grid_for`.
+        """
+        if self.given is not None:
+            return self.given
+        if not self.is_continuum:
+            return GridChange()
+        return grid_for(self.error, indenter, wall, spacing, shape)
 
 
 def tolerance_for(error: float) -> float:

@@ -22,7 +22,7 @@ from ase_roughcontact.contact.support import Support
 from ase_roughcontact.solvers.relaxation import Run, Start, largest_error
 from ase_roughcontact.solvers.soft.newton import default_relaxer
 from ase_roughcontact.solvers.status import Status, StatusKind
-from ase_roughcontact.stepping.accuracy import accuracy_of, tolerance_for
+from ase_roughcontact.stepping.accuracy import tolerance_for
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
@@ -65,7 +65,7 @@ class StepRelaxer:
     def __init__(self, problem: Problem, options: StepOptions) -> None:
         self._relaxer = options.relaxer or default_relaxer(problem.wall)
         self._given, self._max_steps = options.fmax, options.max_steps
-        usual = accuracy_of(options.accuracy, options.continuum).tolerance
+        usual = options.grid_model.tolerance
         self._relative = min(usual, tolerance_for(options.solver_error))
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._typical_force, self._smallest = _TYPICAL_FORCE * unit, _ROUNDING * unit

@@ -11,7 +11,7 @@ from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.contact import Contact, State
 from ase_roughcontact.contact.support import Support
 from ase_roughcontact.solvers.relaxation import Run, Start
-from ase_roughcontact.stepping.accuracy import accuracy_of
+from ase_roughcontact.stepping.accuracy import GridModel
 
 #: Relaxes a contact from a state, to a tolerance in at most some steps; see
 #: `SolverRelaxer`.
@@ -73,7 +73,12 @@ class StepOptions:
         if self.fmax is not None:
             positive(fmax=self.fmax)
         integer("max_steps", self.max_steps, 1)
-        accuracy_of(self.accuracy, self.continuum)
+        _ = self.grid_model
+
+    @property
+    def grid_model(self) -> GridModel:
+        """What the points of the grid are, and the error asked for."""
+        return GridModel("continuum" if self.continuum else "atoms", self.accuracy)
 
     @property
     def keeps_window(self) -> bool:

@@ -15,6 +15,7 @@ from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.solvers.response import HeightResponse, height_response
 from ase_roughcontact.solvers.status import Status
+from ase_roughcontact.stepping.accuracy import GridModel
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.relaxation_errors import (
     RelaxationErrors,
@@ -75,6 +76,11 @@ class RelaxedStep:
         return self.run.state
 
     @property
+    def grid_model(self) -> GridModel:
+        """What the points of the grid are, and the error asked for."""
+        return self.options.grid_model
+
+    @property
     def height(self) -> float:
         """Height of the indenter (Å)."""
         return self.state.height
@@ -117,7 +123,8 @@ class RelaxedStep:
         that does not end at the edge of a free window.
         """
         contact, fields, halfspace = self.contact, self.fields, self.halfspace
-        if not (self.options.continuum and contact.interaction.hard and self.touches):
+        is_continuum = self.grid_model.is_continuum
+        if not (is_continuum and contact.interaction.hard and self.touches):
             return None
         if not halfspace.periodic and at_edge(fields.contact):
             return None

@@ -19,7 +19,6 @@ from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.contact.support import External, Spring, Support
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import Run, fields_of
-from ase_roughcontact.stepping.accuracy import accuracy_of
 from ase_roughcontact.stepping.convergence import StepRelaxer
 from ase_roughcontact.stepping.extrapolation import extrapolated, with_earlier
 from ase_roughcontact.stepping.options import StepOptions
@@ -115,7 +114,7 @@ class Stepper:
     @property
     def accuracy(self) -> float:
         """Relative error of forces that the tolerance is made for."""
-        return accuracy_of(self.options.accuracy, self.options.continuum).error
+        return self.options.grid_model.error
 
     def limited(self, error: float) -> Stepper:
         """Return the same, but with a solver that leaves at most an error.
@@ -279,8 +278,8 @@ class Stepper:
             more["fmax"] = self.options.fmax
         else:
             more["accuracy"] = self.accuracy
-        if self.options.continuum:
-            more["model"] = "continuum"
+        if self.options.grid_model.is_continuum:
+            more["model"] = self.options.grid_model.model
         described = self.problem.todict() | more
         described["lattice"] = self.windows.describe_lattice()
         return json.loads(json.dumps(described, default=_encode))

@@ -11,7 +11,7 @@ from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.optimize import default_optimizer
 from ase_roughcontact.solvers.soft.newton import default_relaxer
-from ase_roughcontact.stepping.accuracy import accuracy_of
+from ase_roughcontact.stepping.accuracy import GridModel
 
 SPHERE = rc.RoughSphere(20.0)
 SPACING, MODULUS = 2.0, 0.5
@@ -172,7 +172,7 @@ def test_the_relative_tolerance_is_a_quarter_of_the_relative_error(wall, error, 
     atoms = make_atoms(wall, fixed="loads" not in path)
     record = relaxed(atoms, accuracy=error, **path)
     mean = record.normal_force / record.repulsive_atoms
-    allowed = accuracy_of(error).error
+    allowed = GridModel("atoms", error).error
     assert record.converged
     assert 0.02 * allowed < record.tolerance / mean <= 0.2501 * allowed
 
@@ -204,9 +204,9 @@ def test_cost_of_a_step_is_that_of_all_its_runs(wall):
     ],
 )
 def test_errors_of_the_levels_of_accuracy(error, of_atoms, of_continuum):
-    assert accuracy_of(error).error == of_atoms
-    assert accuracy_of(error).tolerance == pytest.approx(of_atoms / 4.0)
-    assert accuracy_of(error, continuum=True).error == of_continuum
-    tolerance = accuracy_of(error, continuum=True).tolerance
+    assert GridModel("atoms", error).error == of_atoms
+    assert GridModel("atoms", error).tolerance == pytest.approx(of_atoms / 4.0)
+    assert GridModel("continuum", error).error == of_continuum
+    tolerance = GridModel("continuum", error).tolerance
     assert tolerance == pytest.approx(of_continuum / 40.0)
     assert rc.StepOptions().accuracy == "normal"

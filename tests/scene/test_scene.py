@@ -225,7 +225,7 @@ def test_a_roughness_that_needs_too_much_memory_is_an_error():
 
 def test_words_for_the_accuracy_are_one_number_for_atoms():
     scene = Scene.parse(SMALL.replace("fmax = 1e-4", 'accuracy = "high"'))
-    assert (scene.accuracy.error, scene.fmax) == (1e-4, None)
+    assert (scene.grid_model.error, scene.fmax) == (1e-4, None)
 
 
 def test_relax_can_begin_in_the_middle_of_the_path():

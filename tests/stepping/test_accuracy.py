@@ -11,7 +11,8 @@ from built import atoms_under
 
 import ase_roughcontact as rc
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.stepping.accuracy import accuracy_of, grid_for, points_per_wave
+from ase_roughcontact.stepping.accuracy import GridModel, grid_for, points_per_wave
+from ase_roughcontact.windows.regrid import GridChange
 
 # In units of the contact modulus and of the spacing.
 WALLS = {
@@ -49,7 +50,10 @@ def states(wall, path, seed, accuracy):
 @pytest.mark.parametrize("wall", WALLS)
 def test_errors_of_force_and_area_are_at_most_the_allowed_ones(wall, path, seed, level):
     """That of the force relative to the repulsion, that of the area beyond one atom."""
-    allowed, reference = accuracy_of(level).error, states(wall, path, seed, REFERENCE)
+    allowed, reference = (
+        GridModel(accuracy=level).error,
+        states(wall, path, seed, REFERENCE),
+    )
     for (record, _), (truth, push) in zip(
         states(wall, path, seed, level), reference, strict=True
     ):
@@ -90,7 +94,7 @@ def test_error_due_to_the_cutoff_of_a_full_wall_is_as_documented(depth):
 )
 def test_invalid_accuracy_is_an_error(wanted, message):
     with pytest.raises(ValueError, match=message):
-        accuracy_of(wanted)
+        GridModel(accuracy=wanted)
 
 
 def test_tolerance_and_errors_under_tension_are_those_of_the_magnitudes():
@@ -163,3 +167,38 @@ def test_grids_are_coarser_only_as_far_as_the_wall_is_resolved(wall, largest):
 def test_coarser_grids_divide_period_and_fixed_window(period_or_window, coarsest):
     found = spacing(0.05, 32.0, rc.HardWall(), **period_or_window)
     assert found == pytest.approx(coarsest)
+
+
+@pytest.mark.parametrize(
+    ("text", "model", "ratio"),
+    [
+        ("atoms", "atoms", 1.0),
+        ("a0/2", "continuum", 0.5),
+        ("3 a0/4", "continuum", 0.75),
+        ("a0", "continuum", 1.0),
+        ("2 a0", "continuum", 2.0),
+        ("continuum", "continuum", 0.5),
+    ],
+)
+def test_a_text_says_what_grid_points_are_and_their_spacing(text, model, ratio):
+    found = GridModel.of(text, 0.05)
+    assert found.model == model
+    # four points on a wave of two spacings
+    sphere = rc.RoughSphere(100.0, rc.SelfAffine(0.1, 0.8, 2.0, 32.0))
+    assert found.grid(sphere, rc.HardWall(), 1.0).spacing(1.0) == ratio
+
+
+def test_the_area_of_the_model_is_the_column_of_paths():
+    options = rc.StepOptions(continuum=True)
+    assert options.grid_model.area_column == "continuum_area"
+    assert rc.StepOptions().grid_model.area_column == "contact_area"
+
+
+def test_a_grid_is_given_only_for_the_continuum():
+    with pytest.raises(ValueError, match="continuum"):
+        GridModel("atoms", given=GridChange(2, 1))
+
+
+def test_an_unknown_model_is_refused_with_the_closest_name():
+    with pytest.raises(ValueError, match="'continuum'"):
+        GridModel("continum")
