@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from ase_roughcontact._util.units import UNITS, pressure_unit, with_unit
 from ase_roughcontact.results.record import columns_of
@@ -30,6 +31,7 @@ def bodies(scene: Scene) -> dict[str, str]:
     if scene.is_flat:
         n, m = (k * scene.spacing / nm for k in scene.bodies.cell or ())
         found["indenter"] = f"rough flat, periodic cell of {n:.4g} x {m:.4g} nm"
+        found["indenter"] += _resampled(scene)
         if removed := scene.bodies.problem.topography.rough.edge_change:
             found["indenter"] += (
                 f"; a smooth surface (rms height {removed / nm:.3g} nm) is subtracted, "
@@ -117,6 +119,19 @@ def _origin(scene: Scene) -> str:
     if materials or "attraction_range" in scene.interaction.parameters:
         return ""
     return ", which follows from the spacing: attraction_range sets it"
+
+
+def _resampled(scene: Scene) -> str:
+    """Return how a scan with pixels that are no squares is sampled, if it is."""
+    if scene.scan is None or math.isclose(*scene.scan.spacing, rel_tol=1e-6):
+        return ""
+    x, y = (each / UNITS["nm"] for each in scene.scan.spacing)
+    rough: Any = scene.bodies.problem.topography.rough
+    return (
+        f", on squares of {scene.spacing / UNITS['nm']:.4g} nm by cubic splines from "
+        f"pixels of {x:.4g} x {y:.4g} nm; lengths along y are changed by "
+        f"{100.0 * rough.measurement.strain:.2g} %"
+    )
 
 
 def _spacing(scene: Scene) -> str:

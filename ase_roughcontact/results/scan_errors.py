@@ -22,6 +22,11 @@ interpolated, those of area and force relative to them.
   of the copies, added in squares.
 - *Edges* of a periodic scan that do not fit each other: the change by a copy whose
   edges do, without a `smooth_component`.
+- *Squares.* A periodic scan with pixels that are no squares is pressed on a grid of
+  squares, with distances along y changed by a strain :math:`\epsilon`
+  (`SquareGrid`). The cell changes by :math:`\epsilon` and the rms slope by up to
+  :math:`\epsilon/2`: area and force by :math:`3\epsilon/2`, heights by
+  :math:`\epsilon` times the rms height.
 - *Filter.* The area changes in proportion to the part of the rms slope, without noise,
   that it removed.
 
@@ -65,8 +70,10 @@ COPIES_LEFT_OUT = (
 _LEAST_RATIO, _LARGEST_RATIO = 0.125, 0.5
 # Largest area without noise over that with it.
 _LARGEST_AREA = 4.0
-# Indices of the area and the force in results and errors, and their number.
-_AREA, _FORCE, _COUNT = 0, 1, 4
+# Indices in results and errors, and their number.
+_AREA, _FORCE, _HEIGHT, _PENETRATION, _COUNT = 0, 1, 2, 3, 4
+# Relative change of area and force by a strain of distances along y.
+_STRAINS = 1.5
 # Columns of the results after the area, in the order of `Errors`.
 _AFTER_AREA = ("normal_force", "height", "penetration")
 # The scan and kinds of copies, in reasons for errors that are not known.
@@ -165,6 +172,7 @@ class ScanErrors:
                 failures = (each.failure for each in results[kind] if each.failure)
                 unknown = unknown or f"{_PRESSED[kind]}: {next(failures, 'no numbers')}"
             errors = np.hypot(errors, of_kind)
+        errors = np.hypot(errors, self._by_strain(given))
         for i, name in enumerate(_AFTER_AREA, start=1):
             if name in self.control.prescribed:
                 errors[i] = 0.0
@@ -173,6 +181,14 @@ class ScanErrors:
         rough: Any = self.problem.topography.rough
         errors[_AREA] = np.hypot(errors[_AREA], rough.measurement.lost_slope)
         return _AtTarget(target, force, errors, unknown)
+
+    def _by_strain(self, given: FloatArray) -> FloatArray:
+        """Return the errors of results by the strain of a grid of squares."""
+        scan: Any = self.problem.topography.rough
+        scales = _STRAINS * abs(given)
+        scales[[_HEIGHT, _PENETRATION]] = scan.statistics().rms_height
+        strained: FloatArray = abs(scan.measurement.strain) * scales
+        return strained
 
     def _results(self, rough: Any, targets: Sequence[float]) -> list[_Result]:
         """Return the results of a map at the targets."""

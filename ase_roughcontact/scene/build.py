@@ -36,11 +36,10 @@ from ase_roughcontact.topography import (
     RoughSphere,
     SelfAffine,
 )
+from ase_roughcontact.topography.square_grid import SquareGrid
 
 # Hardness (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST_HARDNESS = 1e3
-# Relative tolerance within which the sides of pixels are the same.
-_SQUARE = 1e-6
 # Least default period of a local work of adhesion, in units of the radius in which a
 # sphere that touches is in the range of the wall: room for three times that range.
 _ROOM = 4.0
@@ -208,17 +207,14 @@ def _flat_cell(
 ) -> tuple[float, Shape, SelfAffine | HeightMap]:
     """Return grid spacing (Å), shape and roughness of the periodic cell of a flat.
 
-    The grid of a scan is that of its pixels, and the cell the scan, which is made
-    periodic, with its middle on the axis. A random surface is sampled by atoms.
+    The grid of a scan is that of its pixels, or squares about as large as the smaller
+    side of a pixel; the cell is the scan, which is made periodic, with its middle on
+    the axis. A random surface is sampled by atoms.
     """
     if isinstance(rough, HeightMap):
-        x, y = rough.spacing
-        if not math.isclose(x, y, rel_tol=_SQUARE):
-            raise ValueError(
-                f"the pixels of a flat must be squares, got {x / 10:g} x {y / 10:g} nm:"
-                " resample the scan, or correct spacing"
-            )
-        (n, m), spacing, rough = rough.shape, x, rough.made_periodic()
+        grid = SquareGrid.of(rough.shape, rough.spacing)
+        (n, m), spacing = grid.shape, grid.spacing
+        rough = rough.made_periodic(grid.strain)
     else:
         n = m = round(rough.side / spacing)
     shape = replace(scene.substrate, periodic=False).window_shape or (n, m)

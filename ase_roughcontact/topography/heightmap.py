@@ -369,19 +369,27 @@ class HeightMap(Topography):
         other.measurement = self.measurement
         return other
 
-    def made_periodic(self) -> HeightMap:
+    def made_periodic(self, strain: float = 0.0) -> HeightMap:
         """Return the map without steps between opposite edges, its middle on the axis.
 
-        A `smooth_component` is subtracted, unless the map is periodic.
+        A `smooth_component` is subtracted, unless the map is periodic. Distances along
+        y are increased by a relative strain; see `SquareGrid`.
         """
+        spacing = self.spacing[0], self.spacing[1] * (1.0 + strain)
         measured = self.measurement
         heights = self._values if measured is None else measured.heights
         smooth = 0.0 if self.periodic else smooth_component(heights)
         heights = heights - smooth
         if measured is not None:
-            measured = replace(measured, heights=heights, periodic=True)
+            measured = replace(
+                measured,
+                heights=heights,
+                spacing=spacing,
+                periodic=True,
+                strain=strain,
+            )
             heights = measured.pressed  # as the filter goes on over the edges
-        found = HeightMap(heights, self.spacing, periodic=True)
+        found = HeightMap(heights, spacing, periodic=True)
         found.measurement, found.edge_change = measured, float(np.std(smooth))
         return found
 

@@ -62,6 +62,8 @@ class Measurement:
         Numbers of points that were not measured, and that are outliers.
     doubts : tuple of str
         What is wrong with lines of the scan, and what helps.
+    strain : float
+        Relative change of distances along y, for a grid of squares.
     """
 
     heights: FloatArray
@@ -72,6 +74,7 @@ class Measurement:
     missing: int = 0
     outliers: int = 0
     doubts: tuple[str, ...] = ()
+    strain: float = 0.0
 
     @cached_property
     def pressed(self) -> FloatArray:

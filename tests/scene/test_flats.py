@@ -186,6 +186,38 @@ def test_a_scanned_indenter_without_a_tip_is_a_flat_with_a_warning(
     assert ("no tip found" in "".join(scene.warnings)) is warned
 
 
+@pytest.mark.parametrize("pixel", [(2.0, 3.0), (3.0, 2.0), (2.0, 2.0012), (2.0, 1.03)])
+@pytest.mark.parametrize("turned", [False, True])
+def test_pixels_that_are_no_squares_give_the_area_of_westergaard(wave, pixel, turned):
+    text = SCENE.replace("spacing = 2.0", f"spacing = {list(pixel)}")
+    if turned:
+        text += "transpose = true\n"
+    length = POINTS * pixel[1 if turned else 0]
+    part = 0.25
+    full = math.pi * 100e3 * AMPLITUDE / length
+    scene = Scene.parse(text.replace('"100 MPa"', f'"{part * full} MPa"'))
+    assert scene.spacing <= 10.0 * min(pixel) * (1.0 + 1e-9)
+    (step,) = scene.relax(scan_errors=False)
+    fraction = 2.0 / math.pi * math.asin(math.sqrt(part))
+    assert step.continuum_area / scene.nominal_area == pytest.approx(fraction, abs=0.01)
+    gap = 0.75 + 0.25 * math.log(0.25)
+    assert step.mean_gap == pytest.approx(gap * AMPLITUDE * UNITS["nm"], rel=0.02)
+
+
+def test_the_strain_of_pixels_that_are_no_squares_is_shown_and_in_the_error():
+    rough = SelfAffine(0.05, 0.8, 16.0, 64.0, seed=1, domain=64.0)
+    np.save("scan.npy", rough.heights((64, 64), 1.0))
+    errors = []
+    for pixel in (2.0, 2.0 * 64 / 63.5):
+        scene = Scene.parse(SCENE.replace("spacing = 2.0", f"spacing = [2.0, {pixel}]"))
+        (step,) = scene.relax()
+        errors.append(step.area_error / step.continuum_area)
+    assert scene.scan.spacing[1] == pytest.approx(10.0 * pixel)
+    strain = 81 * 1.6 / (64 * pixel) - 1.0  # 80 x 81 squares
+    assert f"changed by {100 * strain:.2g} %" in bodies(scene)["indenter"]
+    assert errors[0] < abs(strain) < errors[1] < 5.0 * abs(strain)
+
+
 def test_a_substrate_that_looks_like_a_tip_is_a_flat():
     x = np.linspace(-1.0, 1.0, POINTS)
     np.save("scan.npy", -(x[:, None] ** 2) - x**2)
@@ -198,7 +230,6 @@ def test_a_substrate_that_looks_like_a_tip_is_a_flat():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("spacing = 2.0", "spacing = [2.0, 3.0]", "pixels of a flat must be squares"),
         ("radius = inf", 'radius = "1 um"', "unit of values 'MPa'"),
         ("hardness", "shape = [80, 8], hardness", "at most 64 x 8"),
     ],

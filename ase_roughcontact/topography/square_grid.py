@@ -1,0 +1,54 @@
+"""Grid of squares for a periodic map, the pixels of which may be no squares."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ase_roughcontact._util.validation import Point, Shape
+
+# Relative difference of the sides of pixels that is rounding.
+_SAME = 1e-6
+# Strain that is small enough, and largest number of points over those of the pixels.
+_STRAIN, _MOST = 1e-3, 1.25
+
+
+@dataclass(frozen=True)
+class SquareGrid:
+    """Grid of squares on the period of a map.
+
+    Attributes
+    ----------
+    shape : (int, int)
+        Number of points along x and y.
+    spacing : float
+        Their distance (length).
+    strain : float
+        Relative change of lengths along y that makes the period a whole number of
+        spacings.
+    """
+
+    shape: Shape
+    spacing: float
+    strain: float = 0.0
+
+    @classmethod
+    def of(cls, shape: Shape, spacing: Point) -> SquareGrid:
+        """Return the grid of a periodic map with points at distances along x and y.
+
+        The points of the map if its pixels are squares. Else the spacing is that of the
+        closer points, or slightly less, where that makes the strain smaller.
+        """
+        (n, m), (x, y) = shape, spacing
+        if math.isclose(x, y, rel_tol=_SAME):
+            return cls(shape, x)
+        width, length = n * x, m * y
+        least = math.ceil(width / min(x, y) * (1.0 - _SAME))
+        grids = []
+        for points in range(least, math.ceil(_MOST * least) + 1):
+            step = width / points
+            lines = max(round(length / step), 1)
+            grids.append(cls((points, lines), step, lines * step / length - 1.0))
+            if abs(grids[-1].strain) <= _STRAIN:
+                return grids[-1]
+        return min(grids, key=lambda grid: abs(grid.strain))
