@@ -50,29 +50,6 @@ control = "penetration"
 values = [0.05, 0.1, 0.2]
 """
 
-# Approach and retraction with adhesion; elastic by intent.
-LOOP = """
-[substrate]
-model = "atoms"
-spacing = 2.5
-contact_modulus = 100.0
-shape = [18, 18]
-hardness = inf
-[sphere]
-radius = 20.0
-[interaction]
-kind = "adhesive"
-work_of_adhesion = 1.0
-[path]
-kind = "loop"
-deepest = "0.2 nm"
-step = 0.5
-tolerance = 0.01
-cantilever = 60.0
-[solver]
-accuracy = "fast"
-"""
-
 
 def adhesive(text, work, kind="adhesive"):
     """Scene of a text with a wall that attracts."""

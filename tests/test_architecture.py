@@ -5,12 +5,14 @@ import os
 import re
 import subprocess
 import sys
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 import ase_roughcontact
+from ase_roughcontact._util.parts import shown_by
 
 PACKAGE = "ase_roughcontact"
 ROOT = Path(ase_roughcontact.__file__).parent
@@ -38,9 +40,16 @@ LAYERS = [
 ]
 LAYER_OF = {name: layer for layer, names in enumerate(LAYERS) for name in names}
 # Packages that show names of others above them, whose imports are for type checkers.
-SHOWING = {"plot.__init__": "plot", "scene.__init__": "scene", "api": "api"}
-# Only these may import a package that can be left out, and what builds on it.
-REGISTRIES = {"api", "cli"}
+SHOWING = {"api": "api", "plot.__init__": "plot", "scene.__init__": "scene"}
+# What may import a part, which can be deleted: the command line, and what builds on it.
+IMPORTERS = {
+    "fitting": {"cli"},
+    "foundation": set(),
+    "path_kinds.loop": {"fitting"},
+    "path_kinds.sliding": set(),
+    "path_kinds.time": {"fitting"},
+    "tradeoff": {"cli"},
+}
 EXTRAS = ("dask", "ducc0")
 
 
@@ -59,15 +68,17 @@ def is_module(name):
     return name in FILES or f"{name}.__init__" in FILES
 
 
+@cache
 def imports(module):
     """Modules of the package imported anywhere in `module`, also in functions.
 
     Of a module in `SHOWING` only what is imported at run time.
     """
     tree = ast.parse(FILES[module].read_text())
-    left_out = set(map(id, for_type_checkers(tree))) if module in SHOWING else set()
+    left_out = for_type_checkers(tree) if module in SHOWING else []
+    found = set()
     for node in ast.walk(tree):
-        if id(node) in left_out:
+        if node in left_out:
             continue
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
@@ -79,14 +90,27 @@ def imports(module):
         for name in names:
             first, _, inner = name.partition(".")
             if first == PACKAGE:
-                yield inner if is_module(inner) else inner.rpartition(".")[0]
+                found.add(inner if is_module(inner) else inner.rpartition(".")[0])
+    return found
 
 
 def for_type_checkers(tree):
-    """Imports of a module under ``if TYPE_CHECKING``."""
+    """Statements of a module under ``if TYPE_CHECKING``."""
+    found = []
     for node in tree.body:
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            yield from node.body
+            found += node.body
+    return found
+
+
+@pytest.mark.parametrize("module", SHOWING)
+def test_type_checkers_see_the_names_that_are_found_at_run_time(module):
+    declared = {
+        alias.name: node.module
+        for node in for_type_checkers(ast.parse(FILES[module].read_text()))
+        for alias in node.names
+    }
+    assert declared == shown_by(SHOWING[module])
 
 
 def test_modules_import_only_from_their_own_layer_or_below():
@@ -128,8 +152,11 @@ def test_contacts_are_transformed_by_the_engines_alone():
 
 def test_no_module_imports_itself_through_others():
     graph = {
-        module: {f"{other}.__init__" if other not in FILES else other for other in uses}
-        for module, uses in ((module, set(imports(module))) for module in FILES)
+        module: {
+            other if other in FILES else f"{other}.__init__"
+            for other in imports(module)
+        }
+        for module in FILES
     }
     try:
         order = list(TopologicalSorter(graph).static_order())
@@ -137,6 +164,42 @@ def test_no_module_imports_itself_through_others():
         pytest.fail(f"modules import each other in a circle: {error.args[1]}")
     names = ["_util.validation", "elasticity.halfspace", "contact.contact"]
     assert sorted(names, key=order.index) == names
+
+
+def package_of(module):
+    """Folder of a module as a dotted name; a module beside the packages is its own."""
+    return module.rpartition(".")[0] or module
+
+
+def test_no_package_imports_itself_through_others():
+    graph = {}
+    for module in FILES:
+        uses = {package_of(other) for other in imports(module)}
+        graph.setdefault(package_of(module), set()).update(uses)
+    for package, uses in graph.items():  # a package and those within it are one
+        uses -= {other for other in uses if nested(package, other)}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(f"packages import each other in a circle: {error.args[1]}")
+    assert graph["contact"] >= {"elasticity", "interactions"}
+
+
+def nested(package, other):
+    """Whether one of two packages is in the other, or they are the same."""
+    outer, inner = sorted((f"{package}.", f"{other}."), key=len)
+    return inner.startswith(outer)
+
+
+@pytest.mark.parametrize("part", IMPORTERS)
+def test_a_part_is_imported_by_what_builds_on_it_alone(part):
+    outside = {
+        module.partition(".")[0]
+        for module in FILES
+        if not nested(package_of(module), part)
+        and any(f"{other}.".startswith(f"{part}.") for other in imports(module))
+    }
+    assert outside == IMPORTERS[part]
 
 
 def python(code):

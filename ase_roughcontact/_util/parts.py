@@ -13,26 +13,27 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
-from importlib.util import find_spec
 from pkgutil import iter_modules
 from typing import Any
 
 _PACKAGE = "ase_roughcontact"
-# Packages that are parts, and the package in which each folder is one.
+# Packages that are parts.
 _PARTS = ("fitting", "foundation", "tradeoff")
+# Package in which each folder is a part.
 _KINDS = "path_kinds"
 
 
 @cache
 def found_parts() -> tuple[str, ...]:
     """Return the parts that are there, as names within the package."""
-    present = [name for name in (*_PARTS, _KINDS) if find_spec(f"{_PACKAGE}.{name}")]
-    if _KINDS in present:
-        present.remove(_KINDS)
+    folders = import_module(_PACKAGE).__path__
+    packages = {each.name for each in iter_modules(folders) if each.ispkg}
+    found = [name for name in _PARTS if name in packages]
+    if _KINDS in packages:
         folders = import_module(f"{_PACKAGE}.{_KINDS}").__path__
-        found = [each.name for each in iter_modules(folders) if each.ispkg]
-        present += [f"{_KINDS}.{name}" for name in found]
-    return tuple(sorted(present))
+        kinds = [each.name for each in iter_modules(folders) if each.ispkg]
+        found += [f"{_KINDS}.{name}" for name in kinds]
+    return tuple(found)
 
 
 @cache

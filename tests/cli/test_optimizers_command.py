@@ -5,7 +5,8 @@ import json
 import re
 
 import pytest
-from small_scene import LOOP, SMALL
+from loop_scene import LOOP
+from small_scene import SMALL
 
 from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene, relax_loop

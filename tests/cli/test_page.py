@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pytest
 from matplotlib.axes import Axes
-from small_scene import LOOP, SMALL
+from loop_scene import LOOP
+from small_scene import SMALL
 
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS

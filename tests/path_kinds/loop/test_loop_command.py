@@ -11,7 +11,8 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from small_scene import LOOP, SMALL
+from loop_scene import LOOP
+from small_scene import SMALL
 
 from ase_roughcontact import adhesion_loop
 from ase_roughcontact._util.units import UNITS
