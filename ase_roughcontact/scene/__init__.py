@@ -2,20 +2,24 @@
 
 The built-in scene file, `default_text`, explains every key. From the file to results:
 
-================================  ====================================================
-``section``                       common to all sections: types, units, names of files
-``config``, ``scan``              the sections, one class each
-``random_fields``                 sections of roughness and local work of adhesion
-``path_kinds``, ``loop``          kinds of path: section, targets, run, table, pictures
-``file``                          all sections of a file: read, changed, compared
-``build``                         from the sections to a `Problem` in units of ASE
-``solid``                         the elastic solid
-``bodies``                        what is built, and theory for it
-``scene``                         `Scene`: problem, solver and steps
-``plan``, ``results``             warnings and plans; folders of results
-================================  ====================================================
+====================  ================================================================
+``section``           base class of sections: types, units, names of files
+``config``, ``scan``  sections of bodies, solver and output, and of a measured surface
+``random_fields``     sections of roughness and of the local work of adhesion
+``path_kind``         base class of the kinds of path, and the steps that are given
+``file``              all sections of a file: read, changed, compared
+``solid``             the elastic solid, from ``[substrate]``
+``spacing``           the spacing of the grid, and lengths in units of it
+``build``             from the sections to a `Problem` in units of ASE
+``bodies``            what is built, and theory for it
+``scene``             `Scene`: bodies, path and solver, which relax the steps
+``plan``              warnings, steps that can't be calculated, memory and time
+``results``           folders of results
+====================  ================================================================
 
-``reference`` and ``preview`` are functions of a scene.
+``preview`` (a few steps on a coarse grid), ``reference`` (theory for the results) and
+``optimizers`` (their comparison) are functions of a scene. Further kinds of path are in
+`ase_roughcontact.path_kinds`: they become known to scenes by their folders.
 """
 
 from importlib import import_module

@@ -1,1 +1,1 @@
-"""Hard walls: pressure as the unknown of a complementarity problem."""
+"""Hard walls: pressure and gap of a complementarity problem."""

@@ -1,1 +1,1 @@
-"""Friction: tractions below their bounds."""
+"""Friction: lateral tractions within their bounds, at a given pressure."""

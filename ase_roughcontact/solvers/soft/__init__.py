@@ -1,1 +1,1 @@
-"""Soft walls: heights as the unknowns of an energy."""
+"""Soft walls: pressure and height at the minimum of an energy."""
