@@ -1,8 +1,8 @@
 r"""Solvers of the contact problem on arrays, without ASE.
 
 The unknowns are the pressure p on the window of atoms, and the height Z of the indenter
-where it is free. The pressure deepens the gap by a convolution with the Green's function
-G of the half space, :math:`g = Z + h + G p`.
+where it is free. The pressure widens the gap by a convolution with the Green's
+function G of the half space, :math:`g = Z + h + G p`.
 
 ===========  =========================================================  ================
 ``hard``     walls without attraction, a complementarity problem:       `active_set`
@@ -28,8 +28,8 @@ preconditioner. `soft.energy` is the energy with its derivatives, and
 `soft.indenter_height` finds heights that carry the load without a convolution.
 
 **Friction.** `lateral.friction` is a semismooth Newton method for the equations of
-`lateral.friction_problem`, which `gcr` solves, too. The coupling with the normal problem
-is part of the kind of path that slides.
+`lateral.friction_problem`, which `gcr` solves, too. The coupling with the normal
+problem is part of the kind of path that slides.
 
 **In common.** `relaxation` has what solvers take and return: each is a generator of
 `Relaxation`, which a `SolverRelaxer` runs up to the tolerance; the outcome is a `Run`.

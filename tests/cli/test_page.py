@@ -5,8 +5,8 @@ import re
 from dataclasses import replace
 
 import pytest
-from matplotlib.axes import Axes
 from loop_scene import LOOP
+from matplotlib.axes import Axes
 from small_scene import SMALL
 
 from ase_roughcontact._util.files import table_rows
