@@ -303,7 +303,7 @@ class RealFFT2:
 
         Returns
         -------
-        ndarray, shape (l, *shape)
+        ndarray, shape (l, `shape[0]`, `shape[1]`)
         """
         count, known = len(fields), fields.shape[1]
         shape = fields.shape[1:] if shape is None else shape

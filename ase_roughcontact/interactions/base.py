@@ -12,7 +12,7 @@ import numpy as np
 from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.registry import Registered, Registry, types_of_parameters
 
-#: Energy, pressure and stiffness of a wall at some gaps.
+# Energy, pressure and stiffness of a wall at some gaps.
 Profile = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 #: Walls by their `kind`; filled by the definition of a subclass of `Interaction`.
