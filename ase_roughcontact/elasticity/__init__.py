@@ -3,7 +3,6 @@
 from ase_roughcontact.elasticity.cell_kernels import (
     cerruti_kernel,
     cross_kernel,
-    love_kernel,
 )
 from ase_roughcontact.elasticity.creep import Creep, fit_relaxation
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
@@ -15,6 +14,7 @@ from ase_roughcontact.elasticity.halfspace import (
     PeriodicHalfSpace,
 )
 from ase_roughcontact.elasticity.layer import Layer
+from ase_roughcontact.elasticity.love import love_kernel
 from ase_roughcontact.elasticity.material import (
     CRYSTALS,
     contact_modulus,

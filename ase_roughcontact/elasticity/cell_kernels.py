@@ -1,12 +1,12 @@
-r"""Displacement of an isotropic half space by uniform tractions on a square cell.
+r"""Displacement of an isotropic half space by lateral tractions on a square cell.
 
-The Green's functions of Boussinesq and Cerruti, integrated over the cell: pressure
-displaces the surface along its normal, and lateral tractions sideways,
+Cerruti's Green's function, integrated over the cell: lateral tractions displace the
+surface sideways,
 
 .. math:: u_a = \frac{1}{\pi E^* (1 - \nu)} \int \left[(1 - \nu)
           \frac{\delta_{ab}}{r} + \nu \frac{x_a x_b}{r^3}\right] t_b\, dA ,
 
-and each also displaces the surface in the direction of the other, see `cross_kernel`.
+and along its normal, see `cross_kernel`; for pressure see `love_kernel`.
 The integrals are described in `Harmonics`.
 """
 
@@ -16,44 +16,6 @@ import numpy as np
 
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.elasticity.greens import Isotropic
-
-
-def love_kernel(
-    i: np.ndarray, j: np.ndarray, spacing: float, contact_modulus: float
-) -> np.ndarray:
-    r"""Return the depth of an isotropic half space under unit pressure on one cell.
-
-    With :math:`b` half the spacing :math:`a_0` and corners
-    :math:`X_\pm = x \pm b`, :math:`Y_\pm = y \pm b`,
-
-    .. math:: G(x, y) = \frac{1}{\pi E^*} \sum_{s,t=\pm} s t \left[
-              X_s \operatorname{arsinh}\frac{Y_t}{|X_s|}
-              + Y_t \operatorname{arsinh}\frac{X_s}{|Y_t|}\right],
-
-    at the origin :math:`4 \ln(1 + \sqrt 2) a_0/(\pi E^*)`. The relative error is below
-    1e-13 at any distance.
-
-    Parameters
-    ----------
-    i, j : ndarray of int
-        Distances in cells along the two directions, broadcast together.
-    spacing : float
-        Side of the cell (length).
-    contact_modulus : float
-        E* (pressure).
-
-    Returns
-    -------
-    ndarray, shape of the broadcast
-        Displacement per pressure (length/pressure), positive.
-
-    References
-    ----------
-    A. E. H. Love, Phil. Trans. R. Soc. A 228, 377 (1929); K. L. Johnson, Contact
-    Mechanics (1985), Eq. (3.25).
-    """
-    positive(spacing=spacing)
-    return Isotropic(contact_modulus).cell_compliance(i, j, spacing)
 
 
 def cerruti_kernel(

@@ -28,6 +28,7 @@ from ase_roughcontact._util.registry import Registered, Registry
 from ase_roughcontact._util.validation import check_poisson, finite, positive
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.harmonics import Component, Harmonics
+from ase_roughcontact.elasticity.love import love_kernel
 from ase_roughcontact.elasticity.material import plane_strain_modulus
 
 # Largest relative difference of a response along mirrored directions.
@@ -419,6 +420,16 @@ class Isotropic(ComponentSolid):
             *map(Harmonics, lateral / (modulus * (1.0 - nu))),
             *(Harmonics(c, odd=True) for c in cross),
         ]
+
+    def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return ``2/(E* |q|)``; see `ElasticSolid`."""
+        return 2.0 / self.contact_modulus / np.hypot(qx, qy)
+
+    def cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the depth under unit pressure on a cell; see `love_kernel`."""
+        return love_kernel(i, j, spacing, self.contact_modulus)
 
     def wave_modulus(self, wave_number: np.ndarray | float) -> np.ndarray:
         """Return E* for all waves; see `ElasticSolid`."""

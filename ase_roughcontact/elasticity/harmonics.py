@@ -24,8 +24,6 @@ _MIN_HARMONIC = 1e-13
 # Distance, in cells, below which integrals over cells are tabulated. With the distance
 # rounding errors of the tables grow, and errors of the series beyond it fall.
 _TABULATED_CELLS = 160
-# The same distance for a component without harmonics, where the series is better.
-_TABULATED_CELLS_ISOTROPIC = 64
 # Distance, in cells, below which integrals along edges need more points.
 _NEAR_CELLS = 8
 # Points of an integral along the edge of a cell near the origin.
@@ -144,7 +142,7 @@ class Harmonics(Component):
     r"""Component of a continuum, whose Green's function is :math:`f(\phi)/(\pi r)`.
 
     The function f is the `harmonic_sum` of the coefficients after a turn by a right
-    angle. Below a distance of 160 cells, or 64 without harmonics, the divergence
+    angle. Below a distance of 160 cells the divergence
     theorem turns the integral over a cell into an integral along its edges, as
     :math:`\nabla \cdot (\mathbf r f/r) = f/r`. At larger distances the Taylor series
     about the centre of the cell is summed up to the fourth order,
@@ -152,8 +150,8 @@ class Harmonics(Component):
     .. math:: \left[1 + \frac{\nabla^2}{24} + \frac{\nabla^4}{1920}
               + \frac{\partial_x^2 \partial_y^2}{1440}\right] \frac{f}{r} .
 
-    The relative error is below 1e-13 without harmonics, and below 1e-12 with the first
-    ones.
+    The relative error is below 1e-12 with the first harmonics. Without harmonics
+    `love_kernel` is simpler and more accurate.
 
     Parameters
     ----------
@@ -168,10 +166,7 @@ class Harmonics(Component):
         self.c, self.odd = np.asarray(c), odd
         self.odd_y = bool(np.imag(self.c).any())
         self.odd_x = odd != self.odd_y
-        if self.c.size > 1 or odd:
-            self._tabulated = _TABULATED_CELLS
-        else:
-            self._tabulated = _TABULATED_CELLS_ISOTROPIC
+        self._tabulated = _TABULATED_CELLS
         self._turned = self.c * (-1.0) ** (np.arange(self.c.size) + odd) / np.pi
 
     def __reduce__(self) -> tuple:

@@ -9,11 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from ase_roughcontact.elasticity.cell_kernels import (
-    cerruti_kernel,
-    cross_kernel,
-    love_kernel,
-)
+from ase_roughcontact.elasticity import cerruti_kernel, cross_kernel, love_kernel
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 

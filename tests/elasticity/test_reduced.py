@@ -8,7 +8,7 @@ from built import atoms_under, force_along
 import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import contact_of, problem_of
 from ase_roughcontact.atoms.exchange import set_window
-from ase_roughcontact.elasticity.cell_kernels import love_kernel
+from ase_roughcontact.elasticity import love_kernel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
