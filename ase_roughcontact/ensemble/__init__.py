@@ -1,4 +1,4 @@
-"""Ensembles: many scenes, calculated by many workers, stored in one ASE database."""
+"""Ensembles: many scenes, calculated by many workers and kept in one ASE database."""
 
 from ase_roughcontact.ensemble.adaptive import (
     MeanArea,

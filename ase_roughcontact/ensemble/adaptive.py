@@ -1,4 +1,4 @@
-"""Realisations of the roughness until the mean areas have a wanted standard error."""
+"""Sampling of realisations until the mean areas have a wanted standard error."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble
 from ase_roughcontact.scene import Scene
 
-# A standard deviation from few realisations is uncertain: the number of them grows at
-# most by this factor before it is estimated again.
-_GROWTH = 2.0
-#: Reasons for errors that are not known.
+# Largest factor by which the number of realisations grows before the standard deviation
+# is estimated again: from few realisations it is uncertain.
+_MAX_GROWTH = 2.0
+#: Reason for an unknown error.
 TOO_FEW = "fewer than two realisations have converged"
+#: Reason for an unknown error.
 NO_CONTACT = "no realisation is in contact"
-# Probabilities that the number that is needed exceeds the ends of its range.
-_RANGE = np.array([0.05, 0.95])
+# Probabilities with which the needed number exceeds the ends of its likely range.
+_RANGE_PROBABILITIES = np.array([0.05, 0.95])
 
 
 @dataclass(frozen=True)
@@ -40,18 +41,19 @@ class MeanArea:
     target : float
         Load (eV/Å), penetration or height (Å), or time (s) of a path in time.
     realisations : int
-        Number of them.
+        Number of converged realisations.
     mean : float
         Mean area (Å^2).
     error : float
-        Standard error of the mean, relative to it; NaN if it is not known.
+        Relative standard error of the mean; NaN if it is not known.
     expected : int
-        Number of realisations after which the error is expected to be the wanted one.
+        Number of realisations at which the wanted error is expected.
     likely : (int, int)
-        Range that contains this number with a probability of 90 %, as the variance of
-        ``n`` normally distributed areas is one of ``n - 1`` degrees of freedom.
+        Range that contains this number with a probability of 90 %. The variance of
+        ``n`` normally distributed areas has a distribution with ``n - 1`` degrees of
+        freedom.
     unknown : str
-        Why the error is not known; else empty.
+        Reason why the error is not known; empty if it is known.
     """
 
     target: float
@@ -64,14 +66,19 @@ class MeanArea:
 
     @classmethod
     def of(cls, target: float, areas: np.ndarray, wanted: float) -> MeanArea:
-        """Return the mean of areas, and how many more the wanted error needs."""
+        """Return the mean of areas, and the number of areas that the error needs."""
         mean = float(areas.mean()) if areas.size else math.nan
-        unknown = TOO_FEW if areas.size < 2 else "" if mean > 0.0 else NO_CONTACT
+        unknown = ""
+        if areas.size < 2:
+            unknown = TOO_FEW
+        elif not mean > 0.0:
+            unknown = NO_CONTACT
         if unknown:
             return cls(target, areas.size, mean, math.nan, 0, (0, 0), unknown)
         spread = float(areas.std(ddof=1)) / mean
         count, freedom = (spread / wanted) ** 2, areas.size - 1
-        least, most = np.ceil(count * freedom / chdtri(freedom, _RANGE)).astype(int)
+        quantiles = chdtri(freedom, _RANGE_PROBABILITIES)
+        least, most = np.ceil(count * freedom / quantiles).astype(int)
         return cls(
             target,
             areas.size,
@@ -88,14 +95,14 @@ def mean_areas(scenes: Sequence[Scene], database: PathName) -> tuple[MeanArea, .
     Parameters
     ----------
     scenes : sequence of Scene
-        That differ in their seeds only.
+        Scenes that differ only in their seeds.
     database : path
-        Of `run_ensemble`.
+        Database of `run_ensemble`.
 
     Returns
     -------
     tuple of MeanArea
-        One for each load step, from the converged ones in the database.
+        Means for each load step, of the converged realisations in the database.
     """
     return _Areas(scenes[0], database).means(list(map(case_of, scenes)), math.inf)
 
@@ -107,11 +114,11 @@ class Sampling:
     Attributes
     ----------
     wanted : float
-        Largest standard error of each mean, relative to it.
+        Wanted relative standard error of each mean.
     means : tuple of MeanArea
-        One for each load step of the scene, from the steps finished so far.
+        Means for each load step of the scene, of the steps finished so far.
     progress : Progress
-        Of the present round of realisations.
+        Progress of the present round of realisations.
     """
 
     wanted: float
@@ -120,22 +127,19 @@ class Sampling:
 
     @property
     def error(self) -> float:
-        """Largest standard error of the means so far, relative to them.
-
-        NaN if none is known.
-        """
+        """Largest relative standard error of the means; NaN if no error is known."""
         known = (mean.error for mean in self.means if not mean.unknown)
         return max(known, default=math.nan)
 
     @property
     def done(self) -> bool:
-        """Whether all means have the wanted error, but for steps without contact."""
+        """Whether the means of all steps with contact have the wanted error."""
         too_few = any(mean.unknown == TOO_FEW for mean in self.means)
         return self.error <= self.wanted and not too_few
 
     @property
     def missing(self) -> int:
-        """Number of realisations of steps that are expected to be still needed."""
+        """Expected number of realisations of steps that are still needed."""
         return self._missing([mean.expected for mean in self.means])
 
     @property
@@ -145,7 +149,7 @@ class Sampling:
         return self._missing(least), self._missing(most)
 
     def _missing(self, needed: Sequence[int]) -> int:
-        """Return the number of steps that are missing if these numbers are needed."""
+        """Return the number of missing realisations of steps, from those needed."""
         return sum(
             max(number - mean.realisations, 1)
             for number, mean in zip(needed, self.means, strict=True)
@@ -166,35 +170,35 @@ def sample_ensemble(
 ) -> Iterator[Sampling]:
     """Add realisations of the roughness until each mean area has a wanted error.
 
-    Each load step has as many realisations as it needs: small contacts scatter more
-    than large ones. Steps at which no realisation of the pilot is in contact, or fewer
-    than two have converged, have no error and get no more. With a wall whose states
-    depend on those before, each realisation is calculated up to the last step that
-    needs it. Paths in time are calculated as a whole, and averaged at the ends of their
-    parts at the deepest target. Seeds count up from that of the scene. A run that was
-    interrupted, or had another error, is continued, and steps of `run_ensemble` in the
-    database are used.
+    Each load step has as many realisations as it needs, as small contacts scatter more
+    than large ones. A step gets no more realisations if no realisation of the pilot is
+    in contact, or fewer than two have converged: its error is then not known. If states
+    depend on the states before them, each realisation is calculated up to the last step
+    that needs it. Paths in time are calculated as a whole, and averaged at the ends of
+    their parts at the deepest target. Seeds count up from the seed of the scene. A run
+    that was interrupted, or had another error, is continued, and steps of
+    `run_ensemble` in the database are used.
 
     Parameters
     ----------
     scene : Scene
-        With random roughness.
+        Scene with random roughness.
     database, executor, workers, interval
         See `run_ensemble`.
     error : float
-        Largest standard error of the mean area of each load step, relative to it. The
-        area is that of the scene's question, `Scene.area_column`.
+        Wanted relative standard error of the mean area of each load step. The area is
+        the column `Scene.area_column`.
     pilot : int
-        Number of realisations of all steps from which the numbers of the others are
-        predicted.
+        Number of realisations of all steps in the first round, from which the needed
+        numbers are predicted.
     most : int
         Largest number of realisations.
 
     Yields
     ------
     Sampling
-        Whenever steps were added. The last one is not `done` if cases failed or the
-        largest number of realisations does not suffice.
+        State of the sampling, whenever steps were added. The last one is not `done` if
+        cases failed or the largest number of realisations does not suffice.
 
     Raises
     ------
@@ -206,8 +210,8 @@ def sample_ensemble(
     integer("most", most, pilot)
     if scene.roughness is None:
         raise ValueError(
-            "realisations need a scene with [roughness]: measured and smooth surfaces "
-            "have one only"
+            "realisations need a scene with [roughness]: a measured or smooth surface "
+            "has only one"
         )
     pool = worker_pool(executor, workers)
     return _rounds(scene, database, error, (pilot, most), pool, interval)
@@ -221,7 +225,7 @@ def _rounds(
     pool: AbstractContextManager[Executor],
     interval: float,
 ) -> Iterator[Sampling]:
-    """Calculate realisations, estimate how many are needed, and calculate those."""
+    """Calculate rounds of realisations, and estimate the needed number after each."""
     pilot, most = limits
     areas, first = _Areas(scene, database), scene.roughness.seed
     counts = np.full(len(areas.targets), pilot)
@@ -242,12 +246,12 @@ def _rounds(
                     sampling = Sampling(error, areas.means(cases, error), progress)
                     yield sampling
             missing = np.array([mean.error > error for mean in sampling.means])
-            # some may not have converged
+            # more are needed if some do not converge
             expected = [
                 math.ceil(mean.expected * count / max(mean.realisations, 1))
                 for mean, count in zip(sampling.means, counts.tolist(), strict=True)
             ]
-            more = np.ceil(_GROWTH * counts).clip(max=most).astype(int)
+            more = np.ceil(_MAX_GROWTH * counts).clip(max=most).astype(int)
             more = np.where(missing, np.clip(expected, counts + 1, more), counts)
             if progress.failures or (more <= counts).all():
                 return
@@ -255,37 +259,37 @@ def _rounds(
 
 
 class _Areas:
-    """Areas of the converged steps of a database, each of which is read once.
+    """Areas of the converged steps of a database, where each row is read once.
 
-    Of a path in time they are those at the ends of parts at the deepest target.
+    Paths in time have areas at the ends of their parts at the deepest target.
     """
 
     def __init__(self, scene: Scene, database: PathName) -> None:
         self._stored = EnsembleDatabase(database_address(database))
         self._area, self._newest = scene.area_column, 0
-        self._of: dict[tuple[str, int], float] = {}
+        self._areas: dict[tuple[str, int], float] = {}  # by case and number of target
         schedule = scene.path.schedule(scene.bodies)
         if schedule is None:
-            self._known, self.targets = "step", scene.targets
+            self._column, self.targets = "step", scene.targets
             self._values = np.arange(len(self.targets))
             return
         parts = list(schedule.timed_parts())
         deepest = scene.path.deepest_of(part.end for _, _, part in parts)
         ends = [t + part.duration for t, _, part in parts if part.end == deepest]
-        self._known, self._values = "time", np.unique(ends)
+        self._column, self._values = "time", np.unique(ends)
         self.targets = self._values
 
     def means(self, cases: Sequence[str], error: float) -> tuple[MeanArea, ...]:
-        """Return the means of the steps that the database has of some cases."""
+        """Return the means of the steps of some cases in the database."""
         for row in self._stored.select(f"id>{self._newest}", converged=True):
-            known, area = row.get(self._known, math.nan), row.get(self._area)
-            same = np.isclose(self._values, known, rtol=1e-9, atol=0.0)
+            value, area = row.get(self._column, math.nan), row.get(self._area)
+            same = np.isclose(self._values, value, rtol=1e-9, atol=0.0)
             if area is not None and same.any():
-                self._of[row["case"], int(same.argmax())] = area
+                self._areas[row["case"], int(same.argmax())] = area
             self._newest = max(self._newest, row.id)
         means = []
         for number, target in enumerate(self.targets):
-            found = (self._of.get((case, number)) for case in cases)
+            found = (self._areas.get((case, number)) for case in cases)
             areas = np.array([area for area in found if area is not None])
             means.append(MeanArea.of(float(target), areas, error))
         return tuple(means)

@@ -15,7 +15,7 @@ def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
     Parameters
     ----------
     scene : Scene
-        Provides all other values.
+        Scene with the values of all other keys.
     choices : mapping
         Values by key, in the units of the scene file: ``"sphere.radius"``,
         ``"roughness.seed"``; or whole sections by title, where keys belong together:
@@ -25,7 +25,7 @@ def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
     Returns
     -------
     list of Scene
-        The last key varies fastest.
+        Variants; the last key varies fastest.
 
     Raises
     ------
@@ -47,16 +47,17 @@ def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
 def case_of(scene: Scene) -> str:
     """Return the name of a scene's case: "c" and digits of its `identity`.
 
-    The letter is there because ASE's databases refuse text that reads as a number.
+    ASE's databases refuse text that reads as a number, hence the letter.
 
     Parameters
     ----------
     scene : Scene
+        The scene.
 
     Returns
     -------
     str
-        16 characters.
+        Name of 16 characters.
 
     Raises
     ------

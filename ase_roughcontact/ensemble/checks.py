@@ -1,4 +1,4 @@
-"""Checks of the database of an ensemble: what is damaged is named before it is used."""
+"""Checks for damage of the database of an ensemble."""
 
 from __future__ import annotations
 
@@ -13,33 +13,34 @@ from typing import Any
 #: Key of the checksum of a row.
 CHECKSUM = "checksum"
 
-# Words of SQLite's errors that are no damage.
+# Words in SQLite's errors about a database that can't be used, but is not damaged.
 _UNUSABLE = ("locked", "unable to open", "disk I/O", "full", "readonly")
+# Answer of SQLite's integrity check for an intact database.
 _INTACT = [("ok",)]
 
 
 def checksum(values: Mapping[str, Any], energy: float | None, data: Any) -> int:
-    """Return the CRC-32 of what a row stores, apart from the checksum itself."""
+    """Return the CRC-32 of the content of a row without the checksum."""
     kept = {key: value for key, value in values.items() if key != CHECKSUM}
     return zlib.crc32(json.dumps([kept, energy, data], sort_keys=True).encode())
 
 
 def damaged_row(db: Any) -> int | None:
-    """Return the number of the first damaged row, None if there is none.
+    """Return the number of the first damaged row; None if no row is damaged.
 
     Parameters
     ----------
     db : Database
-        ASE's, within its context.
+        ASE's database, within its context.
 
     Raises
     ------
     Exception
-        Of any kind, if rows can't be read.
+        Any error, if rows can't be read.
     """
     if db.type == "db":
         if not db.connection.in_transaction:
-            db.connection.execute("BEGIN")  # one state for all that follows
+            db.connection.execute("BEGIN")  # all checks see the same content
         found = db.connection.execute("PRAGMA integrity_check(1)").fetchall()
         if found != _INTACT:
             raise sqlite3.DatabaseError(found[0][0])
@@ -71,14 +72,14 @@ def _index(connection: sqlite3.Connection) -> defaultdict[int, set[tuple[str, An
 
 @contextmanager
 def readable_errors(address: str) -> Iterator[None]:
-    """Name a database in the errors of SQLite and of what it returns.
+    """Replace errors of SQLite by errors with the name of the database and advice.
 
     Raises
     ------
     OSError
         If the database can't be used, as its disk is full or has no locks.
     ValueError
-        If it is damaged.
+        If the database is damaged.
     """
     try:
         yield
@@ -87,7 +88,7 @@ def readable_errors(address: str) -> Iterator[None]:
             raise damaged(address, error) from error
         raise OSError(
             f"can't use {address}: {error}. SQLite needs space on the disk and a file "
-            "system with locks, such as that of a local disk"
+            "system with locks, such as a local disk"
         ) from error
     except sqlite3.DatabaseError as error:
         raise damaged(address, error) from error

@@ -1,4 +1,4 @@
-"""The columns of an ensemble: what is stored of each load step, and read again."""
+"""Columns of an ensemble: the numbers of each load step in the database."""
 
 from __future__ import annotations
 
@@ -24,46 +24,74 @@ from ase_roughcontact.results.record import (
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.path_kind import PATHS
 
-# Columns that the scene determines, and the types of those that are not floats.
-_OF_SCENE = (
-    *("control", "radius", "rms_slope", "hurst", "short_wavelength", "long_wavelength"),
-    *("seed", "kind", "work_of_adhesion", "attraction_range", "hardness", "permanent"),
-    *("friction_coefficient", "shear_strength", "spacing", "contact_modulus", "rate"),
-)
-_TYPES = {"control": str, "seed": int, "kind": str, "permanent": bool}
-# Steps whose columns an ensemble has, and the same with columns on request.
-_STEPS: list[type[LoadStep]] = [*(kind.record for kind in PATHS.values()), FlatStep]
-_RECORDS = [step.with_columns(list(columns_on_request(step))) for step in _STEPS]
-# Units of columns, with those of the scene.
-_COLUMN_UNITS = {
-    **dict.fromkeys(("radius", "short_wavelength", "long_wavelength"), "a0"),
-    **{"attraction_range": "a0", "work_of_adhesion": "J/m^2", "hardness": "GPa"},
-    **{"shear_strength": "GPa", "spacing": "Å", "contact_modulus": "eV/Å^3"},
-    **{name: unit for each in _RECORDS for name, unit in units_of(each).items()},
+# Types of the columns that the scene determines.
+_SCENE_COLUMNS: dict[str, type] = {
+    "control": str,
+    "radius": float,
+    "rms_slope": float,
+    "hurst": float,
+    "short_wavelength": float,
+    "long_wavelength": float,
+    "seed": int,
+    "kind": str,
+    "work_of_adhesion": float,
+    "attraction_range": float,
+    "hardness": float,
+    "permanent": bool,
+    "friction_coefficient": float,
+    "shear_strength": float,
+    "spacing": float,
+    "contact_modulus": float,
+    "rate": float,
 }
+# Units of the columns that the scene determines.
+_SCENE_UNITS = {
+    "radius": "a0",
+    "short_wavelength": "a0",
+    "long_wavelength": "a0",
+    "work_of_adhesion": "J/m^2",
+    "attraction_range": "a0",
+    "hardness": "GPa",
+    "shear_strength": "GPa",
+    "spacing": "Å",
+    "contact_modulus": "eV/Å^3",
+}
+# Records of all kinds of path.
+_STEPS: list[type[LoadStep]] = [*(kind.record for kind in PATHS.values()), FlatStep]
+# The same records with columns on request.
+_RECORDS = [step.with_columns(list(columns_on_request(step))) for step in _STEPS]
+
+
+def _all_columns() -> dict[str, type]:
+    """Return the types of all columns of an ensemble."""
+    columns: dict[str, type] = {"case": str, "step": int, "control": str}
+    columns["target"] = float
+    columns.update(_SCENE_COLUMNS)
+    for record in _RECORDS:
+        types = get_type_hints(record)
+        names = columns_of(record)
+        columns.update({name: types[name] for name in types if name in names})
+    columns["version"] = str
+    return columns
+
+
+def _all_units() -> dict[str, str]:
+    """Return the units of all columns that have one."""
+    units = dict(_SCENE_UNITS)
+    for record in _RECORDS:
+        units.update(units_of(record))
+    return units
+
 
 #: Columns of an ensemble and their types; see `read_ensemble`.
-COLUMNS: dict[str, type] = {
-    "case": str,
-    "step": int,
-    "control": str,
-    "target": float,
-    **{name: _TYPES.get(name, float) for name in _OF_SCENE},
-    **{
-        name: kind
-        for record in _RECORDS
-        for name, kind in get_type_hints(record).items()
-        if name in columns_of(record)
-    },
-    "version": str,
-}
+COLUMNS = _all_columns()
 
 
 def scene_columns(scene: Scene) -> dict[str, Any]:
     """Return the columns that a scene determines, the same for all its steps.
 
-    Lengths but the spacing are in units of it. Parameters of the wall are also those
-    that follow from named materials.
+    Lengths are in units of the spacing, which is in Å. Parameters of the wall include
+    those that follow from named materials.
     """
     spacing, wall, rough, nan = scene.spacing, scene.wall, scene.rough, math.nan
     hardness = scene.hardness / UNITS["GPa"]
@@ -72,7 +100,7 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
     values = {
         "control": scene.path.control,
         "radius": scene.radius / spacing,
-        # a scanned tip is rough, but its slope is that of its shape, too
+        # the slope of a scanned tip is not due to roughness alone
         "rms_slope": getattr(rough, "rms_slope", nan if scene.whole_tip else 0.0),
         "hurst": getattr(rough, "hurst", nan),
         **{name: getattr(rough, name, nan) / spacing for name in lengths},
@@ -114,7 +142,7 @@ def read_ensemble(
     Parameters
     ----------
     database : path
-        Of `run_ensemble`.
+        Database of `run_ensemble`.
     selection : str, optional
         Query as for ``ase db``: ``"radius>100,kind=hard"``.
     **query
@@ -123,11 +151,11 @@ def read_ensemble(
     Returns
     -------
     dict of ndarray, shape (steps,)
-        By name, see `COLUMNS`, sorted by case and step. Inputs are in the units of the
-        scene file: lengths of sphere and roughness in spacings, works of adhesion in
-        J/m^2. All else is in ASE's units: ``spacing`` in Å, ``contact_modulus`` in
-        eV/Å^3, ``target`` in Å or, for ``control == "load"``, in eV/Å, and the columns
-        of `LoadStep`. Missing values are NaN, -1 or "".
+        Columns by name, see `COLUMNS`, sorted by case and step. Inputs are in the units
+        of the scene file: lengths of sphere and roughness in spacings, works of
+        adhesion in J/m^2. Everything else is in ASE's units: ``spacing`` in Å,
+        ``contact_modulus`` in eV/Å^3, ``target`` in Å or, for ``control == "load"``, in
+        eV/Å, and the columns of `LoadStep`. Missing values are NaN, -1 or "".
 
     Raises
     ------
@@ -154,15 +182,15 @@ def write_csv(
 ) -> None:
     """Write the load steps of an ensemble as CSV, with ten significant digits.
 
-    Heads of columns are followed by their units; those of targets and rates depend on
-    the control.
+    Heads of columns include their units, except targets and rates, where the unit
+    depends on the control.
 
     Parameters
     ----------
     database, selection, **query
         See `read_ensemble`.
     file : path
-        Overwritten if it exists.
+        File to write; an existing file is overwritten.
     """
     check_different(database=database, file=file)
     columns = read_ensemble(database, selection, **query)
@@ -170,6 +198,7 @@ def write_csv(
         [f"{value:.10g}" for value in values] if values.dtype.kind == "f" else values
         for values in columns.values()
     ]
-    units = _COLUMN_UNITS.items()
-    heads = {name: name for name in columns} | {k: f"{k} ({unit})" for k, unit in units}
+    heads = {name: name for name in columns}
+    for name, unit in _all_units().items():
+        heads[name] = f"{name} ({unit})"
     write_table(file, heads.values(), zip(*texts, strict=True))

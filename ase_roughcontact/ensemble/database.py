@@ -1,13 +1,12 @@
 """The ASE database of an ensemble, to which many workers write at the same time.
 
-ASE's `reserve` marks a row as taken, but not by whom, and the mark stays when the
-worker is killed, as does ASE's lock file. They are replaced by two mechanisms:
+Marks of ASE's `reserve` do not name the worker, and stay when the worker is killed, as
+does ASE's lock file. Two other mechanisms are used instead:
 
-- A load step is added in a transaction that first checks that it is missing. It is
-  therefore stored once, even if several workers calculate it.
-- A worker locks the case that it calculates, to keep other workers from it. The
-  operating system or the database server releases the lock when the worker ends,
-  for whatever reason.
+- A load step is added in a transaction that first checks that the step is missing. A
+  step is therefore stored once, even if several workers calculate it.
+- A worker locks the case that it calculates against other workers. The operating
+  system or the database server releases the lock when the worker ends, for any reason.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ from ase_roughcontact.ensemble.checks import (
     readable_errors,
 )
 
-# Statements that keep other writers waiting until the end of the transaction.
+# Statements that make other writers wait until the end of the transaction.
 _EXCLUSIVE = {
     "db": ("PRAGMA busy_timeout = 600000", "BEGIN IMMEDIATE"),
     "postgresql": ("SELECT pg_advisory_xact_lock(221601)",),
@@ -50,7 +49,7 @@ class EnsembleDatabase:
     Parameters
     ----------
     address : str
-        From `database_address`.
+        Address from `database_address`.
     """
 
     address: str
@@ -61,18 +60,18 @@ class EnsembleDatabase:
         Raises
         ------
         ValueError
-            If the database is damaged; it is not changed then.
+            If the database is damaged; it is then not changed.
         """
         with self._transaction() as db:
             damage = self._damage(db)
-        if damage:  # not within the context, which PostgreSQL's can't leave by an error
+        if damage:  # not in the context: PostgreSQL's can't be left by an error
             raise damage
         for file in glob(f"{escape(self.address)}-*.lock"):
             with lock(file):
                 pass
 
     def check(self) -> None:
-        """Raise `ValueError` if the database is damaged, with what is."""
+        """Raise `ValueError` that describes the damage if the database is damaged."""
         with readable_errors(self.address), _connect(self.address) as db:
             damage = self._damage(db)
         if damage:
@@ -83,7 +82,7 @@ class EnsembleDatabase:
     ) -> Iterator[Any]:
         """Return the rows of load steps that match a query; see `ase.db`.
 
-        `db` is ASE's database within a transaction, by default a new connection.
+        `db` is ASE's database within a transaction; by default it is a new connection.
         """
         query = {"record": "step", "include_data": False, **query}
         return (db or _connect(self.address)).select(selection, **query)
@@ -94,7 +93,7 @@ class EnsembleDatabase:
         Parameters
         ----------
         after : int
-            Row id; only rows added later are returned.
+            Number of a row; only rows added later are returned.
         **query
             Values of keys.
         """
@@ -103,9 +102,9 @@ class EnsembleDatabase:
         return {row.id: (row.case, row.step) for row in rows}
 
     def done(self) -> dict[str, int | None]:
-        """Return the cases that ended without an error, and how many steps each had.
+        """Return the numbers of steps of the cases that ended without an error.
 
-        None for a row of an earlier version, which does not have this number.
+        The number is None if the row does not have it.
         """
         rows = self.select(record="case", state="done")
         return {row.case: row.get("steps") for row in rows}
@@ -120,9 +119,10 @@ class EnsembleDatabase:
         rows : sequence of dict
             Values by column, see `COLUMNS`.
         data : dict
-            Stored with each row.
+            Data of ASE's row, stored with each step.
         **query
-            Values of keys that all rows share, to find those stored already faster.
+            Values of keys that all rows share, which makes the search for stored rows
+            faster.
 
         Returns
         -------
@@ -149,9 +149,11 @@ class EnsembleDatabase:
         Parameters
         ----------
         case : str
+            Name of the case.
         state : {"done", "failed"}
+            End of the calculation.
         data : dict
-            Stored with the row.
+            Data of ASE's row.
         **values
             Further key-value pairs.
         """
@@ -168,12 +170,12 @@ class EnsembleDatabase:
         Parameters
         ----------
         name : str
-            Of a case or of a run.
+            Name of a case or of a run.
 
         Returns
         -------
         context manager
-            Its value is whether the name was free.
+            Context with the value true if the name was free.
         """
         if "://" in self.address:
             return _server_lock(self.address, name)
@@ -203,14 +205,14 @@ class EnsembleDatabase:
             return None
         address = without_password(self.address)
         return ValueError(
-            f"row {row} of {address} is damaged, it is not what was written: restore a "
-            f"copy of the database, or delete the row with 'ase db {address} id={row} "
-            "--delete', and start again to calculate it"
+            f"row {row} of {address} is damaged: restore a copy of the database, or "
+            f"delete the row with 'ase db {address} id={row} --delete', and start "
+            "again to calculate it"
         )
 
     @contextmanager
     def _transaction(self) -> Iterator[Any]:
-        """Begin a transaction of one writer at a time, undone if its process dies."""
+        """Begin a transaction of one writer, which is undone if its process dies."""
         with readable_errors(self.address), _connect(self.address) as db:
             cursor = db.connection.cursor()
             for statement in _EXCLUSIVE[db.type]:
@@ -224,7 +226,7 @@ def database_address(database: PathName) -> str:
     Raises
     ------
     ValueError
-        If the kind of database has no transactions.
+        If this kind of database has no transactions.
     """
     name = os.fspath(database)
     if name.startswith(("postgresql://", "postgres://")):
@@ -265,4 +267,5 @@ def _server_lock(address: str, name: str) -> Iterator[bool]:
 
 
 def _without_nan(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values that are not NaN."""
     return {key: value for key, value in values.items() if value == value}

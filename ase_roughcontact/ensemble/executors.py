@@ -1,4 +1,4 @@
-"""Executors: worker processes on this machine, or on others by a scheduler of Dask."""
+"""Executors: worker processes on this machine, or on others with a Dask scheduler."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from ase_roughcontact._util.extras import imported
 from ase_roughcontact._util.threads import processors
 from ase_roughcontact._util.validation import integer
 
-# Time to wait for the scheduler (s).
+# Longest time to wait for the scheduler (s).
 _TIMEOUT = 30
 
 
 def worker_pool(
     executor: Executor | None, workers: int | None
 ) -> AbstractContextManager[Executor]:
-    """Return a context of an executor, by default of processes on this machine.
+    """Return a context with an executor, by default of processes on this machine.
 
-    They share the processors and end with this process. Their number is by default one
-    per processor. Each uses its share of the processors, or ``OMP_NUM_THREADS`` threads
-    if that is set.
+    These processes share the processors and end with this process. By default there is
+    one process per processor. Each process uses its share of the processors, or
+    ``OMP_NUM_THREADS`` threads if this variable is set.
     """
     if executor is not None:
         return nullcontext(executor)
@@ -43,7 +43,7 @@ def worker_pool(
 
 
 class _Pool(ProcessPoolExecutor):
-    """Processes that inherit a mask without Ctrl-C, which the parent handles."""
+    """Pool of processes that ignore Ctrl-C, which the parent handles."""
 
     def submit(self, *task: Any, **options: Any) -> Any:
         if not hasattr(signal, "pthread_sigmask"):  # on Windows
@@ -56,13 +56,13 @@ class _Pool(ProcessPoolExecutor):
 
 
 def _initialize_worker(threads: int) -> None:
-    """End when the parent ends."""
+    """Set the number of threads, and end this process when the parent ends."""
     os.environ.setdefault("OMP_NUM_THREADS", str(threads))
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
-    """End this process when the one that started it ends."""
+    """End this process when its parent process ends."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -76,16 +76,16 @@ def scheduler_executor(address: str) -> Iterator[tuple[Executor, str]]:
     Parameters
     ----------
     address : str
-        ``tcp://host:8786``, ``tls://host:8786``, or the JSON file that ``dask scheduler
-        --scheduler-file`` writes. Certificates for TLS are those of the configuration
-        of Dask.
+        Address ``tcp://host:8786`` or ``tls://host:8786``, or the JSON file that ``dask
+        scheduler --scheduler-file`` writes. Dask's configuration names the certificates
+        for TLS.
 
     Yields
     ------
     executor : Executor
-        For `run_ensemble`.
+        Executor for `run_ensemble`.
     workers : str
-        The number of workers that are connected now, and the address of the dashboard.
+        Words for the number of connected workers and the address of the dashboard.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def scheduler_executor(address: str) -> Iterator[tuple[Executor, str]]:
         workers = f"{count} worker{'' if count == 1 else 's'} at {address}"
         if not count:
             workers = f"no workers at {address} yet: waiting for them"
-        # not pure: a case that was busy is calculated when it is submitted again
+        # not pure: Dask calculates a case again if it is submitted again
         executor = client.get_executor(pure=False)
         yield executor, f"{workers}; dashboard: {client.dashboard_link}"
 
@@ -129,8 +129,8 @@ def _address_in(file: Path) -> str:
 def _check_versions(client: Any) -> None:
     """Raise `ValueError` if a connected worker has another version of this package.
 
-    A worker without the package ends when it is sent a case, and the client is not
-    notified.
+    Without this check, a worker without the package would end when it gets a case, and
+    the client would not notice.
     """
     name = "ase-roughcontact"
     for worker, found in client.run(version, name, on_error="return").items():

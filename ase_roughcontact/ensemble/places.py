@@ -1,4 +1,4 @@
-"""A scene at a grid of places on its scan: maps of area and adhesion."""
+"""Maps of area and adhesion: a scene with the tip at a grid of places on a scan."""
 
 from __future__ import annotations
 
@@ -22,12 +22,18 @@ from ase_roughcontact.scene.results import check_folder, check_inputs, write_inp
 
 #: Attributes of a place that are numbers, and their units in the file.
 PLACE_UNITS = {
-    **{"x": "nm", "y": "nm", "normal_force": "nN"},
-    **{"area": "nm²", "pull_off_force": "nN", "penetration": "nm"},
+    "x": "nm",
+    "y": "nm",
+    "normal_force": "nN",
+    "area": "nm²",
+    "pull_off_force": "nN",
+    "penetration": "nm",
 }
-# Names of the area in the file, and other columns.
+# Columns of the file that may have the area.
 _AREAS = "contact_area", "continuum_area"
+# Column of the checksum.
 _CHECKSUM = "checksum"
+# Columns without a unit.
 _OTHERS = "converged", "message", _CHECKSUM
 
 
@@ -40,15 +46,16 @@ class Place:
     x, y : float
         Position from the first point of the scan (Å).
     normal_force, area, penetration : float
-        At the last step of the path, or at the deepest state of a loop, where it turns
-        (eV/Å, Å^2, Å). The area is that which the scene asks for; in the file it has
-        the name of this one.
+        Values at the last step of the path, or at the deepest state of a loop, where it
+        turns (eV/Å, Å^2, Å). The area is the column that the scene asks for, and has
+        the name of this column in the file.
     pull_off_force : float
         Largest tension of the path or of the retraction (eV/Å).
     converged : bool
+        Whether all states have converged.
     message : str
-        Why there is no result, such as a place too close to an edge, or why the
-        pull-off force is a lower bound; else empty.
+        Reason why there is no result, such as a place too close to an edge, or why the
+        pull-off force is a lower bound; otherwise empty.
     """
 
     x: float
@@ -76,12 +83,12 @@ def run_places(
     Parameters
     ----------
     scene : Scene
-        With a scan; its path is one of steps, or a loop.
+        Scene with a scan and a path of steps or a loop.
     shape : (int, int)
-        Number of places along x and y.
+        Numbers of places along x and y.
     folder : path
-        For ``places.csv``, with a line in nm and nN for each `Place` as soon as it is
-        calculated, and ``scene.toml``.
+        Folder for ``scene.toml`` and ``places.csv``, which gets a row in nm and nN for
+        each `Place` as soon as it is calculated.
     executor : Executor, optional
         See `run_ensemble`.
     workers : int, optional
@@ -90,13 +97,13 @@ def run_places(
     Yields
     ------
     Place
-        Also those of an earlier run.
+        Result at each place, including places of an earlier run.
 
     Raises
     ------
     ValueError
-        If the scene has no scan or is invalid, a file of it has the name of a result,
-        or the folder contains another scene.
+        If the scene has no scan or is invalid, one of its files has the name of a
+        result, or the folder contains another scene.
     RuntimeError
         If another run is writing the folder.
     """
@@ -130,10 +137,12 @@ def read_places(file: str | Path) -> list[Place]:
     Parameters
     ----------
     file : path
+        The file.
 
     Returns
     -------
     list of Place
+        Places in the order of the file.
 
     Raises
     ------
@@ -149,7 +158,7 @@ def read_places(file: str | Path) -> list[Place]:
     except (KeyError, TypeError, ValueError, csv.Error) as error:
         raise ValueError(
             f"{file} is damaged ({error}): delete this row, or the file, and start "
-            "again to calculate what is missing"
+            "again to calculate missing places"
         ) from error
 
 
@@ -173,7 +182,7 @@ def _earlier(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
 
 
 def _calculate(scene: Scene, x: float, y: float) -> Place:
-    """Return the result at a place; errors become its message."""
+    """Return the result at a place; an error becomes the message of the place."""
     center = (f"{x!r} Å", f"{y!r} Å")
     try:
         here = scene.with_values({"topography.center": center})
@@ -212,15 +221,15 @@ def _row(place: Place, area: str) -> dict[str, str]:
 
 
 def _place(number: int, row: dict[str, str]) -> Place:
-    """Return the place of a row; rows of earlier versions have no checksum."""
+    """Return the place of a row; a row without a checksum is not checked."""
     if _CHECKSUM in row and row[_CHECKSUM] != _checksum(row):
-        raise ValueError(f"row {number} is not what was written")
+        raise ValueError(f"row {number} does not have its checksum")
     area = next((name for name in _AREAS if name in row), _AREAS[0])
     numbers = {
         attribute: UNITS[unit] * float(row.get(_name(attribute, area), "nan"))
         for attribute, unit in PLACE_UNITS.items()
     }
-    x, y = (round(numbers.pop(name), 6) for name in ("x", "y"))  # as by `_grid`
+    x, y = (round(numbers.pop(name), 6) for name in ("x", "y"))  # as in `_grid`
     return Place(
         x,
         y,
@@ -231,7 +240,7 @@ def _place(number: int, row: dict[str, str]) -> Place:
 
 
 def _checksum(row: Mapping[str, str]) -> str:
-    """Return the CRC-32 of the names and texts of a row, the checksum left out."""
+    """Return the CRC-32 of the names and texts of a row without the checksum."""
     texts = {name: text for name, text in row.items() if name != _CHECKSUM}
     return f"{zlib.crc32(json.dumps(texts, sort_keys=True).encode()):08x}"
 
@@ -242,17 +251,19 @@ def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.n
     Parameters
     ----------
     places : list of Place
+        The places.
     name : str
+        Name of the attribute.
 
     Returns
     -------
     x, y : ndarray, shapes (n,) and (m,)
-        Å.
+        Positions of the places (Å).
     values : ndarray, shape (n, m)
-        NaN where there is no result.
+        Values of the attribute; NaN where there is no result.
     """
-    known = np.array([(each.x, each.y, getattr(each, name)) for each in places])
-    (x, i), (y, j) = (np.unique(each, return_inverse=True) for each in known.T[:2])
+    x, i = np.unique([place.x for place in places], return_inverse=True)
+    y, j = np.unique([place.y for place in places], return_inverse=True)
     values = np.full((len(x), len(y)), np.nan)
-    values[i, j] = known[:, 2]
+    values[i, j] = [getattr(place, name) for place in places]
     return x, y, values

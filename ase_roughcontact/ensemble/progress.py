@@ -13,12 +13,14 @@ from ase_roughcontact._util.printing import duration
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.scene import Scene
 
-# Cost of a load step without contact, in atoms in contact. Measured for copper and a
-# radius of 1000 atoms, from 1 nN to 2 µN.
+# Cost of a load step without contact, in units of the cost of an atom in contact.
+# Measured for copper and a radius of 1000 atoms, from 1 nN to 2 µN.
 _BASE_COST = 5000.0
-# Of a part of a path in time: its duration in that of its first step, and the part of
-# its steps that are spread over the logarithm of time.
-_SHORTEST, _GROWING = 1024.0, 0.6
+# Duration of a part of a path in time over the duration of its first step.
+_DURATION_RATIO = 1024.0
+# Fraction of the steps of a part that are evenly spread over the logarithm of time; the
+# others are spread over time.
+_LOGARITHMIC_FRACTION = 0.6
 #: Number that stands for all steps of a path in time.
 WHOLE = -1
 
@@ -30,7 +32,8 @@ class Progress:
     Attributes
     ----------
     steps, total : int
-        Number of finished load steps, and of all; a path in time counts as one.
+        Numbers of finished load steps and of all load steps; a path in time counts as
+        one.
     elapsed : float
         Time since the start of this run (s).
     left : float
@@ -40,7 +43,7 @@ class Progress:
     failures : dict
         Error messages of the cases that failed, by case.
     unit : str
-        What is counted, "steps" or "paths".
+        Unit of the numbers, "steps" or "paths".
     """
 
     steps: int
@@ -60,18 +63,18 @@ class Progress:
 
 
 class ProgressMeter:
-    """Counts finished load steps and failures, and estimates the time left.
+    """Counter of finished load steps and failures, with an estimate of the time left.
 
     Parameters
     ----------
     costs : mapping
-        Expected cost of each load step, by case and number of the step; that of a path
-        in time, as a whole, has the number `WHOLE`.
+        Expected cost of each load step, by case and number of the step. The cost of a
+        whole path in time has the number `WHOLE`.
 
     Attributes
     ----------
     missing : dict
-        The costs of the load steps that are not finished.
+        Costs of the load steps that are not finished, by case and number of the step.
     failures : dict
         Error messages of the cases that failed, by case.
     """
@@ -86,7 +89,7 @@ class ProgressMeter:
         self._initial: float | None = None
 
     def finish(self, case: str, step: int) -> None:
-        """Count a finished load step; those that are not of this run are ignored."""
+        """Count a finished load step; steps that are not of this run are ignored."""
         self.missing.get(case, {}).pop(step, None)
 
     def unfinished(self) -> list[str]:
@@ -121,20 +124,21 @@ class ProgressMeter:
 
 
 class TimeMeter:
-    """Estimates the time left of a path in time.
+    """Estimate of the time left of a path in time.
 
-    Its time steps are short at the beginning of a part of the schedule, and where the
-    contact changes fast, so that neither simulated time nor their number tells what is
-    left. Each part has its expected number of steps; most of them are taken as evenly
-    spread over the logarithm of the simulated time, as steps grow, and the others, and
-    those of oscillations, over the time itself. The rate is that of the second half of
-    the steps so far: where steps stay short, what is left grows.
+    Time steps are short at the beginning of a part of the schedule and while the
+    contact changes fast, so that neither the simulated time nor the number of steps
+    gives the time left. Each part has an expected number of steps. Most of them are
+    taken as evenly spread over the logarithm of the simulated time, as steps grow; the
+    others, and the steps of oscillations, are spread over the time itself. The second
+    half of the steps so far gives the rate: the estimate grows if steps stay short.
 
     Parameters
     ----------
     schedule : Schedule
+        Schedule of the path.
     counts : sequence of float
-        Expected number of time steps of each of its parts.
+        Expected number of time steps of each part of the schedule.
     """
 
     def __init__(self, schedule: Schedule, counts: Sequence[float]) -> None:
@@ -146,7 +150,7 @@ class TimeMeter:
         self._done: list[tuple[float, float]] = []
 
     def restart(self, time: float) -> None:
-        """Leave out what was calculated before, up to a simulated time."""
+        """Begin to measure at a simulated time, up to which steps were restored."""
         self._done.clear()
         self.finish(time)
 
@@ -173,24 +177,26 @@ class TimeMeter:
         return (1.0 - done) * (last - begin) / (done - before)
 
     def _part_done(self, time: float) -> float:
-        """Return the part of the expected steps that are done at a simulated time."""
+        """Return the fraction of the expected steps done at a simulated time."""
         done = 0.0
         for begin, part, count in self._parts:
             passed = min(max((time - begin) / part.duration, 0.0), 1.0)
-            done += count * (passed if part.amplitude else _grown(passed))
+            done += count * (passed if part.amplitude else _fraction_of_steps(passed))
         return done / sum(count for _, _, count in self._parts)
 
 
-def _grown(passed: float) -> float:
-    """Return the part of the steps that are done, given the part of the time."""
-    grown = math.log2(1.0 + (_SHORTEST - 1.0) * passed) / math.log2(_SHORTEST)
-    return _GROWING * grown + (1.0 - _GROWING) * passed
+def _fraction_of_steps(passed: float) -> float:
+    """Return the fraction of the steps of a part, from the fraction of its time."""
+    logarithm = math.log2(1.0 + (_DURATION_RATIO - 1.0) * passed)
+    logarithm /= math.log2(_DURATION_RATIO)
+    fraction = _LOGARITHMIC_FRACTION
+    return fraction * logarithm + (1.0 - fraction) * passed
 
 
 def expected_costs(scene: Scene) -> dict[int, float]:
     """Return the expected costs of the load steps of a scene, in arbitrary units.
 
-    They have the numbers of the steps; that of a path in time has the number `WHOLE`.
+    Keys are the numbers of the steps; a path in time has the number `WHOLE`.
 
     Raises
     ------

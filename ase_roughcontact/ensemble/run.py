@@ -1,4 +1,4 @@
-"""Distribute the cases of an ensemble until the database has all their load steps."""
+"""Distribution of the cases of an ensemble until the database has all load steps."""
 
 from __future__ import annotations
 
@@ -37,47 +37,47 @@ def run_ensemble(
     interval: float = 1.0,
     steps: Iterable[Sequence[int] | None] | None = None,
 ) -> Generator[Progress, None, None]:
-    """Calculate the load steps of all scenes that the database does not have yet.
+    """Calculate the load steps of all scenes that are missing in the database.
 
-    A run may be interrupted or killed at any time, with all its workers or some of
-    them, and started again: only the steps in progress are lost. Several runs, on one
-    machine or more, may use the same database at the same time and share the cases.
+    A run may be interrupted or killed at any time, with some or all of its workers, and
+    started again: only the steps in progress are lost. Several runs, on one machine or
+    more, may use the same database at the same time and share the cases.
 
     Parameters
     ----------
     scenes : iterable of Scene
-        For example from `product`.
+        The scenes, for example from `product`.
     database : path
         ASE database: an SQLite file (``.db``) on a file system that all workers share
         and that supports file locks, or ``postgresql://...`` (requires
         ``ase-db-backends``).
     executor : Executor, optional
-        Runs the cases: Dask's ``client.get_executor(pure=False)``, an
+        Executor of the cases: Dask's ``client.get_executor(pure=False)``, an
         ``MPIPoolExecutor``, a ``ThreadPoolExecutor``, ... It is not shut down. The
         default is a pool of processes on this machine; scripts that use it need
         ``if __name__ == "__main__":``. Cases that an executor runs in threads use one
         thread each, unless ``OMP_NUM_THREADS`` is set.
     workers : int, optional
-        Number of processes of the default pool. The default is one per processor.
-        Unless ``OMP_NUM_THREADS`` is set, they share the processors.
+        Number of processes of the default pool, by default one per processor. Unless
+        ``OMP_NUM_THREADS`` is set, they share the processors.
     interval : float
         Time between two queries of the database (s).
     steps : iterable of sequence of int, optional
-        Numbers of the load steps that are wanted of each scene; if states depend on
-        those before, all up to the last one; None for all, as of all paths in time. By
-        default all steps of all scenes.
+        Numbers of the wanted load steps of each scene, or None for all, as for paths in
+        time. If states depend on the states before, all steps up to the last wanted one
+        are needed. By default all steps of all scenes.
 
     Yields
     ------
     Progress
-        At the start, and whenever steps were added or cases failed. When the generator
-        is closed, or on Ctrl-C, each worker finishes its current step.
+        Progress at the start, and whenever steps were added or cases failed. When the
+        generator is closed, or on Ctrl-C, each worker finishes its current step.
 
     Raises
     ------
     ValueError
-        If there are no scenes, one of them is invalid or has no such steps, the kind of
-        database has no transactions, or it is damaged.
+        If there are no scenes, a scene is invalid or does not have the wanted steps, or
+        the database is of a kind without transactions, or damaged.
     OSError
         If the database can't be used, as its disk is full or has no file locks.
     RuntimeError
@@ -88,13 +88,13 @@ def run_ensemble(
     -----
     Cases with the largest expected cost start first. A case that fails is stored as
     ``record=case,state=failed`` with its message, and calculated again by the next run.
-    A machine that crashes may hold its locks on a network file system, and thereby its
-    cases, until the file server releases them.
+    The locks of a machine that crashes may hold its cases on a network file system,
+    until the file server releases them.
 
     With an attractive wall, or one that keeps the plastic shape, and along a path in
     time, a state depends on the states before it. The last frame of each such
-    case is kept in the folder ``<database>-checkpoints`` beside an SQLite file.
-    With PostgreSQL an interrupted case is calculated from its first step again.
+    case is kept in the folder ``<database>-checkpoints`` next to an SQLite file.
+    With PostgreSQL an interrupted case is calculated again from its first step.
 
     Examples
     --------
@@ -146,7 +146,7 @@ def _run(
 ) -> Generator[Progress, None, None]:
     """Submit cases, and report progress until all are complete or failed.
 
-    The tasks are the scenes of the cases with the expected costs of the wanted steps.
+    Tasks are scenes and expected costs of the wanted steps, by case.
     """
     run = f"run-{uuid.uuid4().hex}"
     submitted: dict[Future, str] = {}
@@ -181,10 +181,13 @@ def _run(
                 waiting = set(submitted.values())
                 for case in unfinished:
                     if case not in waiting:
-                        given = database, run, case, tasks[case][0], list(costs[case])
-                        submitted[executor.submit(calculate_case, *given)] = case
+                        scene, steps = tasks[case][0], list(costs[case])
+                        task = executor.submit(
+                            calculate_case, database, run, case, scene, steps
+                        )
+                        submitted[task] = case
                 wait(submitted, timeout=interval)
-                states = set[str]()  # of the tasks that have ended
+                states = set[str]()  # states of the tasks that have ended
                 for task in [task for task in submitted if task.done()]:
                     state, message = task.result()
                     case = submitted.pop(task)

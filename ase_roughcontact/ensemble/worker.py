@@ -1,4 +1,4 @@
-"""A worker's task: the missing load steps of one case."""
+"""Task of a worker: the missing load steps of one case."""
 
 from __future__ import annotations
 
@@ -28,16 +28,18 @@ def calculate_case(
     scene: Scene,
     steps: Sequence[int],
 ) -> tuple[str, str]:
-    """Calculate the missing load steps of a case, each stored as soon as it is known.
+    """Calculate the missing load steps of a case, and store each at once.
 
     Parameters
     ----------
     database : EnsembleDatabase
+        The database.
     run : str
         Name that is locked as long as the run continues.
     case : str
         Name of the case.
     scene : Scene
+        Scene of the case.
     steps : sequence of int
         Load steps to calculate, in increasing order. A path in time is calculated as a
         whole.
@@ -45,10 +47,10 @@ def calculate_case(
     Returns
     -------
     state : {"done", "failed", "stopped", "busy"}
-        "stopped" if the run does not hold its lock any more, "busy" if another worker
-        calculates the case.
+        "stopped" if the lock of the run is free, "busy" if another worker calculates
+        the case.
     message : str
-        Why it failed.
+        Reason why the case failed; otherwise empty.
     """
     frame = database.checkpoint(case)
     data = {"scene": scene.entries()}
@@ -60,8 +62,8 @@ def calculate_case(
         try:
             if case_of(scene) != case:
                 raise ValueError(
-                    f"{', '.join(scene.files)}: not what it was when the ensemble "
-                    "began, or not the same on this machine: start the ensemble again"
+                    f"{', '.join(scene.files)}: changed since the ensemble began, or "
+                    "not the same on this machine: start the ensemble again"
                 )
             relaxed = _relax(scene, stored, steps, frame)
             with threads(_threads()), closing(relaxed) as records:
@@ -83,7 +85,7 @@ def calculate_case(
 
 
 def _threads() -> int:
-    """Threads for a case: one if this process calculates several cases in threads."""
+    """Return the number of threads for a case: one if cases run in threads."""
     one_case = threading.current_thread() is threading.main_thread()
     return available_threads() if one_case or os.environ.get("OMP_NUM_THREADS") else 1
 
@@ -94,7 +96,7 @@ def _relax(
     wanted: Sequence[int],
     frame: Path | None,
 ) -> Generator[LoadStep, None, None]:
-    """Relax the wanted steps that are not stored, and those on which they depend."""
+    """Relax the wanted steps that are not stored, and steps on which they depend."""
     missing: Sequence[int] = [step for step in wanted if step not in stored]
     if not missing:
         return
@@ -107,15 +109,15 @@ def _relax(
                 yield record
             if record.step == missing[-1]:
                 return
-    else:  # each step has one solution, whatever came before
+    else:  # the solution of a step does not depend on other steps
         records = scene.relax(scene.targets[list(missing)], validity="ignore")
         for number, record in zip(missing, records, strict=True):
             yield replace(record, step=number)
 
 
 def _resume(scene: Scene, first: int, frame: Path | None) -> Iterator[LoadStep]:
-    """Follow the path, from the stored frame if that is not beyond the first step."""
-    relax = partial(scene.relax, validity="ignore")  # the rows have the column
+    """Follow the path, from the stored frame if it is not beyond the first step."""
+    relax = partial(scene.relax, validity="ignore")  # rows have the column of validity
     if frame is None:
         return relax()
     frame.parent.mkdir(parents=True, exist_ok=True)

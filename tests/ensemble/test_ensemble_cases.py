@@ -27,9 +27,9 @@ def test_names_of_cases_depend_on_twelve_digits(key):
     [
         ({"spere.radius": [1.0]}, "unknown section 'spere'.*'sphere'"),
         ({"sphere.radus": [1.0]}, r"\[sphere\] unknown key 'radus'.*'radius'"),
-        ({"sphere.radius": []}, "at least one value"),
+        ({"sphere.radius": []}, "sphere.radius .* one value"),
         ({"roughness": [None], "roughness.seed": [3]}, r"has no \[roughness\]"),
-        ({"interaction.kind": ["soft"]}, "unknown kind of interaction 'soft'"),
+        ({"interaction.kind": ["soft"]}, "'soft'"),
     ],
 )
 def test_product_rejects_unknown_keys_and_keys_without_values(choices, message):

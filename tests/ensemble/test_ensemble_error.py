@@ -235,10 +235,10 @@ def test_range_of_a_pilot_contains_the_number_that_is_needed(spread, shape):
 @pytest.mark.parametrize(
     "scene, options, message",
     [
-        (replace(LOADS, roughness=None), {}, r"need a scene with \[roughness\]"),
-        (LOADS, {"error": 0.0}, "error must be"),
-        (LOADS, {"pilot": 1}, "pilot must be an integer >= 2"),
-        (LOADS, {"most": 4}, "most must be an integer >= 8"),
+        (replace(LOADS, roughness=None), {}, r"\[roughness\]"),
+        (LOADS, {"error": 0.0}, "error"),
+        (LOADS, {"pilot": 1}, "pilot .* 2"),
+        (LOADS, {"most": 4}, "most .* 8"),
     ],
 )
 def test_bad_options_are_rejected_at_once(tmp_path, scene, options, message):

@@ -97,7 +97,7 @@ def test_a_run_that_has_lost_its_lock_says_so(tmp_path):
             file.unlink()
 
     database = tmp_path / "e.db"
-    with pytest.raises(RuntimeError, match=r"lock .* was removed"):
+    with pytest.raises(RuntimeError, match="start the ensemble again"):
         list(run_ensemble([SCENE], database, Here(remove_locks)))
     assert finish([SCENE], database).steps == 3
 
@@ -105,12 +105,12 @@ def test_a_run_that_has_lost_its_lock_says_so(tmp_path):
 @pytest.mark.parametrize(
     "scenes, database, options, message",
     [
-        ([], "e.db", {}, "at least one scene"),
-        ([SCENE], "e.json", {}, "with transactions.*e.json"),
-        ([SCENE], "e.db", {"workers": 0}, "workers must be an integer >= 1"),
-        ([SCENE], "e.db", {"interval": 0.0}, "interval must be"),
-        ([SCENE], "e.db", {"steps": [[0, 3]]}, "numbers of load steps, .* 2, got 3"),
-        (product(SCENE, {"path.values": [()]}), "e.db", {}, "give either values"),
+        ([], "e.db", {}, "one scene"),
+        ([SCENE], "e.json", {}, "ends in .db.*e.json"),
+        ([SCENE], "e.db", {"workers": 0}, "workers .* 1"),
+        ([SCENE], "e.db", {"interval": 0.0}, "interval"),
+        ([SCENE], "e.db", {"steps": [[0, 3]]}, "2, got 3"),
+        (product(SCENE, {"path.values": [()]}), "e.db", {}, "values"),
         (product(SCENE, {"solver.optimizer": ["LFBGS"]}), "e.db", {}, "'LFBGS'"),
     ],
 )
@@ -297,7 +297,7 @@ def test_a_frame_that_does_not_fit_is_not_used(undisturbed, tmp_path, frame_is):
 
 def test_a_killed_process_is_reported_and_loses_no_finished_step(undisturbed, tmp_path):
     database = tmp_path / "e.db"
-    with pytest.raises(RuntimeError, match=r"a worker .*died.*start the ensemble"):
+    with pytest.raises(RuntimeError, match="start the ensemble again"):
         for progress in run_ensemble(SCENES, database, workers=2, interval=0.02):
             if progress.steps:
                 multiprocessing.active_children()[0].kill()

@@ -105,15 +105,15 @@ def test_places_are_not_calculated_again(scene_of, tmp_path):
     again = Here()
     assert len(list(run_places(scene, (2, 1), tmp_path / "out", again))) == 2
     assert again.count == 1
-    with pytest.raises(ValueError, match=r"another scene: \[path\] kind was"):
+    with pytest.raises(ValueError, match=r"\[path\] kind"):
         list(run_places(scene_of(LOOP), (2, 1), tmp_path / "out", again))
     out = tmp_path / "run"
     out.mkdir()
     (out / "sweep.traj").touch()  # the scene of a run is not replaced
     write_inputs(scene_of(LOOP), out / "scene.toml")
-    with pytest.raises(ValueError, match="contains results of another scene"):
+    with pytest.raises(ValueError, match="another scene"):
         list(run_places(scene_of(STEPS), (1, 1), out, Here()))
-    with pytest.raises(ValueError, match=r"the scene needs \[topography\]"):
+    with pytest.raises(ValueError, match=r"\[topography\]"):
         next(run_places(Scene.default(), (1, 1), tmp_path))
 
 
@@ -157,7 +157,7 @@ def test_a_place_is_one_more_row_of_the_table(scene_of, tmp_path):
     table, sizes = tmp_path / "out" / "places.csv", []
     for _ in run_places(scene_of(STEPS), (2, 1), tmp_path / "out", Here()):
         sizes.append((table.stat().st_ino, len(read_places(table))))
-        with pytest.raises(RuntimeError, match="another run is writing"):
+        with pytest.raises(RuntimeError, match="another run"):
             list(run_places(scene_of(STEPS), (2, 1), tmp_path / "out", Here()))
     assert sizes == [(sizes[0][0], 1), (sizes[0][0], 2)]
 
