@@ -43,7 +43,7 @@ values = [1.0]
 TIP = """
 [substrate]
 contact_modulus = "1 GPa"
-spacing = "1 Å"
+spacing = "3 Å"
 model = "continuum"
 hardness = inf
 [sphere]
@@ -51,7 +51,7 @@ radius = inf
 [topography]
 file = "{file}"
 role = "indenter"
-spacing = 0.1
+spacing = 0.3
 unit = "nm"
 detrend = "none"
 center = "highest"
@@ -188,10 +188,10 @@ def test_a_relaxed_layer_has_the_force_of_the_polynomial(ratio, error):
 
 def test_a_relaxed_pyramid_has_the_force_of_the_formula(tmp_path):
     count, angle = 129, math.radians(70.0)
-    x = 0.1 * (np.arange(count) - 64.0)  # nm
+    x = 0.3 * (np.arange(count) - 64.0)  # nm
     lower = np.maximum(abs(x)[:, None], abs(x)[None, :]) / math.tan(angle)
     np.save(file := tmp_path / "tip.npy", -lower)  # seen from outside
     scene = Scene.parse(TIP.format(file=file))
-    (step,) = scene.relax(np.array([80.0]), validity="ignore", scan_errors=False)
-    force = UNITS["GPa"] * Pyramid(angle).force(80.0)
+    (step,) = scene.relax(np.array([20.0]), validity="ignore", scan_errors=False)
+    force = UNITS["GPa"] * Pyramid(angle).force(20.0)
     assert step.normal_force == pytest.approx(force, rel=0.015)
