@@ -106,6 +106,8 @@ def make_parser() -> argparse.ArgumentParser:
     summary = "compare optimizers on a scene"
     _add_optimizers(command("optimizers", summary, "commands.optimizers"))
     if "fitting" in found_parts():
+        summary = "read a measured force curve and fit an indenter to it"
+        _add_curve(command("curve", summary, "curve.curve"))
         _add_fit(command("fit", "fit a scene to a measured force curve", "fit.fit"))
     summary = "write maps of pressure and gap of a run"
     maps = command("maps", summary, "runs.write_maps")
@@ -235,12 +237,43 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
         "attraction_range, force_offset, force_slope (default: work_of_adhesion); of a "
         "path in time also relaxation_moduli, relaxation_times (default: both)",
     )
+    _add_reading(parser)
+    _add_picture(parser, "fit.png")
+    _add_output(parser, "of the result")
+
+
+def _add_curve(parser: argparse.ArgumentParser) -> None:
+    _add_path(parser, "curve", type=Path, help="force curve: table, or export")
+    parser.add_argument(
+        "--indenter",
+        metavar="SHAPE",
+        default="",
+        help='shape to fit, with its dimensions: "sphere 5 um", "cone 35 deg"',
+    )
+    text = "largest indentation that is fitted"
+    parser.add_argument("--deepest", metavar="LENGTH", default="", help=text)
+    text = "of a layer on a rigid base"
+    parser.add_argument("--thickness", metavar="LENGTH", default="", help=text)
+    parser.add_argument(
+        "--cantilever",
+        metavar="STIFFNESS",
+        default="",
+        help='spring constant: "0.05 N/m" (default: that in the file)',
+    )
+    _add_reading(parser)
+    _add_picture(parser, "curve.png")
+    _add_output(parser, "of the result")
+
+
+def _add_reading(parser: argparse.ArgumentParser) -> None:
+    """Add the options by which a measured curve is read."""
     parser.add_argument(
         "--branch", choices=["approach", "retraction"], help="one branch of the curve"
     )
     parser.add_argument(
         "--sensitivity",
         metavar="LENGTH",
+        default="",
         help='of the deflection: "50 nm/V" (default: that in the file)',
     )
     parser.add_argument(
@@ -258,8 +291,6 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
         help='names and units of all columns in place of those in the file: "height '
         '(m), deflection (V)"',
     )
-    _add_picture(parser, "fit.png")
-    _add_output(parser, "of the result")
 
 
 def _grid(text: str) -> tuple[int, int]:

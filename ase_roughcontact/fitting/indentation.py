@@ -101,6 +101,22 @@ class IndentationFit(Printed):
         """Measured forces without the baseline, shape (k,) (eV/Å)."""
         return self.curve.force - self.baseline
 
+    def model(self, indentation: FloatArray) -> FloatArray:
+        """Return the forces of the fit at indentations, without the baseline.
+
+        Parameters
+        ----------
+        indentation : ndarray
+            Å.
+
+        Returns
+        -------
+        ndarray
+            eV/Å.
+        """
+        shape = self.indenter.force_on_layer(indentation, self.thickness)
+        return self.contact_modulus * shape
+
     @property
     def parts(self) -> list[object]:
         """Parameters with standard errors, and warnings."""

@@ -11,7 +11,7 @@ from ase_roughcontact.cli import main
 pytest.importorskip("shtab")
 
 COMMANDS = (
-    "completion ensemble figure fit maps optimizers places plan report run scene "
+    "completion curve ensemble figure fit maps optimizers places plan report run scene "
     "tradeoff"
 )
 OF_RUN = "--help --json --out --preview --quiet --strict --verbose"

@@ -1,0 +1,134 @@
+"""Command that reads a measured force curve and fits an indenter; help is its doc."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+from ase_roughcontact._util.printing import number, show, table, write
+from ase_roughcontact._util.units import LENGTHS, UNITS, WORKS, quantity
+from ase_roughcontact.cli.common import json_line
+from ase_roughcontact.fitting.curve_checks import curve_checks
+from ase_roughcontact.fitting.curve_files import read_curve
+from ase_roughcontact.fitting.force_curve import ForceCurve
+from ase_roughcontact.fitting.indentation import (
+    IndentationFit,
+    fit_indentation,
+    modulus_unit,
+)
+from ase_roughcontact.theory.indenters import named_indenter
+
+
+def curve(options: argparse.Namespace) -> int:
+    """Read and draw a measured force curve; fit an indenter of a simple shape to it.
+
+    Branches, direction, turn, free force, noise and spring constant are printed as they
+    were read, with what was left out or changed, and with what makes a fit doubtful: a
+    saturated deflection, free forces that drift or differ, no free part, a wrong
+    sensitivity or sign.
+
+    With --indenter the contact modulus, the contact point and the free force are fitted
+    to the approach, or the branch that is given, and drawn over the indentation with
+    the residuals: a few lines instead of a scene, for elastic contacts without
+    adhesion. Indenters are "paraboloid RADIUS", "sphere RADIUS", "punch RADIUS", "cone
+    ANGLE", "pyramid ANGLE" (half angles), and "truncated cone ANGLE RADIUS", "rounded
+    cone ANGLE RADIUS", and the same of pyramids. --thickness is that of an
+    incompressible layer that is bonded to a rigid base.
+
+    Exit status: 0 the curve was read, and the fit has converged, 1 it has not, 2 the
+    file or an option is invalid.
+    """
+    from ase_roughcontact.fitting import curve_figures  # imports matplotlib
+    from ase_roughcontact.plot.files import check_picture
+
+    check_picture(options.picture)
+    stiffness = None
+    if options.cantilever:
+        stiffness = quantity("cantilever", options.cantilever, WORKS, "0.05 N/m")
+    given = stiffness, options.sensitivity, options.columns, options.curve_number
+    measured = read_curve(options.curve, options.branch, *given)
+    checks = curve_checks(measured)
+    fit = None
+    if options.indenter:
+        fit = fit_indentation(
+            measured,
+            named_indenter(options.indenter),
+            _length("thickness", options.thickness),
+            _length("deepest", options.deepest),
+        )
+        curve_figures.draw_indentation(fit, options.picture)
+    else:
+        curve_figures.draw_curve(measured, options.picture)
+    if options.json:
+        write(_line(measured, checks, fit))
+    elif not options.quiet:
+        notes = [f"note: {remark}" for remark in measured.remarks]
+        notes += [f"warning: {check}" for check in checks]
+        fitted = [] if fit is None else ["", *fit.parts]
+        show(table(("", "", ""), _rows(measured), left=1), *notes, *fitted)
+        write(str(options.picture))
+    return 0 if fit is None or fit.converged else 1
+
+
+def _length(name: str, text: str) -> float:
+    """Return a length (Å), infinite if none is given."""
+    return quantity(name, text, LENGTHS, "500 nm") if text else math.inf
+
+
+def _rows(measured: ForceCurve) -> list[tuple[str, str, str]]:
+    """Return names, values and units of what was read."""
+    nm, nN = UNITS["nm"], UNITS["nN"]
+    rows = []
+    for branch in measured.branches:
+        name = "approach" if branch.direction < 0.0 else "retraction"
+        base = measured.base[branch.points] / nm
+        ends = f"{number(base[0], 5)} to {number(base[-1], 5)}"
+        rows.append((f"{name}, {len(base)} points: base from", ends, "nm"))
+    turn = measured.base.argmin()
+    for name, force in (
+        ("force at the turn", measured.force[turn]),
+        ("largest force", measured.force.max()),
+        ("lowest force", measured.force.min()),
+        ("free force", measured.far_force),
+        ("noise of the force", measured.noise),
+    ):
+        rows.append((name, number(float(force) / nN), "nN"))
+    stiffness = measured.stiffness / UNITS["N/m"]
+    rows.append(("spring constant", number(stiffness), "N/m"))
+    return rows
+
+
+def _line(measured: ForceCurve, checks: list[str], fit: IndentationFit | None) -> str:
+    """Return what was read, and a fit, as a line of JSON."""
+    nN, nm = UNITS["nN"], UNITS["nm"]
+    values: dict[str, Any] = {
+        "points": len(measured.force),
+        "largest_force": float(measured.force.max()) / nN,
+        "lowest_force": float(measured.force.min()) / nN,
+        "free_force": measured.far_force / nN,
+        "noise": measured.noise / nN,
+        "spring_constant": measured.stiffness / UNITS["N/m"],
+        "remarks": measured.remarks,
+        "warnings": checks,
+    }
+    units = dict.fromkeys(("largest_force", "lowest_force", "free_force"), "nN")
+    units |= {"noise": "nN", "spring_constant": "N/m"}
+    if fit is not None:
+        unit = modulus_unit(fit.contact_modulus)
+        deepest = float(fit.indentation[fit.compared].max())
+        values |= {
+            "indenter": fit.indenter.name,
+            "contact_modulus": fit.contact_modulus / UNITS[unit],
+            "contact_modulus_error": fit.contact_modulus_error / UNITS[unit],
+            "contact_depth": fit.contact_depth / nm,
+            "contact_depth_error": fit.contact_depth_error / nm,
+            "largest_indentation": deepest / nm,
+            "residual": fit.noise / nN,
+            "converged": fit.converged,
+        }
+        values["warnings"] = [*checks, *fit.warnings]
+        units |= dict.fromkeys(("contact_modulus", "contact_modulus_error"), unit)
+        names = ("contact_depth", "contact_depth_error", "largest_indentation")
+        units |= dict.fromkeys(names, "nm") | {"residual": "nN"}
+    return json_line(values, units)

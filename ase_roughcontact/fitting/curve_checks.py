@@ -1,0 +1,170 @@
+"""What in a measured force curve makes a fit of it doubtful, by name."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.fitting.force_curve import ForceCurve, MeasuredBranch
+
+# Number of equal forces in a row that are no coincidence.
+_EQUAL = 10
+# Differences of free forces relative to the noise, and to the range of the forces.
+_ABOVE_NOISE, _OF_RANGE = 5.0, 0.05
+# Part of the base of a branch, furthest from the surface, where the tip is free.
+_FREE = 0.2
+# Slope of the force over the furthest tenth, relative to the mean one of a branch, of a
+# tip in contact.
+_STEEP = 0.5
+# Part of the largest force above which a tip is well in contact.
+_LOADED = 0.5
+# Slope of the deflection with the base above which its sensitivity is too large.
+_STEEPER = 1.03
+# Number of points from which a slope is fitted.
+_FEWEST = 10
+
+
+def curve_checks(curve: ForceCurve) -> list[str]:
+    """Return what is wrong or unusual in a curve, and what to do.
+
+    Parameters
+    ----------
+    curve : ForceCurve
+
+    Returns
+    -------
+    list of str
+        Saturated deflections, free forces that differ between the branches or drift, no
+        free part, a deflection that changes more than the base, and the `doubts` of the
+        curve; empty if there is nothing.
+    """
+    checks = [*curve.doubts, *_saturated(curve)]
+    branches = [branch for branch in curve.branches if _count(branch) > _FEWEST]
+    for branch in branches:
+        checks += _steeper(curve, branch)
+    missing = [line for branch in branches for line in _not_free(curve, branch)]
+    return checks + (missing or _baseline(curve, branches))
+
+
+def contact_point(curve: ForceCurve) -> int | None:
+    """Return the point of the first branch from which the force stays off the baseline.
+
+    Parameters
+    ----------
+    curve : ForceCurve
+
+    Returns
+    -------
+    int or None
+        None if the force does not leave the noise of the free tip.
+    """
+    branch = curve.branches[0]
+    numbers = np.arange(branch.points.start, branch.points.stop)
+    inward = numbers if branch.direction < 0.0 else numbers[::-1]
+    free = max(int(_FREE * len(inward)), 2)
+    base, force = curve.base[inward], curve.force[inward]
+    middle = float(base[:free].mean())
+    line = np.polyfit(base[:free] - middle, force[:free], 1)
+    off = abs(force - np.polyval(line, base - middle)) > _ABOVE_NOISE * curve.noise
+    within = np.flatnonzero(~off)
+    after = int(within[-1]) + 1 if within.size else 0
+    return int(inward[after]) if after < len(inward) else None
+
+
+def _count(branch: MeasuredBranch) -> int:
+    return branch.points.stop - branch.points.start
+
+
+def _name(branch: MeasuredBranch) -> str:
+    return "approach" if branch.direction < 0.0 else "retraction"
+
+
+def _saturated(curve: ForceCurve) -> list[str]:
+    """Return a check of forces that are all equal at their largest or lowest."""
+    checks = []
+    step = 1e-9 * float(np.ptp(curve.force))
+    for extreme in (curve.force.max(), curve.force.min()):
+        is_free = abs(extreme - curve.far_force) < _ABOVE_NOISE * curve.noise
+        equal = np.concatenate([[False], abs(curve.force - extreme) <= step, [False]])
+        ends = np.flatnonzero(np.diff(equal.astype(int)))
+        longest = int(np.max(np.diff(ends)[::2], initial=0))
+        if longest >= _EQUAL and not is_free:
+            checks.append(
+                f"the force is {extreme / UNITS['nN']:.4g} nN on {longest} points in a "
+                "row: the photodiode seems saturated there; leave them out"
+            )
+    return checks
+
+
+def _steeper(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:
+    """Return a check of a deflection that changes more than the height of the base."""
+    if math.isinf(curve.stiffness):
+        return []
+    base, force = curve.base[branch.points], curve.force[branch.points]
+    load = force - curve.far_force
+    loaded = load > _LOADED * load.max()
+    if loaded.sum() < _FEWEST or not np.ptp(base[loaded]) > 0.0:
+        return []
+    slope = _slope(base[loaded], force[loaded])
+    ratio = -slope / curve.stiffness
+    if ratio < _STEEPER:
+        return []
+    return [
+        f"on the {_name(branch)} the deflection changes by {ratio:.3g} nm per nm of "
+        "the base, more than it can: the sensitivity is too large, the spring constant "
+        "too small, or another height was read"
+    ]
+
+
+def _not_free(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:
+    """Return a check of a branch that is in contact where it is furthest away."""
+    base, force = _furthest(curve, branch, 0.5 * _FREE)
+    change = abs(_slope(base, force)) * float(np.ptp(curve.base[branch.points]))
+    if change < _STEEP * np.ptp(curve.force[branch.points]):
+        return []
+    return [
+        f"the force still changes where the base of the {_name(branch)} is highest: "
+        "the curve has no free part; measure a longer ramp"
+    ]
+
+
+def _baseline(curve: ForceCurve, branches: list[MeasuredBranch]) -> list[str]:
+    """Return checks of free forces that drift, or differ between the branches."""
+    checks, free = [], []
+    least = max(_ABOVE_NOISE * curve.noise, _OF_RANGE * float(np.ptp(curve.force)))
+    for branch in branches:
+        base, force = _furthest(curve, branch, _FREE)
+        free.append(float(np.median(force)))
+        whole = float(np.ptp(curve.base[branch.points]))
+        change = _slope(base, force) * whole
+        if abs(change) > least:
+            checks.append(
+                f"the free force of the {_name(branch)} changes by "
+                f"{change / UNITS['nN']:.3g} nN over the ramp: fit force_slope, too"
+            )
+    if len(free) == 2 and abs(free[0] - free[1]) > least:
+        first, last = (f"{force / UNITS['nN']:.3g}" for force in free)
+        checks.append(
+            f"the free force is {first} nN on the approach and {last} nN on the "
+            "retraction: fit them one by one (--branch)"
+        )
+    return checks
+
+
+def _furthest(
+    curve: ForceCurve, branch: MeasuredBranch, part: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return bases and forces of the part of a branch furthest from the surface."""
+    base, force = curve.base[branch.points], curve.force[branch.points]
+    order = np.argsort(base)[-max(int(part * len(base)), _FEWEST) :]
+    return base[order], force[order]
+
+
+def _slope(base: FloatArray, force: FloatArray) -> float:
+    """Return the slope of a straight line; zero for a base at one height."""
+    centred = base - base.mean()
+    squares = float(centred @ centred)
+    return float(centred @ force) / squares if squares > 0.0 else 0.0
