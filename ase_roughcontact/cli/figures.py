@@ -136,12 +136,13 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     hertz, rough = scene.hertz_area(along), reference.rough_area(along)
     spheres = reference.smooth, *reference.limits
     adhesive = {c.label: c.contact_area(along) for c in spheres if c.pull_off_force}
-    factor = "" if scene.wall.hard else "3"
+    factor = scene.wall.asperity_factor
+    curvature = r"\rho/R" if factor == 1.0 else rf"{factor:g}\rho/R"
     first = np.where(rough <= reference.plateau * hertz, reference.plateau, np.nan)
     theory = {
         "Eq. (4): theory, rough sphere": rough,
         **adhesive,
-        rf"first asperity: theory, $({factor}\rho/R)^{{2/3}}$": first * hertz,
+        rf"first asperity: theory, $({curvature})^{{2/3}}$": first * hertz,
     }
     known = {
         scene.bodies.labelled(k): each

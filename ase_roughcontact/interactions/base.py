@@ -11,6 +11,11 @@ import numpy as np
 
 from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.registry import Registered, Registry, types_of_parameters
+from ase_roughcontact.theory import (
+    ASPERITY_FACTOR_REPULSIVE,
+    KAPPA_HARD,
+    KAPPA_REPULSIVE,
+)
 
 # Energy, pressure and stiffness of a wall at some gaps.
 Profile = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -167,6 +172,26 @@ class Interaction(Registered, ABC):
         It is "attractive", or else "hard" or "soft".
         """
         return "attractive" if self.attractive else "hard" if self.hard else "soft"
+
+    @property
+    def kappa_repulsive(self) -> float:
+        """Ratio `kappa` of the wall, by default of all hard or of all soft walls."""
+        return self.kappa or (KAPPA_HARD if self.hard else KAPPA_REPULSIVE)
+
+    @property
+    def asperity_factor(self) -> float:
+        """Radius of a first asperity in theory, relative to that under a hard wall."""
+        return 1.0 if self.hard else ASPERITY_FACTOR_REPULSIVE
+
+    @property
+    def extrapolated_below(self) -> float:
+        """Gap below which the potential is extrapolated; NaN without one (length)."""
+        return math.nan
+
+    @property
+    def compared_with(self) -> str:
+        """Kind of the wall with which a trade-off compares this one."""
+        return "hard" if self.family == "soft" else "repulsive"
 
     @property
     def optimizer(self) -> str:

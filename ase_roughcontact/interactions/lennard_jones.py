@@ -89,6 +89,11 @@ class LennardJones93(Interaction):
     stiffness: float
     core: float
 
+    @property
+    def extrapolated_below(self) -> float:
+        """The gap `core` (length)."""
+        return self.core
+
     @staticmethod
     def repulsive(
         contact_modulus: float,

@@ -112,7 +112,7 @@ def _patch_width(step: RelaxedStep) -> float:
 
 
 def _smallest_gap(step: RelaxedStep) -> float:
-    core = getattr(step.contact.interaction, "core", math.nan)
+    core = step.contact.interaction.extrapolated_below
     return float(step.fields.gap.min()) / core
 
 

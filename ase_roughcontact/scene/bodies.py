@@ -116,8 +116,7 @@ class Bodies:
     @property
     def kappa_repulsive(self) -> float:
         """Kappa of the mean contact pressure ``h'rms E*/kappa`` without attraction."""
-        usual = theory.KAPPA_HARD if self.wall.hard else theory.KAPPA_REPULSIVE
-        return self.wall.kappa or usual
+        return self.wall.kappa_repulsive
 
     @property
     def inverse_kappa(self) -> float:

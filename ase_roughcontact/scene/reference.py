@@ -168,7 +168,7 @@ def _repulsive(scene: Scene) -> Reference:
     if rough is None:
         return found
     explanation, plateau = "Eq. (4) of Pastewka & Robbins (2016)", math.nan
-    factor = 1.0 if scene.wall.hard else theory.ASPERITY_FACTOR_REPULSIVE
+    factor = scene.wall.asperity_factor
     system = replace(scene.bodies.rough_theory, asperity_factor=factor)
     if not system.single_asperity:
         plateau = float(theory.low_load_plateau(system.asperity_radius, scene.radius))

@@ -136,7 +136,7 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
             side = _MULTIPLE * math.ceil(ratio * diameter / _MULTIPLE)
             cells = {"substrate.periodic": True, "substrate.shape": (side, side)}
             yield "boundary", f"cell of {ratio} diameters", cells
-    other = "repulsive" if best.wall.hard or best.wall.attractive else "hard"
+    other = best.wall.compared_with
     yield "wall", f"{other} instead", {"interaction": InteractionConfig(other)}
 
 

@@ -207,3 +207,24 @@ def test_a_wall_without_its_attributes_is_refused_by_name():
 
     with pytest.raises(ValueError, match=r"Bare .* cutoff"):
         path(Bare(), [0.1])
+
+
+@pytest.mark.parametrize(
+    ("wall", "kappa", "factor"),
+    [
+        (rc.HardWall(), rc.theory.KAPPA_HARD, 1.0),
+        (Penalty(0.5), rc.theory.KAPPA_REPULSIVE, 3.0),
+    ],
+    ids=["hard", "soft"],
+)
+def test_a_wall_says_what_theory_needs_of_it(wall, kappa, factor):
+    assert (wall.kappa_repulsive, wall.asperity_factor) == (kappa, factor)
+    assert np.isnan(wall.extrapolated_below)
+
+
+def test_a_wall_of_ones_own_may_have_a_kappa_of_its_own():
+    class Measured(Penalty):
+        kappa = 2.1
+
+    assert Measured(0.5).kappa_repulsive == 2.1
+    assert rc.LennardJones93.repulsive(1.0, 2.0).extrapolated_below == 1.0
