@@ -1,4 +1,4 @@
-"""Analysis of contacts: maps, patches, averages, distributions, limits of grids.
+"""Analysis of contacts: maps, patches, averages, distributions, limits of fine grids.
 
 Units are eV and Å.
 """

@@ -1,4 +1,4 @@
-"""Conductance of a map of a contact."""
+"""Electrical or thermal conductance of a contact map."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ def conductance(contact_map: ContactMap, resistivity: float = 1.0) -> float:
 
     .. math:: \frac{2 K_S}{\rho E^*}
 
-    with the stiffness :math:`K_S` of a rigid punch with the footprint of the region on
-    an isotropic half space, see `solvers.conductance`: the flow through the region and
-    the pressure below the punch solve the same equations. For a circle of radius a it
-    is :math:`4a/\rho`. The column `conductance` of `LoadStep` has it for each step.
+    is the conductance, with the stiffness :math:`K_S` of a rigid punch with the
+    footprint of the region on an isotropic half space, see `solvers.conductance`: the
+    flow through the region and the pressure below the punch solve the same equations. A
+    circle of radius a has the conductance :math:`4a/\rho`. The column `conductance` of
+    `LoadStep` is the conductance at each step.
 
     Parameters
     ----------
     contact_map : ContactMap
-        A cell of a periodic map has the conductance that its contact adds in series
-        with the bulk, infinite for a full contact.
+        Map of the contact. For a periodic map the result is the conductance of the
+        contact in a cell in series with the bulk, infinite for a full contact.
     resistivity : float
-        Sum of the resistivities of the two bodies.
+        Sum of the resistivities of the two bodies (for example Ω m).
 
     Returns
     -------
     float
-        Å per resistivity; with Ω m, multiply by 1e-10 to get 1/Ω.
+        Conductance (Å per resistivity); with Ω m, multiply by 1e-10 to get 1/Ω.
 
     Raises
     ------
@@ -38,8 +39,8 @@ def conductance(contact_map: ContactMap, resistivity: float = 1.0) -> float:
 
     Notes
     -----
-    The region ends where its square cells do: a circle with a radius of 8 spacings has
-    0.989 of :math:`4a/\rho`, one of 30 spacings 0.9965.
+    The region is a union of square cells: the result for a circle is 0.989 times
+    :math:`4a/\rho` at a radius of 8 spacings, and 0.9965 times at 30 spacings.
 
     References
     ----------
@@ -51,9 +52,9 @@ def conductance(contact_map: ContactMap, resistivity: float = 1.0) -> float:
     >>> from ase_roughcontact.analysis import ContactMap, conductance
     >>> x = np.arange(-30, 31)
     >>> circle = np.hypot(x[:, None], x) < 30.0
-    >>> seen = ContactMap(1.0 * circle, circle, 1.0, (-30.0, -30.0), periodic=False)
+    >>> punch = ContactMap(1.0 * circle, circle, 1.0, (-30.0, -30.0), periodic=False)
     >>> radius = float(np.sqrt(circle.sum() / np.pi))
-    >>> round(conductance(seen) / (4.0 * radius), 3)
+    >>> round(conductance(punch) / (4.0 * radius), 3)
     0.996
     """
     positive(resistivity=resistivity)

@@ -23,9 +23,10 @@ class ContactMap:
     Attributes
     ----------
     pressure : ndarray, shape (n, m)
-        Positive where the wall repels, zero at sites without an atom (eV/Å^3).
+        Pressures, positive where the wall repels, zero at sites without an atom
+        (eV/Å^3).
     contact : ndarray of bool, shape (n, m)
-        Which atoms feel a repulsive force.
+        Whether a repulsive force acts on each atom.
     spacing : float
         Distance of neighbouring sites (Å).
     origin : (float, float)
@@ -33,21 +34,21 @@ class ContactMap:
     periodic : bool
         Whether the map repeats; otherwise there is no contact outside of it.
     gap : ndarray, shape (n, m), optional
-        Distance to the indenter, nan at sites without an atom (Å).
+        Distance to the indenter, NaN at sites without an atom (Å).
     displacement : ndarray, shape (n, m), optional
         Elastic displacement of the surface, positive upward (Å).
     plastic_depth : ndarray, shape (n, m), optional
         Depth by which the surface has flowed (Å).
     lateral : dict of ndarray, shape (n, m)
         Tractions of friction ``traction_x`` and ``traction_y`` on the surface (eV/Å^3),
-        its displacements ``displacement_x`` and ``displacement_y`` (Å), and which atoms
-        slip, ``slipping`` (1 or 0). Empty without friction.
+        lateral displacements ``displacement_x`` and ``displacement_y`` of the surface
+        (Å), and slip of each atom, ``slipping`` (1 or 0). Empty without friction.
 
     Raises
     ------
     ValueError
-        If arrays are not two-dimensional and of one shape, the mask is not of bools,
-        a pressure is not finite, or the spacing is not positive.
+        If arrays are not two-dimensional and of one shape, `contact` is not of bools, a
+        pressure is not finite, or the spacing is not positive.
 
     Examples
     --------
@@ -57,9 +58,11 @@ class ContactMap:
     >>> atoms = substrate('Cu', (16, 16), sphere)
     >>> atoms.calc = RoughContact(sphere, contact_modulus=0.9)
     >>> (step,) = load_path(atoms, penetrations=[0.5])
-    >>> seen = ContactMap.from_atoms(atoms)
-    >>> seen.pressure.shape, int(seen.contact.sum()) == step.repulsive_atoms
-    ((16, 16), True)
+    >>> contact_map = ContactMap.from_atoms(atoms)
+    >>> contact_map.pressure.shape
+    (16, 16)
+    >>> int(contact_map.contact.sum()) == step.repulsive_atoms
+    True
     """
 
     pressure: np.ndarray
@@ -95,14 +98,14 @@ class ContactMap:
         Parameters
         ----------
         frame : Atoms
-            As `snapshot` made it, also read back from a file.
+            Frame from `snapshot`, which may have been read from a file.
         indenter : Surface, optional
             Indenter of the frame, required for the gap.
 
         Returns
         -------
         ContactMap
-            With `gap` if the indenter is given.
+            Map of the frame, with `gap` if the indenter is given.
 
         Raises
         ------
@@ -111,10 +114,11 @@ class ContactMap:
         """
         grid, info = SurfaceGrid.of(frame), info_of(frame)
         pressure, history = pressure_of(frame), history_of(frame, grid)
-        touching, depth = (
-            field_of(frame, key, grid.window) if key in info else None
-            for key in (TOUCHING, PLASTIC_DEPTH)
-        )
+        touching = depth = None
+        if TOUCHING in info:
+            touching = field_of(frame, TOUCHING, grid.window)
+        if PLASTIC_DEPTH in info:
+            depth = field_of(frame, PLASTIC_DEPTH, grid.window)
         displacement = frame.positions[:-1, 2].reshape(grid.window)
         gap = None
         if indenter is not None:
@@ -140,12 +144,12 @@ class ContactMap:
         Parameters
         ----------
         atoms : Atoms
-            With a `RoughContact` calculator.
+            Atoms with a `RoughContact` calculator.
 
         Returns
         -------
         ContactMap
-            With `gap`.
+            Map of the atoms, with `gap`.
 
         Raises
         ------
@@ -195,13 +199,13 @@ def nearest_image(values: FloatArray, period: float | FloatArray) -> FloatArray:
     Parameters
     ----------
     values : ndarray
-        Coordinates relative to the axis.
+        Coordinates relative to the axis (length).
     period : float or ndarray
-        Length of the periodic cell.
+        Side of the periodic cell (length).
 
     Returns
     -------
     ndarray
-        Between -period/2 and period/2.
+        Coordinates between -period/2 and period/2 (length).
     """
     return values - period * np.floor(values / period + 0.5)

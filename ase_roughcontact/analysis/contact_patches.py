@@ -18,14 +18,14 @@ class Patches:
     Attributes
     ----------
     labels : ndarray of int, shape (n, m)
-        Zero at sites without contact, k + 1 at the sites of patch k.
+        Labels of the sites: zero without contact, k + 1 in patch k.
     area : ndarray, shape (k,)
         Number of atoms times the area per atom (Å^2).
     perimeter : ndarray, shape (k,)
         Number of edges shared with sites without contact times the spacing (Å).
     centroid : ndarray, shape (k, 2)
-        Relative to the (nearest) indenter's axis; nan along a direction in which the
-        patch is connected with its own periodic image (Å).
+        Position of the centroid relative to the (nearest) indenter's axis (Å); NaN
+        along a direction in which the patch is connected with its own periodic image.
     """
 
     labels: np.ndarray
@@ -43,20 +43,22 @@ def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
     Parameters
     ----------
     contact_map : ContactMap
-        Patches of a periodic map continue across its edges.
+        Map of the contact. Patches of a periodic map continue across its edges.
     diagonal : bool
         Whether atoms have 8 neighbours, including the diagonal ones, instead of 4.
 
     Returns
     -------
     Patches
+        Patches, the largest first.
 
     Notes
     -----
-    The perimeter is that of the union of square cells, so that of a row of k atoms is
-    :math:`(2k + 2) a_0`. It does not converge to the length of a smooth outline, but to
-    the sum of its projections on x and y, which is :math:`4/\pi` times as long for a
-    disc, and for any outline on average over its orientation.
+    The perimeter belongs to the union of square cells: a row of k atoms has the
+    perimeter :math:`(2k + 2) a_0`. On fine grids the perimeter does not converge to the
+    length of a smooth outline, but to the sum of its projections on x and y, which is
+    :math:`4/\pi` times as long for a disc, and for any outline on average over its
+    orientation.
     """
     structure = ndimage.generate_binary_structure(2, 2 if diagonal else 1)
     pieces, count = ndimage.label(contact_map.contact, structure)
@@ -91,7 +93,11 @@ def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
 
 
 def _seams(pieces: np.ndarray, diagonal: bool) -> np.ndarray:
-    """Return pairs of pieces connected across the cell edges, and which edges."""
+    """Return pairs of pieces that meet across edges of the cell, and the steps across.
+
+    Each row has the labels of two pieces, and the numbers of cells from the first to
+    the second one along x and y.
+    """
     n, m = pieces.shape
     i, j = np.indices(pieces.shape)
     links = []
@@ -106,18 +112,18 @@ def _seams(pieces: np.ndarray, diagonal: bool) -> np.ndarray:
 def _merge(count: int, links: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return patch and periodic cell of each piece, and the directions of wrapping.
 
-    A patch has the number of its first piece, from which the cells are counted.
+    A patch has the number of its first piece, and cells are counted from this piece.
     """
     patch_of, cells = np.arange(count + 1), np.zeros((count + 1, 2), dtype=int)
     around = np.zeros((count + 1, 2), dtype=bool)
     links = np.concatenate([links, links[:, [1, 0, 2, 3]] * [1, 1, -1, -1]])
     one, other, step = links[:, 0], links[:, 1], links[:, 2:]
-    # the numbers decrease until those of each patch are equal
+    # numbers decrease until all pieces of a patch have the same one
     while (later := patch_of[one] < patch_of[other]).any():
-        for piece, neighbour, *way in links[later].tolist():
+        for piece, neighbour, *step_of_link in links[later].tolist():
             if patch_of[piece] < patch_of[neighbour]:
                 patch_of[neighbour] = patch_of[piece]
-                cells[neighbour] = cells[piece] + way
+                cells[neighbour] = cells[piece] + step_of_link
     # two paths to one piece that end in different periodic cells
     np.logical_or.at(around, patch_of[one], cells[one] + step != cells[other])
     return patch_of, cells, around

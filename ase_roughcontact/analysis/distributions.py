@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,8 +23,8 @@ class Distribution:
     Attributes
     ----------
     density : ndarray, shape (k,)
-        Its integral is the fraction of the atoms covered by the bins, one by default
-        (inverse of the quantity's unit).
+        Probability densities (inverse of the quantity's unit). Their integral is the
+        fraction of the atoms within the bins, one by default.
     edges : ndarray, shape (k + 1,)
         Edges of the bins.
     """
@@ -47,6 +46,7 @@ def pressure_distribution(
     Parameters
     ----------
     contact_map : ContactMap
+        Map of the contact.
     bins : int or array_like
         Number of bins between the smallest and the largest value, or increasing edges
         (eV/Å^3).
@@ -54,6 +54,7 @@ def pressure_distribution(
     Returns
     -------
     Distribution
+        Density over the pressure.
 
     Raises
     ------
@@ -67,7 +68,7 @@ def pressure_distribution(
 def gap_distribution(
     contact_map: ContactMap, bins: int | ArrayLike = 50
 ) -> Distribution:
-    """Return the distribution of the gap of the atoms that are not in contact.
+    """Return the distribution of the gaps of the atoms that are not in contact.
 
     The gap of an atom in contact is zero under a hard wall, and a function of its
     pressure under a soft one.
@@ -75,7 +76,7 @@ def gap_distribution(
     Parameters
     ----------
     contact_map : ContactMap
-        With the gap.
+        Map of the contact, with the gap.
     bins : int or array_like
         Number of bins between the smallest and the largest value, or increasing edges
         (Å).
@@ -83,6 +84,7 @@ def gap_distribution(
     Returns
     -------
     Distribution
+        Density over the gap.
 
     Raises
     ------
@@ -98,11 +100,17 @@ def gap_distribution(
     return _distribution(values, bins, "all atoms are in contact")
 
 
-def _distribution(values: np.ndarray, bins: int | ArrayLike, none: str) -> Distribution:
+def _distribution(
+    values: np.ndarray, bins: int | ArrayLike, reason: str
+) -> Distribution:
+    """Return the distribution of values; the reason explains why there may be none."""
     if not len(values):
-        raise ValueError(f"the distribution is empty: {none}")
-    known = increasing_array if np.ndim(bins) else partial(integer, least=1)
-    counts, edges = np.histogram(values, known("bins", bins))
+        raise ValueError(f"the distribution is empty: {reason}")
+    if np.ndim(bins):
+        bins = increasing_array("bins", bins)
+    else:
+        integer("bins", bins, 1)
+    counts, edges = np.histogram(values, bins)
     return Distribution(counts / len(values) / np.diff(edges), edges)
 
 
@@ -115,10 +123,10 @@ class RadialAverage:
     radius : ndarray
         Mean distance of the ring's sites from the axis (Å).
     pressure, contact_pressure : ndarray
-        Mean over all sites and over atoms in contact; nan where there are none
-        (eV/Å^3).
+        Mean pressure of all sites, and of the atoms in contact (eV/Å^3); NaN in rings
+        without them.
     sites, contacts : ndarray of int
-        Number of sites, and of atoms in contact.
+        Numbers of sites and of atoms in contact.
     """
 
     radius: FloatArray
@@ -136,6 +144,7 @@ def radial_average(
     Parameters
     ----------
     contact_map : ContactMap
+        Map of the contact.
     bins : int or array_like, optional
         Number of rings up to the farthest site of the map, or increasing edges >= 0
         (Å). By default the edges are 0 and half-integer multiples of the spacing.
@@ -143,6 +152,7 @@ def radial_average(
     Returns
     -------
     RadialAverage
+        Averages for each ring.
 
     Raises
     ------
@@ -151,10 +161,9 @@ def radial_average(
 
     Notes
     -----
-    The sites beyond the map of a free half space carry no pressure, but are counted, so
-    that the average does not depend on the size of the map. In a periodic cell the
-    distance is that from the nearest image of the axis, and rings are limited to the
-    cell.
+    Sites beyond the map of a free half space carry no pressure, but are counted, so
+    that the average does not depend on the size of the map. In a periodic cell
+    distances are from the nearest image of the axis, and rings are limited to the cell.
 
     References
     ----------
@@ -169,7 +178,7 @@ def radial_average(
 
     pressure, sites = contact_map.pressure, total(every)
     contacts = total(distance[mask])
-    with np.errstate(invalid="ignore"):  # rings without any
+    with np.errstate(invalid="ignore"):  # rings without sites or contacts
         return RadialAverage(
             radius=total(every, every) / sites,
             pressure=total(distance, pressure) / sites,
@@ -182,6 +191,7 @@ def radial_average(
 def _ring_edges(
     bins: int | ArrayLike | None, farthest: float, spacing: float
 ) -> FloatArray:
+    """Return the edges of the rings, from a number, edges, or None for the default."""
     if bins is None:
         rings = int(np.ceil(farthest / spacing + 0.5))
         return spacing * np.append(0.0, np.arange(rings) + 0.5)
@@ -194,10 +204,11 @@ def _ring_edges(
 def _distances(contact_map: ContactMap, farthest: float) -> FloatArray:
     """Return the distances from the axis of all lattice sites up to a largest one."""
     a0 = contact_map.spacing
-    ends = ((np.array([-1, 1]) * farthest - at) // a0 for at in contact_map.origin)
-    x, y = (
-        at + a0 * np.arange(first, last + 2)  # one more, for rounding
-        for at, (first, last) in zip(contact_map.origin, ends, strict=True)
-    )
+
+    def positions(origin: float) -> FloatArray:
+        first, last = (-farthest - origin) // a0, (farthest - origin) // a0
+        return origin + a0 * np.arange(first, last + 2)  # one more, for rounding
+
+    x, y = positions(contact_map.origin[0]), positions(contact_map.origin[1])
     distance = np.hypot(x[:, None], y)
     return distance[distance <= farthest]

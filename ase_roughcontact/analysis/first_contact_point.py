@@ -13,14 +13,15 @@ from ase_roughcontact.windows.footprint import Footprint
 
 @dataclass(frozen=True)
 class FirstContact:
-    """Where an indenter touches first.
+    """Point at which an indenter touches first.
 
     Attributes
     ----------
     position : (float, float)
-        Of the atom below the indenter's lowest point, relative to its axis (Å).
+        Position of the atom below the indenter's lowest point, relative to the axis
+        (Å).
     height : float
-        Of the indenter there (Å).
+        Height of the indenter above this atom (Å).
     """
 
     position: tuple[float, float]
@@ -40,7 +41,7 @@ def first_contact(
     Parameters
     ----------
     indenter : Surface
-        `RoughSphere` or another bounded surface.
+        Shape of the indenter, `RoughSphere` or another bounded surface.
     spacing : float
         Distance of neighbouring atoms (Å).
     offset : (float, float)
@@ -49,7 +50,8 @@ def first_contact(
     Returns
     -------
     FirstContact
-        Of several atoms that are equally low, the one with the smallest x, then y.
+        Point of first contact. If several atoms touch at the same height, it is the one
+        with the smallest x, and then the smallest y.
 
     Raises
     ------
@@ -63,8 +65,6 @@ def first_contact(
     lowest = footprint.box_below(footprint.lowest)
     heights = footprint.heights(lowest)
     site = np.unravel_index(heights.argmin(), heights.shape)
-    x, y = (
-        (start + step) * spacing + rest
-        for start, step, rest in zip(lowest.start, site, footprint.offset, strict=True)
-    )
+    x = (lowest.start[0] + site[0]) * spacing + footprint.offset[0]
+    y = (lowest.start[1] + site[1]) * spacing + footprint.offset[1]
     return FirstContact((float(x), float(y)), float(heights.min()))

@@ -1,9 +1,8 @@
-"""Maps of a contact as files: NumPy, NetCDF and VTK.
+"""Files of contact maps: NumPy, NetCDF and VTK.
 
-The names of the fields are those that contact.engineering uses in its NetCDF files:
-``pressure``, ``gap``, ``displacement`` (positive into the solid) and
-``contacting_points`` (1 in contact). The first index is along x. Lengths are in nm,
-pressures in GPa.
+Fields have the names of contact.engineering's NetCDF files: ``pressure``, ``gap``,
+``displacement`` (positive into the solid) and ``contacting_points`` (1 in contact). The
+first index is along x. Lengths are in nm, pressures in GPa.
 """
 
 from __future__ import annotations
@@ -43,12 +42,12 @@ def write_map(contact_map: ContactMap, file: str | Path) -> None:
     Parameters
     ----------
     contact_map : ContactMap
-        Gap, displacement, plastic depth and fields of friction are written if it has
-        them.
+        The map. Gap, displacement, plastic depth and fields of friction are written if
+        the map has them.
     file : path
-        Ending in .npz (arrays of NumPy with their names), .nc (NetCDF 3) or .vti (image
-        data of VTK, for ParaView). Positions x and y are relative to the axis of the
-        indenter.
+        Name that ends in .npz (arrays of NumPy with their names), .nc (NetCDF 3) or
+        .vti (image data of VTK, for ParaView). Positions x and y in the file are
+        relative to the axis of the indenter.
 
     Raises
     ------
@@ -67,15 +66,17 @@ def write_map(contact_map: ContactMap, file: str | Path) -> None:
 
 
 def fields_of(contact_map: ContactMap) -> dict[str, np.ndarray]:
-    """Return the fields of a map as they are written.
+    """Return the fields of a map in the units of files.
 
     Parameters
     ----------
     contact_map : ContactMap
+        The map.
 
     Returns
     -------
     dict of ndarray, shape (n, m)
+        Fields by name (nm, GPa).
     """
     depth = contact_map.displacement
     found = {
@@ -141,6 +142,7 @@ def _write_vtk(contact_map: ContactMap, path: Path) -> None:
     path.write_text("\n".join(lines), encoding="ascii")
 
 
+# Functions that write a map, by the suffix of the file.
 _WRITERS: dict[str, Callable[[ContactMap, Path], None]] = {
     ".npz": _write_npz,
     ".nc": _write_netcdf,

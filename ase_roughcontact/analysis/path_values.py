@@ -18,29 +18,33 @@ from ase_roughcontact._util.units import with_unit
 from ase_roughcontact._util.validation import FloatArray, finite_array, positive
 from ase_roughcontact.results.record import LoadStep
 
-# Distance of the ends of a closed loop, relative to the range of the path.
-_CLOSED = 1e-3
-# Relative change of the load below which a contact slides under the same one.
-_SAME_LOAD = 1e-2
-# Cycles from which the stiffness follows, and states that they need at least.
-_CYCLES, _LEAST_STATES = 2, 8
+# Largest distance of the ends of a closed loop, relative to the range of the path.
+_MAX_LOOP_OPENING = 1e-3
+# Largest relative change of the load during a slide.
+_MAX_LOAD_CHANGE = 1e-2
+# Number of cycles to which the dynamic stiffness is fitted.
+_CYCLES = 2
+# Smallest number of states in these cycles.
+_MIN_STATES = 8
 
 
 def static_friction(steps: Sequence[Any]) -> float:
     """Return the largest lateral force of the first slide.
 
-    That is until the indenter turns back, or the load changes by 1 %, after the first
-    step in which all atoms in contact slip. It is at most `largest_friction`, which it
-    approaches: tractions of atoms that have just begun to slip are not yet parallel.
+    The first slide begins with the first step in which all atoms in contact slip, and
+    ends when the indenter turns back or the load has changed by 1 %. The lateral force
+    approaches `largest_friction` from below, as the tractions of atoms that have just
+    begun to slip are not yet parallel.
 
     Parameters
     ----------
     steps : sequence of SlidingStep
+        Steps of a sliding path.
 
     Returns
     -------
     float
-        eV/Å; NaN if in no step all atoms in contact slip.
+        Static friction (eV/Å); NaN if in no step all atoms in contact slip.
     """
     slides = [s.slip_area > 0.0 and s.stick_area == 0.0 for s in steps]
     if not any(slides):
@@ -50,24 +54,24 @@ def static_friction(steps: Sequence[Any]) -> float:
     points = np.array([[s.lateral_x, s.lateral_y] for s in steps])
     onward = np.diff(points, axis=0) @ forces[start] >= 0.0
     loads = np.array([s.normal_force for s in steps])
-    same = abs(loads - loads[start]) <= _SAME_LOAD * abs(loads[start])
+    same = abs(loads - loads[start]) <= _MAX_LOAD_CHANGE * abs(loads[start])
     while end + 1 < len(steps) and onward[end] and same[end + 1]:
         end += 1
     return float(np.hypot(*forces[: end + 1].T).max())
 
 
 def loop_energies(steps: Sequence[Any]) -> FloatArray:
-    """Return the energies that are lost in closed loops of the lateral displacement.
+    """Return the energies that are dissipated in closed loops of lateral displacement.
 
     Parameters
     ----------
     steps : sequence of SlidingStep
-        Along a line, there and back.
+        Steps of a path back and forth along a line.
 
     Returns
     -------
     ndarray, shape (loops,)
-        From each turning point to the next one at the same displacement (eV).
+        Energies from each turning point to the next one at the same displacement (eV).
 
     Raises
     ------
@@ -81,7 +85,7 @@ def loop_energies(steps: Sequence[Any]) -> FloatArray:
     farthest = points[np.hypot(*points.T).argmax()]
     along = points @ farthest / (np.hypot(*farthest) or 1.0)
     ends = turning_points(along)
-    closed = _CLOSED * np.ptp(along)
+    closed = _MAX_LOOP_OPENING * np.ptp(along)
     return np.array(
         [
             steps[b].dissipated_energy - steps[a].dissipated_energy
@@ -92,31 +96,31 @@ def loop_energies(steps: Sequence[Any]) -> FloatArray:
 
 
 def turning_points(values: FloatArray) -> list[int]:
-    """Return the first index, those after which values turn back, and the last one."""
-    ways = np.sign(np.diff(values))
-    moves = np.flatnonzero(ways).tolist()
-    turns = [a + 1 for a, b in pairwise(moves) if ways[a] != ways[b]]
+    """Return the first index, indices where values turn back, and the last index."""
+    signs = np.sign(np.diff(values))
+    moves = np.flatnonzero(signs).tolist()
+    turns = [a + 1 for a, b in pairwise(moves) if signs[a] != signs[b]]
     return [0, *turns, len(values) - 1]
 
 
 def dynamic_stiffness(steps: Sequence[Any], frequency: float) -> complex:
     r"""Return the complex stiffness of a contact at the end of a path in time.
 
-    The force responds to an oscillation of the penetration,
-    :math:`\delta + \hat\delta e^{i \omega t}`, by :math:`K \hat\delta e^{i \omega t}`.
-    Both are fitted over the last two cycles, with a linear drift.
+    The response of the force to an oscillation of the penetration,
+    :math:`\delta + \hat\delta e^{i \omega t}`, is :math:`K \hat\delta e^{i \omega t}`.
+    Penetration and force are fitted over the last two cycles, with a linear drift.
 
     Parameters
     ----------
     steps : sequence of TimeStep
-        That end with at least two cycles of `Schedule.oscillate`.
+        Steps of a path that ends with at least two cycles of `Schedule.oscillate`.
     frequency : float
-        Cycles per time.
+        Frequency (cycles per time).
 
     Returns
     -------
     complex
-        Storage stiffness plus i times loss stiffness (eV/Å^2).
+        Stiffness K: storage stiffness plus i times loss stiffness (eV/Å^2).
 
     Raises
     ------
@@ -128,17 +132,17 @@ def dynamic_stiffness(steps: Sequence[Any], frequency: float) -> complex:
     end = steps[-1].time if steps else 0.0
     begin = end - _CYCLES / frequency
     last = [step for step in steps if step.time > begin]
-    if begin < -1e-9 * end or len(last) < _LEAST_STATES:
+    if begin < -1e-9 * end or len(last) < _MIN_STATES:
         raise ValueError(
-            f"the path must end with {_CYCLES} cycles of {_LEAST_STATES} states or "
-            f"more, got {len(last)} states in the time from {begin:.4g} to {end:.4g}"
+            f"the path must end with {_CYCLES} cycles of at least {_MIN_STATES} "
+            f"states, got {len(last)} states in the time from {begin:.4g} to {end:.4g}"
         )
     time = np.array([step.time for step in last]) - end
     phase = 2.0 * math.pi * frequency * time
     waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(time), time], axis=1)
     values = [(step.penetration, step.normal_force) for step in last]
-    (cosines, sines, *_), *_ = np.linalg.lstsq(waves, np.array(values), rcond=None)
-    depth, force = cosines - 1j * sines
+    coefficients = np.linalg.lstsq(waves, np.array(values), rcond=None)[0]
+    depth, force = coefficients[0] - 1j * coefficients[1]
     if not abs(depth) > 0.0:
         raise ValueError(f"the penetration does not oscillate at {frequency:g}")
     return complex(force / depth)
@@ -150,8 +154,9 @@ class GridLimit(NamedTuple):
     Attributes
     ----------
     value : ndarray
+        Extrapolated values.
     error : ndarray
-        Estimated error of the values.
+        Estimated errors of the values.
     """
 
     value: FloatArray
@@ -166,9 +171,9 @@ def extrapolate(
     .. math:: L = f_1 + \frac{f_1 - f_2}{(h_2/h_1)^p - 1}
 
     with the values :math:`f_1` and :math:`f_2` on the two finest grids of spacing
-    :math:`h_1 < h_2`. The error of two grids is :math:`|L - f_1|`. That of three grids
-    is the change of the limit from the two coarser grids to the two finer ones, but at
-    least :math:`|L - f_1| / 2`.
+    :math:`h_1 < h_2`. The error from two grids is :math:`|L - f_1|`. The error from
+    three grids is the change of the limit from the two coarser grids to the two finer
+    ones, and at least :math:`|L - f_1| / 2`.
 
     Parameters
     ----------
@@ -177,12 +182,13 @@ def extrapolate(
     values : array_like, shape (grids, ...)
         Values on each grid, such as the `contact_area` of all steps of a path.
     order : float
-        Power p of the spacing with which the error falls. It is 1 for the contact area.
+        Power p of the spacing to which the error is proportional, 1 for the contact
+        area.
 
     Returns
     -------
     GridLimit
-        Arrays of shape (...).
+        Limit and error, arrays of shape (...).
 
     Raises
     ------
@@ -192,9 +198,8 @@ def extrapolate(
 
     Notes
     -----
-    Under a hard wall the area of the continuum is the limit of `contact_area`, whose
-    error is proportional to the spacing, rather than of `continuum_area`, whose smaller
-    error is less regular.
+    Under a hard wall extrapolate `contact_area`, where the error is proportional to the
+    spacing, rather than `continuum_area`, where the error is smaller, but less regular.
 
     References
     ----------
@@ -209,8 +214,8 @@ def extrapolate(
     h, f = finite_array("spacings", spacings), finite_array("values", values)
     if h.shape not in ((2,), (3,)) or f.shape[:1] != h.shape:
         raise ValueError(
-            "extrapolation needs two or three spacings and as many rows of values, got "
-            f"shapes {h.shape} and {f.shape}"
+            "give two or three spacings and as many rows of values, got shapes "
+            f"{h.shape} and {f.shape}"
         )
     finest_first = np.argsort(h)
     h, f = h[finest_first], f[finest_first]
@@ -228,18 +233,19 @@ def extrapolate(
 
 
 def tension_at_turn(turn: LoadStep, pull_off_force: float) -> str:
-    """Return a warning of an indenter that is pulled where it begins to retract.
+    """Return a warning about an indenter that is pulled where its retraction begins.
 
     Parameters
     ----------
     turn : LoadStep
-        State at which the retraction begins, of a negative force.
+        Step at which the retraction begins, with a negative force.
     pull_off_force : float
         Largest tension during the retraction (eV/Å).
 
     Returns
     -------
     str
+        The warning.
     """
     return (
         f"the pull-off force of {with_unit(pull_off_force, 'nN')} is a lower bound: at "

@@ -1,4 +1,4 @@
-"""Frames for viewers: the indenter cut open above the contact, and named columns.
+"""Frames for viewers, with the indenter cut open or with named columns.
 
 The results are copies for `ase gui`, OVITO and other viewers. They are not meant for
 calculations.
@@ -22,19 +22,27 @@ from ase_roughcontact.atoms.snapshot import snapshot
 from ase_roughcontact.contact.state import PLASTIC_DEPTH, SLIPPING, TRACTIONS
 from ase_roughcontact.topography import Surface
 
-#: Tag of the atoms that show the indenter.
+#: Tag of the atoms of the indenter.
 TAG_INDENTER = 3
-#: Elements of which no solid is made, whose colours in viewers (purple, light blue,
-#: bluish grey and green) show what an atom is.
-CONTACT, ATTRACTED, INDENTER, SLIPS = "I", "Kr", "Hg", "Cl"
+#: Element of atoms in contact, purple in viewers.
+CONTACT = "I"
+#: Element of attracted atoms, light blue in viewers.
+ATTRACTED = "Kr"
+#: Element of the indenter's atoms, bluish grey in viewers.
+INDENTER = "Hg"
+#: Element of atoms in contact that slip, green in viewers.
+SLIPS = "Cl"
 
-# Distance of neighbours in covalent radii; circles overlap in viewers.
-_NEIGHBOURS = 1.5
-# Radius of the indenter relative to half the longer side of the window, height of the
-# dome relative to this radius, and range of heights relative to its diameter.
-_BODY, _DOME, _RANGE = 0.85, 0.8, 0.15
-# Share of the atoms in contact in front of the plane in which the indenter is cut.
-_VISIBLE = 0.7
+# Distance of neighbours in covalent radii, at which circles overlap in viewers.
+_NEIGHBOUR_DISTANCE = 1.5
+# Radius of the indenter relative to half the longer side of the window.
+_RELATIVE_RADIUS = 0.85
+# Height of the dome relative to the radius of the indenter.
+_DOME_HEIGHT = 0.8
+# Range of heights relative to the diameter of the indenter.
+_RELATIVE_RANGE = 0.15
+# Fraction of the atoms in contact in front of the plane that cuts the indenter.
+_VISIBLE_FRACTION = 0.7
 
 
 def with_indenter(
@@ -45,35 +53,35 @@ def with_indenter(
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator, or a frame from `snapshot`.
+        Atoms with a `RoughContact` calculator, or a frame from `snapshot`.
     indenter : Surface, optional
-        The indenter; by default that of the calculator. Frames from a file need it.
+        Shape of the indenter, by default the calculator's; required for frames from a
+        file.
     rows : int
-        Largest number of rows of surface atoms along a side. Of larger windows every
-        n-th row is shown.
+        Largest number of rows of surface atoms along a side. From a larger window,
+        every n-th row is taken.
 
     Returns
     -------
     Atoms
         Surface atoms, the indenter (symbol X) at x = y = 0, and atoms with tag 3 for
-        the part of it behind a plane through the contact. Its lower side is the surface
-        above the window, the dome on it closes it. Atoms in contact, attracted atoms,
-        and those in contact that slip have the elements `CONTACT`, `ATTRACTED` and
-        `SLIPS`. Lengths are scaled to the size of
-        circles in viewers, and heights further, since a contact is far wider than deep;
-        `info` has the factors ``horizontal_scale`` and ``vertical_scale``, the normal
-        force and the contact area, and nothing else. There is no energy: positions are
-        scaled, and `ase gui` would draw it over the atoms.
+        the part of the indenter behind a plane through the contact: its lower surface
+        above the window, closed by a dome. Atoms in contact, attracted atoms, and atoms
+        in contact that slip have the elements `CONTACT`, `ATTRACTED` and `SLIPS`.
+        Lengths are scaled to the size of circles in viewers, and heights further, since
+        a contact is far wider than deep. The keys of `info` are the factors
+        ``horizontal_scale`` and ``vertical_scale``, the normal force and the contact
+        area. There is no energy: positions are scaled, and `ase gui` would draw
+        energies over the atoms.
 
     Raises
     ------
     ValueError
-        If there is no indenter, or it is not that of the frame, or `rows` is less than
-        two.
+        If there is no indenter, the frame has another one, or `rows` is less than two.
     """
     frame, indenter = _read(atoms, indenter)
     if indenter is None:
-        raise ValueError("the atoms have no calculator that knows it: give indenter=")
+        raise ValueError("the atoms have no RoughContact calculator: give indenter=")
     grid = SurfaceGrid.of(frame)
     every = math.ceil(max(grid.shape) / integer("rows", rows, 2))
     chosen = tuple(slice(min(every, n) // 2, None, every) for n in grid.shape)
@@ -84,39 +92,43 @@ def with_indenter(
     upper = lower.copy()
     upper[..., 2] = surface_above(frame, grid, indenter)[chosen] - axis[2]
 
-    shown = frame[index.ravel()]
+    view = frame[index.ravel()]
     step = every * grid.spacing
-    radius = 0.5 * _BODY * (max(index.shape) - 1) * step + 0.6 * step
+    radius = 0.5 * _RELATIVE_RADIUS * (max(index.shape) - 1) * step + 0.6 * step
     inside = _from_middle(upper) <= radius
-    horizontal = _NEIGHBOURS * covalent_radii[shown.numbers[0]] / step
-    steepness = max(1.0, 2.0 * _RANGE * radius / upper[inside, 2].max())
+    horizontal = _NEIGHBOUR_DISTANCE * covalent_radii[view.numbers[0]] / step
+    steepness = max(1.0, 2.0 * _RELATIVE_RANGE * radius / upper[inside, 2].max())
     scale = np.array([horizontal, horizontal, horizontal * steepness])
-    seen = ContactMap.from_frame(frame)
-    contact = seen.contact
-    slips = contact & (seen.lateral.get(SLIPPING, np.zeros(1)) > 0.0)
+    contact_map = ContactMap.from_frame(frame)
+    contact = contact_map.contact
+    slips = contact & (contact_map.lateral.get(SLIPPING, np.zeros(1)) > 0.0)
     cut = _plane(contact[chosen])
     body = _body(upper * scale, inside, radius * horizontal, step * horizontal, cut)
 
-    shown.positions = (lower * scale).reshape(-1, 3)
-    kinds = (ATTRACTED, seen.pressure < 0.0), (CONTACT, contact), (SLIPS, slips)
-    for symbol, mask in kinds:  # the last one holds
-        shown.numbers[mask[chosen].ravel()] = atomic_numbers[symbol]
-    shown += Atoms("X", [[0.0, 0.0, (frame.positions[-1, 2] - axis[2]) * scale[2]]])
-    shown += Atoms([INDENTER] * len(body), body, tags=[TAG_INDENTER] * len(body))
-    shown.info = {key: frame.info[key] for key in ("normal_force", "contact_area")} | {
+    view.positions = (lower * scale).reshape(-1, 3)
+    attracted = contact_map.pressure < 0.0
+    # later elements replace earlier ones
+    for symbol, mask in ((ATTRACTED, attracted), (CONTACT, contact), (SLIPS, slips)):
+        view.numbers[mask[chosen].ravel()] = atomic_numbers[symbol]
+    view += Atoms("X", [[0.0, 0.0, (frame.positions[-1, 2] - axis[2]) * scale[2]]])
+    view += Atoms([INDENTER] * len(body), body, tags=[TAG_INDENTER] * len(body))
+    view.info = {
+        "normal_force": frame.info["normal_force"],
+        "contact_area": frame.info["contact_area"],
         "horizontal_scale": horizontal,
         "vertical_scale": horizontal * steepness,
     }
-    shown.cell[:] = 0.0
-    shown.pbc = False
-    return shown
+    view.cell[:] = 0.0
+    view.pbc = False
+    return view
 
 
 def _plane(contact: np.ndarray) -> int:
     """Return the column of a plane behind most of the contact, or in the middle."""
     count = contact.sum(axis=0).cumsum()
-    middle = contact.shape[1] // 2
-    return int(np.searchsorted(count, _VISIBLE * count[-1])) if count[-1] else middle
+    if not count[-1]:
+        return contact.shape[1] // 2
+    return int(np.searchsorted(count, _VISIBLE_FRACTION * count[-1]))
 
 
 def _body(
@@ -129,13 +141,13 @@ def _body(
     lower : ndarray, shape (n, m, 3)
         Points of the lower side.
     inside : ndarray of bool, shape (n, m)
-        Which of them are less than `radius` from the middle.
+        Whether each point is less than `radius` from the middle.
     radius : float
-        Of the dome.
+        Radius of the dome (length).
     step : float
-        Distance of points.
+        Distance of points (length).
     cut : int
-        Column of the points in the plane in which the body is cut.
+        Column of the points in the plane that cuts the body.
 
     Returns
     -------
@@ -144,7 +156,7 @@ def _body(
     """
     dome = np.sqrt(np.maximum(radius**2 - _from_middle(lower) ** 2, 0.0))
     upper = lower.copy()
-    upper[..., 2] = lower[inside, 2].max() + _DOME * dome
+    upper[..., 2] = lower[inside, 2].max() + _DOME_HEIGHT * dome
     half = inside[:, cut:]
     plane = [
         np.linspace(start, end, math.ceil((end[2] - start[2]) / (0.8 * step)) + 1)
@@ -170,27 +182,27 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator, or a frame from `snapshot`.
+        Atoms with a `RoughContact` calculator, or a frame from `snapshot`.
     indenter : Surface, optional
-        The indenter of a frame, from whose heights the gap follows; by default that of
-        the calculator.
+        Shape of the indenter, required for the gap; by default the calculator's.
 
     Returns
     -------
     Atoms
-        With the arrays ``pressure`` (GPa), ``contact`` (1 or 0), ``plastic_depth`` (Å)
-        of a wall with a hardness, those of `ContactMap.lateral` (GPa, Å) and, if the
-        indenter is known, ``gap`` (Å), all of them zero for the indenter.
+        Copy with the arrays ``pressure`` (GPa), ``contact`` (1 or 0),
+        ``plastic_depth`` (Å) if the wall has a hardness, the fields of
+        `ContactMap.lateral` (GPa, Å) and, if there is an indenter, ``gap`` (Å). All
+        arrays are zero for the indenter.
     """
     frame, indenter = _read(atoms, indenter)
-    seen = ContactMap.from_frame(frame, indenter)
+    contact_map = ContactMap.from_frame(frame, indenter)
     fields = {
-        "pressure": seen.pressure / GPa,
-        "contact": seen.contact.astype(int),
-        PLASTIC_DEPTH: seen.plastic_depth,
-        "gap": seen.gap,
+        "pressure": contact_map.pressure / GPa,
+        "contact": contact_map.contact.astype(int),
+        PLASTIC_DEPTH: contact_map.plastic_depth,
+        "gap": contact_map.gap,
     }
-    for key, values in seen.lateral.items():
+    for key, values in contact_map.lateral.items():
         fields[key] = values / GPa if key in TRACTIONS else values
     columns = frame.copy()
     if frame.calc is not None:
@@ -203,8 +215,9 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
 
 
 def _read(atoms: Atoms, indenter: Surface | None) -> tuple[Atoms, Surface | None]:
-    """Return frame and indenter: of atoms with a calculator, or those given."""
+    """Return frame and indenter, of the calculator if the atoms have one."""
     if not isinstance(atoms.calc, RoughContact):
         return atoms, indenter
-    known = atoms.calc.parameters["indenter"]
-    return snapshot(atoms), known if indenter is None else indenter
+    if indenter is None:
+        indenter = atoms.calc.parameters["indenter"]
+    return snapshot(atoms), indenter

@@ -71,11 +71,11 @@ def test_gap_of_a_periodic_frame_counts_from_the_mean_plane():
 
 def test_frames_that_make_no_map_are_refused():
     frame = rc.snapshot(relaxed_atoms(periodic=True))
-    with pytest.raises(ValueError, match="not made by snapshot"):
+    with pytest.raises(ValueError, match="snapshot"):
         ContactMap.from_frame(rc.substrate("Cu", (4, 4), SPHERE))
-    with pytest.raises(ValueError, match="must be the indenter"):
+    with pytest.raises(ValueError, match="indenter"):
         ContactMap.from_frame(frame[:-1])
-    with pytest.raises(ValueError, match="need a RoughContact"):
+    with pytest.raises(ValueError, match="RoughContact"):
         ContactMap.from_atoms(Atoms("CuX"))
 
 

@@ -92,7 +92,7 @@ def test_fields_that_are_not_known_are_left_out(atoms, tmp_path):
 
 
 def test_an_unknown_format_is_refused(atoms, tmp_path):
-    with pytest.raises(ValueError, match=r"unknown format of a map '\.png'"):
+    with pytest.raises(ValueError, match=r"'\.png'"):
         write_map(ContactMap.from_atoms(atoms), tmp_path / "map.png")
 
 
@@ -117,7 +117,7 @@ def test_a_map_that_does_not_fit_leaves_the_old_one(
 ):
     file = tmp_path / f"map.{suffix}"
     file.write_text("old")
-    with largest_file(500), pytest.raises(OSError, match=rf"can't write {file}: "):
+    with largest_file(500), pytest.raises(OSError, match=str(file)):
         write_map(ContactMap.from_atoms(atoms), file)
     assert file.read_text() == "old" and list(tmp_path.iterdir()) == [file]
 
