@@ -19,7 +19,7 @@ from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.config import DEFAULT_RADIUS
 from ase_roughcontact.scene.file import SceneFile
-from ase_roughcontact.scene.random_fields import local_adhesion, random_field
+from ase_roughcontact.scene.random_fields import local_adhesion
 from ase_roughcontact.scene.section import Problems, lengths
 from ase_roughcontact.scene.solid import (
     creep_of,
@@ -105,7 +105,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         if creep is not None:  # the tip is elastic
             part = solid.contact_modulus / substrate_modulus
             solid = Viscoelastic(solid, creep.scaled(part))
-    rough: SelfAffine | HeightMap | None = None
+    rough: Any = None
     if scene.topography is not None:
         with problems.of("topography"):
             rough = scene.topography.surface
@@ -113,7 +113,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         with problems.of("roughness"):
             if scene.topography is not None:
                 raise ValueError("give [roughness] or [topography], not both")
-            rough = random_field(scene.roughness, spacing)
+            rough = scene.roughness.surface(spacing)
     problems.check()
 
     alone, cell = scene.sphere.radius == math.inf, None

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
 
 from ase_roughcontact._util.validation import lookup, nonnegative_array
-from ase_roughcontact.scene.section import Section, lengths
-from ase_roughcontact.topography import HeightMap, Heterogeneity, SelfAffine
+from ase_roughcontact.scene.section import KindSection, Section, lengths
+from ase_roughcontact.theory.self_affine import numbers_of
+from ase_roughcontact.topography import (
+    ROUGHNESSES,
+    HeightMap,
+    Heterogeneity,
+    SelfAffine,
+    Topography,
+)
 from ase_roughcontact.windows.memory import check_roughness
 
 # Tolerance within which a domain is a whole number of spacings.
@@ -35,13 +43,48 @@ class RandomFieldConfig(Section):
 
 
 @dataclass(frozen=True)
-class RoughnessConfig(RandomFieldConfig):
-    """``[roughness]``: wavelengths in units of the spacing if no unit is given."""
+class RoughnessConfig(KindSection, RandomFieldConfig):
+    """``[roughness]``: wavelengths in units of the spacing if no unit is given.
+
+    Without a kind the roughness is self-affine. A roughness of one's own has a kind,
+    and may have further keys, see `Topography`.
+    """
 
     title = "roughness"
+    kinds = ROUGHNESSES
 
     rms_slope: float = 0.1
     normalise: str = "realisation"
+    kind: str | None = None
+    parameters: Mapping[str, float | str] = field(default_factory=dict, hash=False)
+
+    def surface(self, spacing: float) -> Topography:
+        """Return the roughness in Å.
+
+        Parameters
+        ----------
+        spacing : float
+            Atomic spacing a0 (Å).
+
+        Raises
+        ------
+        ValueError
+            If a key is unknown, missing or out of range, the spacing does not resolve
+            the roughness, or theory has no numbers of it.
+        """
+        if self.kind is None:
+            if self.parameters:
+                raise ValueError(f"{', '.join(self.parameters)} needs kind")
+            return random_field(self, spacing)
+        kind, given = ROUGHNESSES.find(self.kind), self.given.keys() - {"kind"}
+        values = {
+            key: value
+            for key, value in self.entries().items()
+            if key in given or (key in kind.parameters and value is not None)
+        }
+        surface = kind.of_parameters(**kind.converted_parameters(values, spacing))
+        numbers_of(surface)
+        return surface
 
 
 @dataclass(frozen=True)

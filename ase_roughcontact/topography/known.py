@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.registry import Registered, Registry
 from ase_roughcontact._util.validation import (
     FloatArray,
     Point,
@@ -18,8 +19,11 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.topography.base import Surface
 from ase_roughcontact.topography.spectrum import Statistics
 
+#: Roughnesses of one's own by their `kind`; filled by the definition of subclasses.
+ROUGHNESSES: Registry[type[Topography]] = Registry("kind of roughness")
 
-class Topography(Surface):
+
+class Topography(Registered, Surface):
     """Base class of surfaces: indenters, and the roughness of a sphere.
 
     A subclass defines `heights`, and whatever else is known about it. A number that it
@@ -27,12 +31,17 @@ class Topography(Surface):
     there is nothing of the kind. A surface of another class is described by
     `topography_of`.
 
+    A subclass with a `kind` can be the roughness of a scene file; its `parameters` are
+    keys of the section ``[roughness]``. Theory needs its `rms_slope`, `hurst`,
+    `short_wavelength` and `long_wavelength`.
+
     Attributes
     ----------
     edge_change : float
         Rms height that was subtracted to make a scan periodic (length).
     """
 
+    registry = ROUGHNESSES
     edge_change: float = 0.0
 
     @abstractmethod

@@ -103,7 +103,8 @@ def finest_grid(best: Scene) -> Scene:
 
 def with_one_field(*scenes: Scene) -> tuple[Scene, ...]:
     """Return scenes with the period of the last one's local work of adhesion."""
-    field = getattr(scenes[-1].local_adhesion, "pattern", None)
+    adhesion = scenes[-1].local_adhesion
+    field = None if adhesion is None else adhesion.pattern
     if not isinstance(field, SelfAffine):
         return scenes
     domain = f"{field.side / scenes[-1].spacing:.12g} a0"

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 from ase.optimize import FIRE2
 
-from ase_roughcontact import FrictionLaw
+from ase_roughcontact import (
+    FrictionLaw,
+    HardWall,
+    RoughContact,
+    RoughSphere,
+    load_path,
+    substrate,
+)
 from ase_roughcontact._util.registry import Registry
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
@@ -16,6 +23,7 @@ from ase_roughcontact.interactions import LAWS, Parameter
 from ase_roughcontact.optimize.settings import on_modes
 from ase_roughcontact.scene import OPTIMIZERS, PathKind, Scene
 from ase_roughcontact.scene.path_kind import PATHS
+from ase_roughcontact.topography import ROUGHNESSES, Topography
 
 SLIDING = """
 [substrate]
@@ -73,6 +81,26 @@ class Coated(ElasticSolid):
         return bare + self.coating * ((np.asarray(i) == 0) & (np.asarray(j) == 0))
 
 
+class Ripples(Topography):
+    """Waves along x; theory takes them for a narrow self-affine spectrum."""
+
+    parameters = {"rms_slope": Parameter(), "wavelength": Parameter("a0")}
+    hurst = 0.5
+
+    def __init__(self, rms_slope, wavelength):
+        self.rms_slope, self.short_wavelength = rms_slope, wavelength
+        self.long_wavelength = 1.01 * wavelength
+        self.number = 2.0 * np.pi / wavelength
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x = origin[0] + spacing * np.arange(shape[0])
+        wave = np.sqrt(2.0) * self.rms_slope / self.number * np.cos(self.number * x)
+        return np.repeat(wave[:, None], shape[1], axis=1)
+
+    def lowest(self, spacing, origin=(0.0, 0.0)):
+        return -np.sqrt(2.0) * self.rms_slope / self.number
+
+
 @dataclass(frozen=True)
 class Twice(PathKind):
     """Two steps of the same penetration."""
@@ -88,10 +116,12 @@ class Twice(PathKind):
 def known():
     """Registries with these parts, which other tests do not have."""
     Cohesive.kind, Twice.kind, Coated.kind = "cohesive", "twice", "coated"
+    Ripples.kind = "ripples"
     optimizers = {"Own": on_modes(FIRE2)}
     with (
         patch.dict(LAWS, cohesive=Cohesive),
         patch.dict(SOLIDS, coated=Coated),
+        patch.dict(ROUGHNESSES, ripples=Ripples),
         patch.dict(PATHS, twice=Twice),
         patch.dict(OPTIMIZERS, optimizers),
     ):
@@ -215,3 +245,33 @@ def test_a_solid_of_ones_own_is_pressed_like_the_same_solid_of_the_package():
 def test_wrong_keys_of_a_solid_are_refused_by_name(keys, message):
     with pytest.raises(ValueError, match=rf"\[substrate\].*{message}"):
         Scene.parse(PRESSED + keys).check()
+
+
+def test_a_roughness_of_ones_own_is_pressed_as_in_a_script():
+    keys = '[roughness]\nkind = "ripples"\nrms_slope = 0.05\nwavelength = "2 nm"\n'
+    text = PRESSED + 'contact_modulus = 80.0\nmodel = "atoms"\n'
+    (step,) = Scene.parse(text + keys).relax(validity="ignore")
+    (smooth,) = Scene.parse(text).relax(validity="ignore")
+    sphere = RoughSphere(200.0, Ripples(0.05, 20.0))
+    atoms = substrate("Cu", (64, 64), sphere, spacing=2.5, fixed=False)
+    modulus = 80.0 * UNITS["GPa"]
+    atoms.calc = RoughContact(sphere, modulus, HardWall())
+    (own,) = load_path(atoms, loads=[20.0 * UNITS["nN"]], validity="ignore")
+    assert step.repulsive_atoms == own.repulsive_atoms
+    assert step.penetration == pytest.approx(own.penetration, rel=1e-3)
+    assert step.contact_area < smooth.contact_area
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ('kind = "ripples"', "kind = .ripples. needs wavelength"),
+        ('kind = "ripples"\nwavelength = 8\nhurst = 0.6', "has no hurst"),
+        ('kind = "ripple"', "did you mean .ripples."),
+        ("wavelength = 8.0", "wavelength needs kind"),
+    ],
+)
+def test_wrong_keys_of_a_roughness_are_refused_by_name(keys, message):
+    text = PRESSED + "contact_modulus = 80.0\n[roughness]\n" + keys
+    with pytest.raises(ValueError, match=rf"\[roughness\].*{message}"):
+        Scene.parse(text).check()
