@@ -17,7 +17,7 @@ from ase_roughcontact import (
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
-from ase_roughcontact.paths import output
+from ase_roughcontact.paths import follow as paths
 
 MU = 0.3
 
@@ -42,7 +42,7 @@ def stepper_of(
 
 def followed(stepper, *args, **options):
     """Steps of a sliding path with their states."""
-    return list(output.follow_states(SlidingSteps(stepper, *args, **options)))
+    return list(paths.follow_states(SlidingSteps(stepper, *args, **options)))
 
 
 def follow(stepper, *args, **options):

@@ -28,7 +28,7 @@ from small_scene import SMALL
 
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.cli import main
-from ase_roughcontact.loading.trajectory import read_steps
+from ase_roughcontact.paths.restart import read_steps, restart_file
 from ase_roughcontact.scene import Scene, default_text
 
 STEPS = 24
@@ -103,7 +103,7 @@ def assert_resumes(folder, undisturbed, before):
 
 def kept(folder):
     """Results in the frames."""
-    return list(read_steps(folder / "sweep.traj"))
+    return read_steps(restart_file(folder / "sweep.traj"))
 
 
 # Kills
@@ -138,7 +138,7 @@ def test_single_frame_is_replaced_completely_or_not_at_all(tmp_path, monkeypatch
     monkeypatch.setattr(os, "replace", Mock(side_effect=KeyboardInterrupt))
     with pytest.raises(KeyboardInterrupt):
         next(path)
-    assert list(read_steps(movie)) == [record]
+    assert read_steps(restart_file(movie)) == [record]
 
 
 # Ctrl-C and SIGTERM

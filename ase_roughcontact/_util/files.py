@@ -78,7 +78,7 @@ def lock(name: PathName) -> Iterator[bool]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             # the process that held the lock may have removed the file meanwhile
-            free = _is_file(name, file)
+            free = is_file(name, file)
         except BlockingIOError:
             free = False
         except OSError:
@@ -87,11 +87,11 @@ def lock(name: PathName) -> Iterator[bool]:
         try:
             yield free
         finally:
-            if free and _is_file(name, file):
+            if free and is_file(name, file):
                 Path(name).unlink(missing_ok=True)
 
 
-def _is_file(name: PathName, file: IO[Any]) -> bool:
+def is_file(name: PathName, file: IO[Any]) -> bool:
     """Return whether an open file is still the one of a name."""
     try:
         return os.path.samestat(os.fstat(file.fileno()), os.stat(name))

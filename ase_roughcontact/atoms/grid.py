@@ -10,8 +10,8 @@ from ase import Atoms
 
 from ase_roughcontact._util.validation import surface
 from ase_roughcontact.atoms.info import (
-    CREEP_DEPTH,
     LATTICE,
+    PAST_DEPTH,
     field_of,
     info_of,
 )
@@ -158,17 +158,18 @@ class SurfaceGrid:
 def displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray:
     """Return a copy of the displacement of the surface atoms, shape of the grid (Å).
 
-    Present pressures cause it: the surface of a frame is lower by what it has crept.
+    Present pressures cause it: the depth of the past lowers the surface of a frame.
     """
     values = atoms.positions[:-1, 2].reshape(grid.shape).copy()
-    if CREEP_DEPTH in info_of(atoms):
-        values += field_of(atoms, CREEP_DEPTH, grid.window)
+    if PAST_DEPTH in info_of(atoms):
+        values += field_of(atoms, PAST_DEPTH, grid.window)
     return values
 
 
-def on_grid(values: np.ndarray, grid: SurfaceGrid) -> np.ndarray:
-    """Return values on a window, shape (..., n, m), with zeros on the padding."""
-    found = np.zeros((*values.shape[:-2], *grid.shape), dtype=values.dtype)
+def on_grid(values: np.ndarray, grid: SurfaceGrid, padding: float = 0.0) -> np.ndarray:
+    """Return values on a window, shape (..., n, m), with those of the padding."""
+    shape = (*values.shape[:-2], *grid.shape)
+    found = np.full(shape, padding, dtype=values.dtype)
     found[..., : grid.window[0], : grid.window[1]] = values
     return found
 
@@ -211,7 +212,7 @@ def _axis_of(atoms: Atoms) -> np.ndarray:
 def set_displacement(atoms: Atoms, values: np.ndarray) -> None:
     """Move the surface atoms to a displacement, shape of the grid (Å)."""
     for info in (atoms.info, atoms.info.get("data", {})):
-        info.pop(CREEP_DEPTH, None)
+        info.pop(PAST_DEPTH, None)
     atoms.positions[:-1, 2] = values.ravel()
 
 

@@ -17,17 +17,17 @@ from ase_roughcontact.atoms.grid import (
     on_grid,
     set_lateral_displacement,
 )
-from ase_roughcontact.atoms.info import INDENTED, LATTICE, field_of, info_of
+from ase_roughcontact.atoms.info import (
+    HISTORY,
+    INDENTED,
+    LATTICE,
+    field_of,
+    info_of,
+)
 from ase_roughcontact.atoms.marks import marked_fields, set_mark
 from ase_roughcontact.atoms.sticking import check_kept, sticking_of
-from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
-from ase_roughcontact.contact.state import (
-    PLASTIC_DEPTH,
-    SHIFTS,
-    SLIPPING,
-    TRACTION_DEPTH,
-    TRACTIONS,
-)
+from ase_roughcontact.contact.history import entry_of, is_entry
+from ase_roughcontact.contact.state import PLASTIC_DEPTH, SHIFTS, SLIPPING, TRACTIONS
 from ase_roughcontact.elasticity.creep import Creep
 
 #: Key in the `info` of atoms of the creep of their solid.
@@ -37,7 +37,7 @@ CREEP = "creep"
 def kept_keys(atoms: Atoms) -> list[str]:
     """Return the keys of what a surface has kept of earlier steps; see `history_of`."""
     info = info_of(atoms)
-    keys = [*filter(_is_kept, atoms.arrays), *filter(_is_text, info)]
+    keys = [*filter(is_entry, atoms.arrays), *filter(_in_info, info)]
     if PLASTIC_DEPTH in info and info.get(INDENTED):
         keys.append(PLASTIC_DEPTH)
     if LATTICE in info:
@@ -50,11 +50,14 @@ def kept_keys(atoms: Atoms) -> list[str]:
 def check_history(atoms: Atoms) -> None:
     """Raise `ValueError` if atoms have lost what their surface has kept."""
     check_kept(atoms)
-    if len(kept_keys(atoms)) < marked_fields(atoms):
+    kept = kept_keys(atoms)
+    lost = set(info_of(atoms).get(HISTORY, ())) - set(kept)
+    if lost or len(kept) < marked_fields(atoms):
         raise ValueError(
             "a file has lost what the surface of these atoms keeps of earlier steps "
-            "(plastic shape, creep or friction): write snapshot(atoms), to .db and "
-            ".json with data=frame.info, or start from new atoms"
+            f"({', '.join(sorted(lost)) or 'plastic shape, creep or friction'}): write "
+            "snapshot(atoms), to .db and .json with data=frame.info, or start from new "
+            "atoms"
         )
 
 
@@ -77,7 +80,7 @@ def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
     history = {
         key: values[:-1].reshape(grid.shape)[:n, :m].copy()
         for key, values in atoms.arrays.items()
-        if _is_kept(key)
+        if is_entry(key)
     }
     texts = info_of(atoms).keys() - history.keys()
     for key in texts.intersection(kept_keys(atoms)):
@@ -108,11 +111,11 @@ def set_history(
     creep: Creep | None = None,
 ) -> None:
     """Set what a surface has kept, and in which solid, in place of what it had."""
-    for key in [INDENTED, CREEP, *filter(_is_text, atoms.info)]:
+    for key in [INDENTED, HISTORY, CREEP, *filter(_in_info, atoms.info)]:
         atoms.info.pop(key, None)
     if creep:
         atoms.info[CREEP] = creep.todict()
-    for key in list(filter(_is_kept, atoms.arrays)):
+    for key in list(filter(is_entry, atoms.arrays)):
         del atoms.arrays[key]
     moved = None
     if SHIFTS[0] in history:
@@ -121,14 +124,15 @@ def set_history(
     for key, values in history.items():
         if key in SHIFTS:
             continue
-        atoms.arrays[key] = np.append(on_grid(values, grid), 0.0)
+        entering = entry_of(key).entering
+        atoms.arrays[key] = np.append(on_grid(values, grid, entering), 0.0)
     set_mark(atoms, len(kept_keys(atoms)))
 
 
 def same_history(a: Atoms, b: Atoms) -> bool:
     """Return whether two surfaces have kept the same arrays."""
     first, second = (
-        {key: values for key, values in each.arrays.items() if _is_kept(key)}
+        {key: values for key, values in each.arrays.items() if is_entry(key)}
         for each in (a, b)
     )
     return same_arrays(first, second)
@@ -139,10 +143,9 @@ def same_arrays(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> boo
     return a.keys() == b.keys() and all(array_equal(a[key], b[key]) for key in a)
 
 
-def _is_text(key: str) -> bool:
-    friction = *TRACTIONS, SLIPPING, TRACTION_DEPTH
-    return key.startswith(CREEP_PRESSURE) or key in (PRESSURE_RATE, *friction)
+def _in_info(key: str) -> bool:
+    """Return whether an entry of frames is kept by the surface if it is there.
 
-
-def _is_kept(key: str) -> bool:
-    return key == PLASTIC_DEPTH or _is_text(key)
+    The plastic depth of a frame may be that of its pressures, which is not kept.
+    """
+    return is_entry(key) and key != PLASTIC_DEPTH

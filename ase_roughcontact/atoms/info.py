@@ -10,8 +10,13 @@ from ase import Atoms
 
 #: Key of `Atoms.info` under which `substrate` stores the `surface_id` of the indenter.
 INDENTER_KEY = "indenter"
-#: Key in the `info` of a frame of the depth by which its surface has crept.
-CREEP_DEPTH = "creep_depth"
+#: Key in the `info` of a frame of the pressures.
+PRESSURE = "pressure"
+#: Key in the `info` of a frame of the depth by which its past lowers the surface, by
+#: creep or by coupled friction.
+PAST_DEPTH = "past_depth"
+#: Key in the `info` of a frame of the names of what its surface keeps.
+HISTORY = "history"
 #: Key in the `info` of a frame of whether its surface has kept the plastic depth.
 INDENTED = "indented"
 #: Key in the `info` of a frame of the mask of the atoms that touch a hard wall with

@@ -28,10 +28,12 @@ from ase_roughcontact.atoms.history import (
     set_history,
 )
 from ase_roughcontact.atoms.info import (
-    CREEP_DEPTH,
+    HISTORY,
     INDENTED,
     INDENTER_KEY,
     LATTICE,
+    PAST_DEPTH,
+    PRESSURE,
     TOUCHING,
     as_text,
     field_of,
@@ -39,6 +41,7 @@ from ase_roughcontact.atoms.info import (
 )
 from ase_roughcontact.atoms.marks import TAG_KEPT
 from ase_roughcontact.atoms.sticking import STICKS, sticking_of
+from ase_roughcontact.contact.history import entry_of, is_entry
 from ase_roughcontact.contact.state import PLASTIC_DEPTH, SHIFTS, SLIPPING
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
@@ -116,15 +119,17 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     fields = {k: v for k, v in history.items() if k not in (PLASTIC_DEPTH, *SHIFTS)}
     for key in fields:
         frame.arrays.pop(key, None)
-    fields["pressure"] = state.pressure
+    fields[PRESSURE] = state.pressure
     if state.hardness < math.inf:
         fields[PLASTIC_DEPTH] = state.plastic_depth
         info[INDENTED] = PLASTIC_DEPTH in history
     if state.touching is not None:
         fields[TOUCHING] = state.touching
+    if history:
+        info[HISTORY] = list(history)
     depth = model.contact.past_depth
     if depth is not None:
-        fields[CREEP_DEPTH] = depth
+        fields[PAST_DEPTH] = depth
         frame.positions[:-1, 2] -= depth.ravel()
     frame.info.update(
         normal_force=state.normal_force,
@@ -139,6 +144,23 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         forces=forces[in_frame],
     )
     return frame
+
+
+def fields_of_frame(frame: Atoms) -> dict[str, bool]:
+    """Return the names of the fields of a frame, and whether a trajectory keeps them.
+
+    Parameters
+    ----------
+    frame : Atoms
+        From `snapshot`.
+
+    Returns
+    -------
+    dict of bool
+    """
+    kept = dict.fromkeys((PRESSURE, TOUCHING), True) | {PAST_DEPTH: False}
+    kept |= {key: entry_of(key).in_frames for key in frame.info if is_entry(key)}
+    return {key: each for key, each in kept.items() if key in frame.info}
 
 
 def pressure_of(frame: Atoms) -> np.ndarray:
@@ -161,7 +183,7 @@ def pressure_of(frame: Atoms) -> np.ndarray:
     """
     instance_of(Atoms, frame=frame)
     try:
-        return field_of(frame, "pressure", SurfaceGrid.of(frame).window)
+        return field_of(frame, PRESSURE, SurfaceGrid.of(frame).window)
     except (KeyError, TypeError, ValueError, binascii.Error, zlib.error) as error:
         raise ValueError(
             "the frame has no pressures in its info: it was not made by snapshot() of "

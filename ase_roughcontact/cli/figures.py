@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ase.io import read, write
+from ase.io import write
 
 from ase_roughcontact import plot
 from ase_roughcontact._util.files import replaced
@@ -18,7 +18,7 @@ from ase_roughcontact.analysis.view import with_indenter
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.cli.report import printed_times
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.loading.trajectory import read_frames
+from ase_roughcontact.loading.trajectory import frames_of_steps, steps_with_frames
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
@@ -56,11 +56,13 @@ def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
     if times.size:
         known = [step.time * (1.0 + _ROUNDING) for step in steps]
         kept = set(np.searchsorted(known, times).tolist())
-    frames = [
-        with_indenter(frame, surface)
-        for number, frame in enumerate(read_frames(folder / "sweep.traj"))
-        if kept is None or number in kept
-    ]
+    file = folder / "sweep.traj"
+    shown = steps_with_frames(file)
+    if not shown:
+        return
+    if kept is not None:
+        shown = sorted({min(shown, key=lambda n: abs(n - step)) for step in kept})
+    frames = [with_indenter(frame, surface) for frame in frames_of_steps(file, shown)]
     with replaced(folder / "view.traj") as name:
         write(name, frames, format="traj")
 
@@ -82,7 +84,7 @@ def draw(
     folder : path
         Contains the ``sweep.traj`` of the run.
     shown : sequence of LoadStep, optional
-        Those in contact have maps; by default four of all.
+        Steps with a frame, in order. Those in contact have maps; by default four.
 
     Returns
     -------
@@ -100,7 +102,10 @@ def draw(
     if not path.in_order and (tension or (path.controlled != LOAD and names)):
         _draw_force(reference, steps, folder / "force.png")
         names.append("force.png")
-    shown = _shown(steps) if shown is None else _touching(shown)
+    if shown is None:
+        with_frame = steps_with_frames(folder / "sweep.traj")
+        shown = _shown([step for step in steps if step.step in with_frame])
+    shown = _touching(shown)
     if shown:
         _draw_maps(reference, steps, shown, folder)
         names.append("contact.png")
@@ -245,7 +250,7 @@ def _draw_maps(
     folder: Path,
 ) -> None:
     """Draw maps of some steps, with the contact of a smooth sphere under their load."""
-    frames = [read(folder / "sweep.traj", index=step.step) for step in shown]
+    frames = frames_of_steps(folder / "sweep.traj", [step.step for step in shown])
     branches = reference.scene.path.branch_names(reference.scene.bodies, steps)
     titles = [
         f"({name}) {_title(reference.scene, step, branches[steps.index(step)])}"

@@ -23,11 +23,13 @@ from ase_roughcontact.cli.common import (
 )
 from ase_roughcontact.cli.messages import ERRORS, print_error
 from ase_roughcontact.ensemble.progress import ProgressMeter, TimeMeter, expected_costs
-from ase_roughcontact.loading.trajectory import count_steps, read_frames, read_steps
+from ase_roughcontact.loading.trajectory import read_frames, steps_with_frames
+from ase_roughcontact.paths.restart import read_restart, read_steps
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for
+from ase_roughcontact.scene.results import RESTART
 
 
 def run(options: argparse.Namespace) -> int:
@@ -38,9 +40,11 @@ def run(options: argparse.Namespace) -> int:
 
       curve.csv    one line per step: heights and penetrations in Å, forces in eV/Å,
                    areas in Å^2, energies in eV
-      sweep.traj   ASE trajectory with one frame per step; tags: 1 in contact,
-                   2 attracted, 4 in plastic contact, 5 in contact and slipping;
-                   initial charges: pressure in GPa
+      sweep.traj   frames for looking, of all steps or about a hundred, which ase.io
+                   reads; tags: 1 in contact, 2 attracted, 4 in plastic contact, 5 in
+                   contact and slipping; initial charges: pressure in GPa
+      sweep.restart.npz
+                   all steps and the last state, from which a run is resumed
       view.traj    the same for viewing with ase gui: contact in purple, sphere cut
                    open, large windows thinned, heights enlarged
       curve.png    contact area against load, with Eq. (4) of Pastewka & Robbins
@@ -100,7 +104,8 @@ def _relax(
     schedule, timer = scene.path.schedule(scene.bodies), None
     if schedule:
         timer = TimeMeter(schedule, scene.path.expected_counts(scene.bodies))
-    count, restored = scene.path.count(scene.bodies), count_steps(folder / "sweep.traj")
+    count, earlier = scene.path.count(scene.bodies), read_restart(folder / RESTART)
+    restored = len(earlier.steps) if earlier else 0
     if count is not None:
         # more steps than the scene has are those of another one, which `run` refuses
         restored = min(restored, count)
@@ -175,7 +180,7 @@ def draw_figures(options: argparse.Namespace) -> int:
     closest to the times, for instance: --times 0.5,1,"1500 ms".
     """
     folder, scene, steps = _of_results(options)
-    shown = _at_times(scene, steps, options.times)
+    shown = _at_times(folder, scene, steps, options.times)
     pictures, _ = _drawn(reference_for(scene), steps, folder, shown)
     if not pictures:
         raise RuntimeError("no figures: the sphere touches in no step")
@@ -204,16 +209,19 @@ def write_report(options: argparse.Namespace) -> int:
 def write_maps(options: argparse.Namespace) -> int:
     """Write the pressure, gap, displacement and contact of each step to DIR/maps.
 
-    The run may be finished or interrupted. The format is NetCDF (nc), arrays of NumPy
+    The run may be finished or interrupted; steps with a frame in sweep.traj have maps,
+    with [output] keep = "all" all steps. The format is NetCDF (nc), arrays of NumPy
     (npz) or that of ParaView (vti). With --times 0.5,1,"1500 ms" only the steps of a
     path in time that are closest to these times have maps.
     """
     folder, scene, steps = _of_results(options)
-    kept = _at_times(scene, steps, options.times) or steps
-    wanted, surface = {step.step for step in kept}, scene.sampled_surface
+    shown = _at_times(folder, scene, steps, options.times)
+    surface = scene.sampled_surface
+    wanted = {step.step for step in steps if shown is None or step in shown}
     refuse_link(folder / "maps")
     (folder / "maps").mkdir(exist_ok=True)
-    for number, frame in enumerate(read_frames(folder / "sweep.traj")):
+    for frame in read_frames(folder / "sweep.traj"):
+        number = frame.info["load_step"]["step"]
         if number not in wanted:
             continue
         name = folder / "maps" / f"step-{number:04d}.{options.format}"
@@ -225,12 +233,14 @@ def write_maps(options: argparse.Namespace) -> int:
 def _of_results(options: argparse.Namespace) -> tuple[Path, Scene, list[LoadStep]]:
     """Return the folder of a run, its scene and its steps."""
     scene = Scene.of_results(options.folder)
-    steps = read_steps(options.folder / "sweep.traj", scene.record)
-    return options.folder, scene, list(steps)
+    steps = read_steps(options.folder / RESTART, scene.record)
+    return options.folder, scene, steps
 
 
-def _at_times(scene: Scene, steps: list[Any], text: str | None) -> list[Any] | None:
-    """Return the steps closest to times as given; None if none are given."""
+def _at_times(
+    folder: Path, scene: Scene, steps: list[Any], text: str | None
+) -> list[Any] | None:
+    """Return the steps with a frame closest to times as given; None if none are."""
     if text is None:
         return None
     schedule = scene.path.schedule(scene.bodies)
@@ -238,7 +248,8 @@ def _at_times(scene: Scene, steps: list[Any], text: str | None) -> list[Any] | N
         raise ValueError(
             f'--times needs a path of kind = "time", got kind = "{scene.path.kind}"'
         )
-    known = np.array([step.time for step in steps])
+    with_frame = [steps[n] for n in steps_with_frames(folder / "sweep.traj")]
+    known = np.array([step.time for step in with_frame])
     found = set()
     for each in text.split(","):
         try:
@@ -251,4 +262,4 @@ def _at_times(scene: Scene, steps: list[Any], text: str | None) -> list[Any] | N
                 f"path, got {time:g} s"
             )
         found.add(int(abs(known - time).argmin()))
-    return [steps[number] for number in sorted(found)]
+    return [with_frame[number] for number in sorted(found)]

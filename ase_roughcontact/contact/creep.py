@@ -19,15 +19,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from ase_roughcontact.contact.history import HistoryEntry, declare
 from ase_roughcontact.contact.state import State
 from ase_roughcontact.elasticity.creep import Creep, CreepStep
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import carried
 
-#: Beginning of the keys in `State.history` of the pressures ``q_k``.
-CREEP_PRESSURE = "creep_pressure_"
-#: Key in `State.history` of the rate of the pressure in the last time step.
-PRESSURE_RATE = "pressure_rate"
+#: Beginning of the names of the pressures ``q_k``.
+CREEP_PRESSURE = declare(HistoryEntry("creep_pressure_", "eV/Å^3")).name
+#: Rate of the pressure in the last time step.
+PRESSURE_RATE = declare(HistoryEntry("pressure_rate", "eV/Å^3/s")).name
 # Duration of a step, relative to a time of the series, below which means over the step
 # are series, as closed forms lose digits.
 _SHORT = 1e-3

@@ -11,21 +11,28 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import total_abs
 from ase_roughcontact._util.validation import instance_of
+from ase_roughcontact.contact.history import HistoryEntry, declare, entry_of
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.lattice import Box, carried
 
-#: Key of the depth by which the surface has flowed, in `State.history` (length).
-PLASTIC_DEPTH = "plastic_depth"
-#: Keys in `State.history` of the tractions of friction along x and y (pressure).
-TRACTIONS = "traction_x", "traction_y"
-#: Keys of the lateral displacements that these cause (length), and of the mask of the
-#: atoms that slip.
-SHIFTS, SLIPPING = ("displacement_x", "displacement_y"), "slipping"
-#: All keys of friction.
+#: Depth by which the surface has flowed.
+PLASTIC_DEPTH = declare(HistoryEntry("plastic_depth", "Å", in_frames=True)).name
+#: Tractions of friction along x and y.
+TRACTIONS = tuple(
+    declare(HistoryEntry(f"traction_{axis}", "eV/Å^3", in_frames=True)).name
+    for axis in "xy"
+)
+#: Lateral displacements that the tractions cause. Frames have them as positions.
+SHIFTS = tuple(
+    declare(HistoryEntry(f"displacement_{axis}", "Å", in_frames=True)).name
+    for axis in "xy"
+)
+#: Mask of the atoms that slip, 1 or 0.
+SLIPPING = declare(HistoryEntry("slipping", in_frames=True)).name
+#: All entries of friction.
 LATERAL = *TRACTIONS, *SHIFTS, SLIPPING
-#: Key of the depth that the tractions cause, if normal and lateral motion are coupled
-#: (length).
-TRACTION_DEPTH = "traction_depth"
+#: Depth that the tractions cause, if normal and lateral motion are coupled.
+TRACTION_DEPTH = declare(HistoryEntry("traction_depth", "Å")).name
 
 # Relative distance to the hardness within which pressures are at it: that of atoms that
 # have flowed, at the same load again, is known to the tolerance of the solver only.
@@ -70,10 +77,9 @@ class State:
     displacement : ndarray, shape (n, m), optional
         Displacement that the pressure causes, if it is known (length).
     history : mapping of str to ndarray of shape (n, m)
-        What the surface keeps of earlier steps: a plastic depth (length), the
-        pressures of a viscoelastic past, see `contact.creep`, or the tractions of
-        friction (pressure), with the lateral displacements (length), which atoms slip
-        (1 or 0), and if it is coupled the depth that they cause (length).
+        What the surface keeps of earlier steps: entries that are declared, see
+        `HistoryEntry`, such as a plastic depth, the pressures of a viscoelastic past,
+        or the tractions of friction.
     depths : mapping of str to ndarray of shape (n, m)
         Depths that pressures of the history cause, as far as they are known (length).
     creep : Creep or None
@@ -127,12 +133,15 @@ class State:
         return replace(self, height=height)
 
     def on(self, window: Box) -> State:
-        """Return the state on another window: zero for atoms that are new in it."""
+        """Return the state on another window, with flat atoms that are new in it.
+
+        They have the values of `HistoryEntry.entering`.
+        """
         if window == self.window:
             return self
         pressure = carried(without_rounding(self.pressure), self.window, window)
         history = {
-            name: carried(values, self.window, window)
+            name: carried(values, self.window, window, entry_of(name).entering)
             for name, values in self.history.items()
         }
         return replace(
@@ -144,8 +153,38 @@ class State:
             depths={},
         )
 
+    def in_order(self) -> State:
+        """Return the state with arrays in the order in which a file returns them.
+
+        Sums over the same numbers in another order of memory round differently.
+        """
+
+        def ordered(values: np.ndarray) -> np.ndarray:
+            return values if not any(values.strides) else np.ascontiguousarray(values)
+
+        return replace(
+            self,
+            pressure=ordered(self.pressure),
+            displacement=None
+            if self.displacement is None
+            else ordered(self.displacement),
+            history={name: ordered(each) for name, each in self.history.items()},
+            depths={name: ordered(each) for name, each in self.depths.items()},
+            earlier=tuple(
+                replace(each, pressure=ordered(each.pressure)) for each in self.earlier
+            ),
+        )
+
     def keeping(self, **history: np.ndarray | None) -> State:
-        """Return the state with other entries of its history; None removes one."""
+        """Return the state with other entries of its history; None removes one.
+
+        Raises
+        ------
+        ValueError
+            If an entry is not declared.
+        """
+        for name in history:
+            entry_of(name)
         kept = {k: v for k, v in self.history.items() if k not in history}
         kept |= {k: v for k, v in history.items() if v is not None}
         return replace(self, history=kept)

@@ -109,12 +109,13 @@ def lattice_offset(position: float, spacing: float) -> float:
     return 0.0 if abs(offset) < _POSITION_ERROR * spacing else offset
 
 
-def carried(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
-    """Return the values of an old window on a new one, zero outside of the old one.
+def carried(values: np.ndarray, old: Box, new: Box, outside: float = 0.0) -> np.ndarray:
+    """Return the values of an old window on a new one, others outside of the old one.
 
     The values have any dtype, and may have more axes after the two of the window.
     """
-    result = np.zeros((*new.shape, *values.shape[2:]), values.dtype)
+    shape = (*new.shape, *values.shape[2:])
+    result = np.full(shape, outside, values.dtype)
     common = old.intersection(new)
     if min(common.shape) > 0:
         result[common.slices_in(new)] = values[common.slices_in(old)]

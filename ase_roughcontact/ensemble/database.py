@@ -182,11 +182,11 @@ class EnsembleDatabase:
         return lock(f"{self.address}-{name}.lock")
 
     def checkpoint(self, case: str) -> Path | None:
-        """Return the file of the last frame of a case; None with a server."""
+        """Return the restart file of a case; None with a server."""
         if "://" in self.address:
             return None
         root, _ = os.path.splitext(self.address)
-        return Path(f"{root}-checkpoints", f"{case}.traj")
+        return Path(f"{root}-checkpoints", f"{case}.npz")
 
     def is_locked(self, name: str) -> bool:
         """Whether a name is locked by a process that is alive."""

@@ -91,10 +91,11 @@ def run_ensemble(
     The locks of a machine that crashes may hold its cases on a network file system,
     until the file server releases them.
 
-    With an attractive wall, or one that keeps the plastic shape, and along a path in
-    time, a state depends on the states before it. The last frame of each such
-    case is kept in the folder ``<database>-checkpoints`` next to an SQLite file.
-    With PostgreSQL an interrupted case is calculated again from its first step.
+    The restart file of each case is in the folder ``<database>-checkpoints`` next to
+    an SQLite file until the case is done: an interrupted case goes on as if it had not
+    been. With PostgreSQL a case is calculated from its first step again, if its
+    states depend on those before: with an attractive wall, or one that keeps the
+    plastic shape, and along a path in time.
 
     Examples
     --------

@@ -12,6 +12,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from ase_roughcontact._util.threads import available_threads, threads
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.columns import scene_columns, step_columns
@@ -52,7 +54,7 @@ def calculate_case(
     message : str
         Reason why the case failed; otherwise empty.
     """
-    frame = database.checkpoint(case)
+    restart = database.checkpoint(case)
     data = {"scene": scene.entries()}
     with database.lock(case) as free:
         if not free:
@@ -65,7 +67,7 @@ def calculate_case(
                     f"{', '.join(scene.files)}: changed since the ensemble began, or "
                     "not the same on this machine: start the ensemble again"
                 )
-            relaxed = _relax(scene, stored, steps, frame)
+            relaxed = _relax(scene, stored, steps, restart)
             with threads(_threads()), closing(relaxed) as records:
                 while database.is_locked(run):
                     record = next(records, None)
@@ -75,8 +77,8 @@ def calculate_case(
                     database.add_steps([row], data, case=case, step=record.step)
                 else:
                     return "stopped", ""
-            if frame is not None:
-                frame.unlink(missing_ok=True)
+            if restart is not None:
+                restart.unlink(missing_ok=True)
         except Exception as error:
             state, message = "failed", f"{type(error).__name__}: {error}"
         values = {"message": message, "steps": len(database.steps(case=case))}
@@ -94,9 +96,12 @@ def _relax(
     scene: Scene,
     stored: Container[int],
     wanted: Sequence[int],
-    frame: Path | None,
+    restart: Path | None,
 ) -> Generator[LoadStep, None, None]:
-    """Relax the wanted steps that are not stored, and steps on which they depend."""
+    """Relax the wanted steps that are not stored, and those on which they depend.
+
+    Without a restart file, steps that do not depend on others are relaxed alone.
+    """
     missing: Sequence[int] = [step for step in wanted if step not in stored]
     if not missing:
         return
@@ -104,29 +109,30 @@ def _relax(
         first = next(step for step in itertools.count() if step not in stored)
         missing = range(first, sys.maxsize)
     if scene.is_in_order:
-        for record in _resume(scene, missing[0], frame):
-            if record.step in missing:
-                yield record
-            if record.step == missing[-1]:
-                return
-    else:  # the solution of a step does not depend on other steps
-        records = scene.relax(scene.targets[list(missing)], validity="ignore")
-        for number, record in zip(missing, records, strict=True):
+        numbered: Iterator[tuple[int, LoadStep]] = enumerate(_resume(scene, restart))
+    else:  # each step has one solution, whatever came before
+        if restart is None or (len(missing) < len(wanted) and not restart.exists()):
+            wanted, restart = missing, None
+        targets = scene.targets[list(wanted)]
+        numbered = zip(wanted, _resume(scene, restart, targets), strict=True)
+    for number, record in numbered:
+        if number in missing:
             yield replace(record, step=number)
+        if number == missing[-1]:
+            return
 
 
-def _resume(scene: Scene, first: int, frame: Path | None) -> Iterator[LoadStep]:
-    """Follow the path, from the stored frame if it is not beyond the first step."""
-    relax = partial(scene.relax, validity="ignore")  # rows have the column of validity
-    if frame is None:
+def _resume(
+    scene: Scene, restart: Path | None, targets: np.ndarray | None = None
+) -> Iterator[LoadStep]:
+    """Follow a path, from its restart file if there is one of this path."""
+    relax = partial(scene.relax, targets, validity="ignore")  # the rows have the column
+    if restart is None:
         return relax()
-    frame.parent.mkdir(parents=True, exist_ok=True)
+    restart.parent.mkdir(parents=True, exist_ok=True)
+    steps = relax(restart=restart, resume=True)
     try:
-        steps = relax(trajectory=frame, keep="last", resume=True)
-        record = next(steps)
-    except ValueError:  # no frame of this path
-        pass
-    else:
-        if record.step <= first:
-            return itertools.chain([record], steps)
-    return relax(trajectory=frame, keep="last")
+        first = next(steps)
+    except ValueError:  # it is damaged, or of another path
+        return relax(restart=restart)
+    return itertools.chain([first], steps)

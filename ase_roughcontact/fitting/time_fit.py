@@ -39,7 +39,7 @@ from ase_roughcontact.fitting.parameters import (
 from ase_roughcontact.fitting.residuals import on_finer_grid
 from ase_roughcontact.path_kinds.time.scene import Timed
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
-from ase_roughcontact.paths.output import follow
+from ase_roughcontact.paths.follow import follow
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.scene.scene import Scene
 

@@ -20,7 +20,8 @@ from ase_roughcontact.atoms.history import history_of
 from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
 from ase_roughcontact.contact.control import BASE, LOAD, Control, control_of
 from ase_roughcontact.loading.path_atoms import PathAtoms, relaxer_of
-from ase_roughcontact.paths.output import Done, Output, follow_states
+from ase_roughcontact.paths.follow import Done, follow_states
+from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import (

@@ -13,7 +13,7 @@ from ase.data import atomic_numbers
 from ase.optimize.sciopt import OptimizerConvergenceError
 
 from ase_roughcontact._util.validation import shown
-from ase_roughcontact.atoms.atoms_state import state_of, state_with
+from ase_roughcontact.atoms.atoms_state import state_of
 from ase_roughcontact.atoms.calculator import (
     RoughContact,
     adopt_model,
@@ -25,7 +25,7 @@ from ase_roughcontact.atoms.exchange import set_window
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import set_history
 from ase_roughcontact.atoms.model import ContactModel
-from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
+from ase_roughcontact.atoms.snapshot import snapshot
 from ase_roughcontact.atoms.substrate import supported
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.contact.control import LOAD
@@ -33,7 +33,7 @@ from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.loading.trajectory import read_frames, trajectory_writer
+from ase_roughcontact.loading.trajectory import trajectory_writer
 from ase_roughcontact.optimize.base import ContactOptimizer, status_of
 from ase_roughcontact.optimize.optimizers import default_optimizer
 from ase_roughcontact.optimize.settings import make_optimizer
@@ -177,20 +177,12 @@ class PathAtoms:
             self.atoms.calc.set(load=left.run.support.load)
         self.atoms.get_potential_energy()
 
-    read = staticmethod(read_frames)
     writer = staticmethod(trajectory_writer)
 
     def frame(self, left: RelaxedStep, **info: Any) -> Atoms:
         """Return the frame of a step as it leaves the surface; see `snapshot`."""
         self.show(left)
         return snapshot(self.atoms, **info)
-
-    def state(self, frame: Atoms) -> State:
-        """Return the state of a frame."""
-        grid = SurfaceGrid.of(frame)
-        forces = frame.get_forces(apply_constraint=False)[:-1, 2].reshape(grid.window)
-        pressure = pressure_of(frame) + forces / self.problem.spacing**2
-        return state_with(frame, self.problem, grid, pressure)
 
 
 def _is_same(a: State, b: State) -> bool:

@@ -1,7 +1,7 @@
 """Steps of a path of any kind: which come next, and what describes them in files.
 
-Every frame carries a description of the path: the system, the control and the target.
-A path is resumed from a file only if these agree; if not, the error lists what differs.
+A restart file describes the path: the system, its kind, its control and its targets. A
+path is resumed from it only if these agree; if not, the error lists what differs.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.control import Control
+from ase_roughcontact.paths.restart import Restart
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.retraction import relax_in_contact
@@ -31,22 +32,29 @@ from ase_roughcontact.stepping.step import Stepper
 _ROUNDING = 1e-12
 
 
-class Frame(Protocol):
-    """State of a path in a file, with all that was written with it."""
-
-    info: dict[str, Any]
-
-
 class OtherPathError(ValueError):
     """A trajectory has the steps of another path or system."""
 
 
 class LastStep(NamedTuple):
-    """Last step of a path in a file: its result, its state, and what describes it."""
+    """Last step of a path that is resumed.
 
-    step: Any
+    Attributes
+    ----------
+    record : LoadStep
+        Result of the step.
+    state : State
+        State in which the step leaves the surface.
+    target : dict
+        What the step prescribes.
+    position : dict
+        Where in its path the step is, beyond its number.
+    """
+
+    record: Any
     state: State
-    path: dict[str, Any]
+    target: dict[str, Any]
+    position: dict[str, Any]
 
 
 class PathStep(NamedTuple):
@@ -58,13 +66,16 @@ class PathStep(NamedTuple):
         Result of the step.
     left : RelaxedStep
         The step as it leaves the surface; see `Stepper.commit`.
-    path : dict
-        What the step prescribes, and where in its path it is, as its frame carries it.
+    target : dict
+        What the step prescribes.
+    position : dict
+        Where in its path the step is, beyond its number.
     """
 
     record: Any
     left: RelaxedStep
-    path: dict[str, Any]
+    target: dict[str, Any]
+    position: dict[str, Any]
 
 
 @dataclass
@@ -102,76 +113,56 @@ class PathSteps(ABC):
         """
 
     @abstractmethod
-    def differences(self, path: dict[str, Any], number: int) -> list[str]:
-        """Return in what the description of a step differs from that of this path."""
+    def differences(self, done: Restart) -> list[str]:
+        """Return in what the finished steps differ from those of this path."""
 
     @property
     def parameters(self) -> dict[str, Any]:
         """What a state depends on beside the problem."""
         return {}
 
-    def finished_steps(
-        self,
-        frames: Iterable[Frame],
-        record: type[LoadStep],
-        system: dict[str, Any],
-        file: PathName,
-        keep: str,
-    ) -> tuple[list[LoadStep], Frame | None]:
-        """Read the results of the steps in a trajectory, which must be of this path.
+    @property
+    def specification(self) -> dict[str, Any]:
+        """What the path prescribes for all its steps."""
+        return {}
+
+    @property
+    def described(self) -> dict[str, Any]:
+        """Kind, control and specification of the path, as its restart file has them."""
+        kind, control = type(self).__name__, self.stepper.control.name
+        return {"kind": kind, "control": control} | self.specification
+
+    def check(self, done: Restart, system: dict[str, Any], file: PathName) -> None:
+        """Raise `OtherPathError` unless finished steps are the first ones of this path.
 
         Parameters
         ----------
-        frames : iterable of Frame
-        record : type
-            Class of the results.
+        done : Restart
         system : dict
             Description of the system of this path; see `Stepper.describe_system`.
         file : path
-            File from which the frames are read.
-        keep : {"all", "last"}
-            Frames that the trajectory keeps: with "last" it begins at any step.
-
-        Returns
-        -------
-        steps : list of LoadStep
-        frame : Frame or None
-            Frame of the last step.
+            File from which the steps are read.
 
         Raises
         ------
         OtherPathError
-            If the frames are of another path, with what differs.
-        ValueError
-            If a frame is damaged.
+            With what differs.
         """
-        steps, frame = list[LoadStep](), None
-        for frame in frames:
-            expected = steps[-1].step + 1 if steps else None if keep == "last" else 0
-            mismatch = self._mismatch(frame.info, expected, system)
-            if mismatch:
-                raise OtherPathError(
-                    f"can't resume: {os.fspath(file)} holds steps of another path or "
-                    f"system: {'; '.join(mismatch)} (eV, Å): use the former "
-                    "parameters, delete the file, or give another file or folder"
-                )
-            steps.append(record.from_columns(frame.info["load_step"]))
-        return steps, frame
+        mismatch = self._mismatch(done, system)
+        if mismatch:
+            raise OtherPathError(
+                f"can't resume: {os.fspath(file)} holds steps of another path or "
+                f"system: {'; '.join(mismatch)} (eV, Å): use the former "
+                "parameters, delete the file, or give another file or folder"
+            )
 
-    def _mismatch(
-        self, info: dict[str, Any], expected: int | None, system: dict[str, Any]
-    ) -> list[str]:
-        """Return what keeps a frame from being the expected step of this path."""
-        if not {"path", "load_step"} <= set(info):
-            return ["its frames are not those of a load path"]
-        path, number = info["path"], info["load_step"]["step"]
-        if "mean_force" not in path:
-            return ["its frames are of an earlier version"]
-        if expected is not None and number != expected:
-            return [f"it has step {number} in place of step {expected}"]
-        if path["control"] != (control := self.stepper.control.name):
-            return [f"its path is one of a {path['control']}, this one of a {control}"]
-        return self.differences(path, number) + differences(path["system"], system)
+    def _mismatch(self, done: Restart, system: dict[str, Any]) -> list[str]:
+        """Return what keeps finished steps from being those of this path."""
+        for key in "control", "kind":
+            old, new = done.path[key], self.described[key]
+            if old != new:
+                return [f"its path is one of {old}, this one of {new}"]
+        return self.differences(done) + differences(done.system, system)
 
 
 @dataclass
@@ -191,12 +182,12 @@ class NumberedSteps(PathSteps):
         """Relax the steps after the last one that is done; see `PathSteps`."""
         first, state, previous = 0, start, None
         if last is not None:
-            first, state, previous = last.step.step + 1, last.state, last.step
+            first, state, previous = last.record.step + 1, last.state, last.record
         for number in range(first, len(self.targets)):
             relaxed, history = self.relax(state, number, previous)
             previous, left = record.of(relaxed), self.stepper.commit(relaxed, **history)
             state = left.state
-            yield PathStep(previous, left, self.described(number))
+            yield PathStep(previous, left, self.target(number), {})
 
     def relax(
         self, state: State, number: int, previous: Any
@@ -219,19 +210,26 @@ class NumberedSteps(PathSteps):
         target = self.targets[number]
         return relax_in_contact(self.stepper, state, target, number), {}
 
-    def described(self, number: int) -> dict[str, Any]:
-        """Return the description that the frame of a step carries."""
-        return {"target": self.targets[number]}
+    def target(self, number: int) -> dict[str, Any]:
+        """Return what a step prescribes."""
+        return {"target": float(self.targets[number])}
 
-    def differences(self, path: dict[str, Any], number: int) -> list[str]:
-        """Return in what the description of a step differs; see `PathSteps`."""
-        if number >= len(self.targets):
-            count = len(self.targets)
-            return [f"its path has {number + 1} steps or more, this one {count}"]
-        if self._same_target(path["target"], number):
-            return []
+    def differences(self, done: Restart) -> list[str]:
+        """Return in what the finished steps differ; see `PathSteps`."""
+        count = len(self.targets)
+        for number, step in enumerate(done.steps):
+            if number >= count:
+                return [f"its path has {number + 1} steps or more, this one {count}"]
+            if found := self.change_of_target(step.target, number):
+                return [found]
+        return []
+
+    def change_of_target(self, old: dict[str, Any], number: int) -> str:
+        """Return in what the target of a step differs from an old one, or nothing."""
+        if self._same_target(old["target"], number):
+            return ""
         name, target = f"{self.stepper.control.plural}[{number}]", self.targets[number]
-        return [f"{name} was {path['target']}, is {target}"]
+        return f"{name} was {old['target']}, is {target}"
 
     def _same_target(self, target: float, number: int) -> bool:
         neighbours = self.targets[max(number - 1, 0) : number + 2]

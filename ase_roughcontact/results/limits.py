@@ -7,8 +7,9 @@ is an entry of `CHECKS`. The column `validity` of a step lists the limits it exc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from ase_roughcontact.windows.fixed import at_edge
 LEAST_EDGE_ZONE = 7.0
 #: Largest relative error of force or area that a given `fmax` may leave.
 LARGEST_ERROR_BY_FMAX = 0.01
+# Names of the limits by the hardness.
+_MEAN_PRESSURE = "mean pressure/hardness"
+_LARGEST_PRESSURE = "largest pressure/hardness"
 # Separates the entries of the column.
 _SEPARATOR = "; "
 
@@ -60,8 +64,11 @@ class Check:
         """Return ``"quantity = value > limit"``; empty if the limit is kept."""
         if self.attractive not in (None, step.contact.interaction.attractive):
             return ""
+        return self.entry(self.value(step))
+
+    def entry(self, value: float) -> str:
+        """Return the entry in the column for a value; empty if the limit is kept."""
         name, sign, limit = self.condition.rsplit(" ", 2)
-        value = self.value(step)
         exceeds = value > float(limit) if sign == ">" else value < float(limit)
         return f"{name} = {value:.3g} {sign} {limit}" if exceeds else ""
 
@@ -69,6 +76,37 @@ class Check:
 def violations(step: RelaxedStep) -> str:
     """Return the limits that a relaxed step exceeds, with values; empty if none."""
     return _SEPARATOR.join(filter(None, (check.violation(step) for check in CHECKS)))
+
+
+def marked_for_hardness(columns: Mapping[str, Any], hardness: float) -> str:
+    """Return the column `validity` of a result for another hardness.
+
+    Parameters
+    ----------
+    columns : mapping
+        Columns of the result.
+    hardness : float
+        Hardness with which pressures are compared; infinity or NaN for none (pressure).
+
+    Returns
+    -------
+    str
+    """
+    largest, mean = columns["largest_pressure"], columns["mean_pressure"]
+    if columns["area_column"] == "continuum_area" and columns["contact_area"]:
+        mean *= columns["continuum_area"] / columns["contact_area"]  # that of the atoms
+    pressures = {_MEAN_PRESSURE: min(mean, largest), _LARGEST_PRESSURE: largest}
+    entries = [
+        check.entry(pressures[check.name] / hardness)
+        for check in CHECKS
+        if check.name in pressures
+    ]
+    entries += [
+        entry
+        for entry, check in failed_checks(columns["validity"]).items()
+        if check.name not in pressures
+    ]
+    return _SEPARATOR.join(filter(None, entries))
 
 
 def failed_checks(validity: str) -> dict[str, Check]:
@@ -199,12 +237,12 @@ def _error_by_fmax(step: RelaxedStep) -> float:
 #: Limits of the model.
 CHECKS = (
     Check(
-        "mean pressure/hardness > 1",
+        f"{_MEAN_PRESSURE} > 1",
         "the contact deforms plastically: its area is about load over hardness",
         _mean_pressure,
     ),
     Check(
-        "largest pressure/hardness > 1",
+        f"{_LARGEST_PRESSURE} > 1",
         "the highest asperities deform plastically",
         lambda s: float(s.fields.pressure.max()) / s.options.hardness,
     ),

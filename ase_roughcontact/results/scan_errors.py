@@ -39,7 +39,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import count
 from typing import Any
@@ -108,6 +108,14 @@ class ScanErrors:
     start: Box
     options: StepOptions
     targets: Sequence[float]
+
+    def todict(self) -> dict[str, Any]:
+        """Return what the errors depend on beside the scan that is pressed."""
+        measurement = self.problem.facts.roughness.measurement
+        return {
+            "noise": asdict(measurement.noise),
+            "filter": measurement.cutoff,
+        }
 
     def __call__(self, step: RelaxedStep) -> Errors:
         """Return the errors of a relaxed step.

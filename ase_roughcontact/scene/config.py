@@ -245,12 +245,14 @@ class SolverConfig(Section):
 
 @dataclass(frozen=True)
 class OutputConfig(Section):
-    """``[output]``: names of the columns that are calculated where they are asked for.
+    """``[output]``: columns that are calculated where they are asked for, and frames.
 
-    By default a rough flat has the conductance, and other scenes have none.
+    By default a rough flat has the conductance, and other scenes have none. `keep` are
+    the frames of ``sweep.traj``, see `Output`.
     """
 
     title = "output"
     changes_results = False
 
     columns: tuple[str, ...] | None = None
+    keep: str = "thinned"

@@ -13,12 +13,22 @@ from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import ValidityReport
 from ase_roughcontact.scene.file import SceneFile, read_text
 
+#: Restart file of the path of a scene.
+RESTART = "sweep.restart.npz"
 #: Files that are the results of a scene.
-RESULTS = "sweep.traj", "places.csv"
+RESULTS = RESTART, "places.csv"
 #: All files and folders that commands write into the folder of a scene.
 OUTPUTS = {
     *("scene.toml", "curve.csv", "cantilever.csv", "places.csv", "report.html"),
-    *("sweep.traj", "view.traj", "maps", "curve.png", "force.png", "contact.png"),
+    *(
+        RESTART,
+        "sweep.traj",
+        "view.traj",
+        "maps",
+        "curve.png",
+        "force.png",
+        "contact.png",
+    ),
     *("loop.png", "cantilever.png", "time.png", "friction.png", "tractions.png"),
     "places.png",
 }
@@ -75,7 +85,7 @@ def _another_scene(scene: SceneFile, folder: Path) -> str:
 def _check_replaced(folder: Path) -> None:
     """Raise an error if a run would overwrite a table or scene that no run wrote."""
     table, scene = folder / "curve.csv", folder / "scene.toml"
-    if (folder / "sweep.traj").exists():
+    if (folder / RESTART).exists():
         return
     error = "{} is not of a run, which would overwrite it: give another folder"
     if _is_overwritten(table) and table.read_bytes()[:5] not in (b"", b"step,"):
@@ -139,7 +149,11 @@ def write_results(
     folder.mkdir(parents=True, exist_ok=True)
     check_folder(scene, folder, ["places.csv"])
     _check_replaced(folder)
-    files = {"trajectory": folder / "sweep.traj", "csv": folder / "curve.csv"}
+    files = {
+        "restart": folder / RESTART,
+        "trajectory": folder / "sweep.traj",
+        "csv": folder / "curve.csv",
+    }
     try:
         with closing(path(**files)) as steps:
             for number, step in enumerate(steps):

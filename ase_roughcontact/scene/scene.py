@@ -14,13 +14,15 @@ from ase import Atoms
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import integer, positive
+from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.control import LOAD, Control
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.loading.path_atoms import ProblemAtoms, relaxer_of
-from ase_roughcontact.paths.output import Output, follow
+from ase_roughcontact.paths.follow import follow
+from ase_roughcontact.paths.kept_frames import KEPT
+from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.results.flat_record import FlatStep
@@ -222,6 +224,7 @@ class Scene(SceneFile):
             integer("max_steps", self.solver.max_steps, 1)
         with problems.of("output"):
             _ = self.record
+            one_of(KEPT, keep=self.output.keep)
         with problems.of("friction"):
             _ = self.friction and self.friction.law_on(self.spacing)
             if self.friction and not self.path.has_friction:
@@ -414,7 +417,7 @@ class Scene(SceneFile):
         """
         frames = self.frames()
         output = Output(
-            **files,
+            **{"keep": self.output.keep} | files,
             record=record or self.record,
             columns=self.output.columns,
             frames=frames,

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias
 
 from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.contact import Contact, State
 from ase_roughcontact.contact.support import Support
-from ase_roughcontact.solvers.relaxation import Run, Start
+from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start
 from ase_roughcontact.stepping.accuracy import GridModel
 
 #: Relaxes a contact from a state, to a tolerance in at most some steps; see
@@ -46,7 +47,8 @@ class StepOptions:
         Largest error of the normal force that the solver may leave, relative to the
         forces in contact, if it is smaller than that of `accuracy`.
     scan_errors : ScanErrors, optional
-        Returns the errors of a `RelaxedStep` by the scan that is pressed.
+        Returns the errors of a `RelaxedStep` by the scan that is pressed; its method
+        `todict` describes them.
 
     Raises
     ------
@@ -65,7 +67,7 @@ class StepOptions:
     lost_slope: float = 0.0
     cantilever: float = 0.0
     solver_error: float = math.inf
-    scan_errors: Callable[[Any], Any] | None = None
+    scan_errors: Any = None
 
     def __post_init__(self) -> None:
         """Check the options."""
@@ -84,3 +86,22 @@ class StepOptions:
     def keeps_window(self) -> bool:
         """Whether the window is that of the first state."""
         return self.window != "auto"
+
+    @property
+    def optimizer(self) -> str:
+        """Name of the solver or optimizer, with its options; empty by default."""
+        if self.relaxer is None:
+            return ""
+        if isinstance(self.relaxer, SolverRelaxer):
+            options = "" if self.relaxer.options is None else f" {self.relaxer.options}"
+            return f"{self.relaxer.solver.__name__}{options}"
+        return _name_of(self.relaxer)
+
+
+def _name_of(called: Any) -> str:
+    """Return the name of what is called, with the arguments that are bound to it."""
+    if not isinstance(called, partial):
+        return getattr(called, "__qualname__", type(called).__qualname__)
+    bound = [_name_of(each) if callable(each) else str(each) for each in called.args]
+    bound += [f"{name}={value}" for name, value in called.keywords.items()]
+    return " ".join([_name_of(called.func), *bound])

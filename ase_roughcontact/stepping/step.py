@@ -226,7 +226,7 @@ class Stepper:
         if flowed:
             state, contact = self._surface.contact(state, self._surface.step(0.0))
             fields = fields_of(contact, state, relaxed=True)
-        run = replace(relaxed.run, state=state, fields=fields)
+        run = replace(relaxed.run, state=state.in_order(), fields=fields)
         return replace(relaxed, contact=contact, run=run)
 
     def restored(self, state: State, target: float | None = None) -> RelaxedStep:
@@ -280,9 +280,26 @@ class Stepper:
             more["accuracy"] = self.accuracy
         if self.options.grid_model.is_continuum:
             more["model"] = self.options.grid_model.model
+        if self.options.scan_errors is not None:
+            more["scan_errors"] = self.options.scan_errors.todict()
         described = self.problem.todict() | more
         described["lattice"] = self.windows.describe_lattice()
         return json.loads(json.dumps(described, default=_encode))
+
+    def describe_settings(self) -> dict[str, Any]:
+        """Describe what results depend on, but not which state is the right one.
+
+        Returns
+        -------
+        dict
+            Hardness with which pressures are compared, largest number of steps of the
+            optimizer, and its name with its options.
+        """
+        return {
+            "hardness": self.options.hardness,
+            "max_steps": self.options.max_steps,
+            "optimizer": self.options.optimizer,
+        }
 
     def _check_moment(self, moment: float) -> None:
         """Raise `ValueError` unless a step has a time if, and only if, it creeps."""

@@ -24,6 +24,7 @@ import numpy as np
 from ase_roughcontact._util.kernels import max_abs
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.contact.control import HEIGHT, LOAD, Control
+from ase_roughcontact.contact.history import entry_of
 from ase_roughcontact.contact.state import without_rounding
 from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.fft import RealFFT2
@@ -328,7 +329,7 @@ class AutoWindow:
 def _with_history(state: State) -> Box | None:
     """Return the atoms that keep something of earlier steps, and must not be lost."""
     box = None
-    for values in state.history.values():
-        each = Box.bounding(values != 0.0, state.window.start)
+    for name, values in state.history.items():
+        each = Box.bounding(values != entry_of(name).entering, state.window.start)
         box = each if box is None else box.union(each)
     return box

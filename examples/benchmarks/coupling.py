@@ -29,7 +29,7 @@ from ase_roughcontact import (
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
-from ase_roughcontact.paths.output import follow
+from ase_roughcontact.paths.follow import follow
 
 DEPTHS, PATH = np.array([0.5, 1.0, 1.0, 1.0]), np.array([0.0, 0.0, 0.3, 0.6])
 POISSON = 0.0, 0.15, 0.3, 0.45

@@ -28,7 +28,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
-from ase_roughcontact.paths.output import follow_states
+from ase_roughcontact.paths.follow import follow_states
 
 RELAXED, TIME, STEP = 0.2, 1.0, 0.1
 CREEP = Creep.standard_solid(RELAXED, TIME)

@@ -24,7 +24,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
-from ase_roughcontact.paths.output import follow
+from ase_roughcontact.paths.follow import follow
 
 SIDE, RADIUS = 128, 1280.0  # spacings
 DEPTH = (0.4 * SIDE) ** 2 / RADIUS

@@ -10,7 +10,7 @@ import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.output import follow, follow_states
+from ase_roughcontact.paths.follow import follow, follow_states
 from ase_roughcontact.paths.path_steps import NumberedSteps
 
 SPHERE = rc.RoughSphere(200.0, rc.SelfAffine(0.1, 0.8, 4.0, 32.0, seed=3, domain=128.0))

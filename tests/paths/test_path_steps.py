@@ -15,7 +15,7 @@ from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
 from ase_roughcontact.path_kinds.loop.steps import LoopSteps
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
-from ase_roughcontact.paths.output import follow
+from ase_roughcontact.paths.follow import follow
 from ase_roughcontact.paths.path_steps import NumberedSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")

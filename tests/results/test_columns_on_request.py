@@ -17,7 +17,7 @@ import ase_roughcontact as rc
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
-from ase_roughcontact.loading.trajectory import read_steps
+from ase_roughcontact.paths.restart import read_steps, restart_file
 from ase_roughcontact.results.column import column_on_request
 from ase_roughcontact.results.record import (
     columns_of,
@@ -65,7 +65,7 @@ def test_a_column_that_was_asked_for_is_in_all_files(tmp_path):
     info = read(files["trajectory"]).info["load_step"]
     assert info["conductance"] == step.conductance
     asked = rc.LoadStep.with_columns(["conductance"])
-    assert list(read_steps(files["trajectory"], asked)) == [step]
+    assert read_steps(restart_file(files["trajectory"]), asked) == [step]
 
 
 def test_other_columns_are_there_whether_or_not_they_are_asked_for():

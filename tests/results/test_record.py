@@ -15,7 +15,7 @@ from written_path import written_path
 import ase_roughcontact as rc
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.cli.common import json_line
-from ase_roughcontact.loading.trajectory import read_steps
+from ase_roughcontact.paths.restart import read_steps, restart_file
 from ase_roughcontact.results.errors import errors_of
 from ase_roughcontact.results.record import columns_of, units_of
 
@@ -45,7 +45,7 @@ def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
     assert list(row) == [*columns_of(), "largest_gap"]
     assert float(row["largest_gap"]) == step.largest_gap
     assert read(movie).info["load_step"].keys() == asdict(step).keys()
-    assert list(read_steps(movie, StepWithLargestGap)) == [step]
+    assert read_steps(restart_file(movie), StepWithLargestGap) == [step]
     line = json.loads(json_line(asdict(step), units_of(type(step))))
     assert line["largest_gap"] == step.largest_gap
     assert line["units"] == {**units_of(), "largest_gap": "Å"}

@@ -20,6 +20,7 @@ from ase_roughcontact.contact import State
 from ase_roughcontact.path_kinds.loop.instabilities import balanced, jumped, least_force
 from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
 from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
+from ase_roughcontact.paths.restart import Restart
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
@@ -97,11 +98,14 @@ class LoopSteps(PathSteps):
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._smallest_force = _SMALLEST_FORCE * unit
 
-    def differences(self, path: dict[str, Any], number: int) -> list[str]:
-        """Return in what the description of a step differs; see `PathSteps`."""
-        if "loop" not in path:
-            return ["its path is not a loop"]
-        return differences(path["loop"], self.loop.todict())
+    @property
+    def specification(self) -> dict[str, Any]:
+        """What the loop prescribes for all its steps; see `PathSteps`."""
+        return {"loop": self.loop.todict()}
+
+    def differences(self, done: Restart) -> list[str]:
+        """Return in what the finished steps differ; see `PathSteps`."""
+        return differences(done.path["loop"], self.loop.todict())
 
     def steps(
         self, start: State, record: type[Any], last: LastStep | None = None
@@ -115,7 +119,7 @@ class LoopSteps(PathSteps):
             at = self._after(new)
             yield new
         else:
-            at = _Reached(_Position(**last.path["position"]), last.state, last.step)
+            at = _Reached(_Position(**last.position), last.state, last.record)
         if not at.position.retracts:
             while not self._turns(at):
                 height = max(at.record.height - at.position.size, self._bottom)
@@ -198,15 +202,11 @@ class LoopSteps(PathSteps):
     def _kept(
         self, position: _Position, relaxed: RelaxedStep, new: LoadStep
     ) -> PathStep:
-        """Return a state that is kept, with the description that its frame carries."""
+        """Return a state that is kept, with its position."""
         position = replace(position, least=min(position.least, new.normal_force))
-        path = {
-            "target": new.height,
-            "loop": self.loop.todict(),
-            "position": asdict(position),
-        }
-        return PathStep(new, self.stepper.commit(relaxed), path)
+        left = self.stepper.commit(relaxed)
+        return PathStep(new, left, {"target": new.height}, asdict(position))
 
     def _after(self, new: PathStep) -> _Reached:
         """Return where the loop is after a state that is kept."""
-        return _Reached(_Position(**new.path["position"]), new.left.state, new.record)
+        return _Reached(_Position(**new.position), new.left.state, new.record)

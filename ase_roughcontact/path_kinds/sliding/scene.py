@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ase.io import read
 
 from ase_roughcontact._util.units import FORCES, UNITS, with_unit
 from ase_roughcontact._util.validation import (
@@ -23,6 +22,7 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.analysis.path_values import loop_energies, static_friction
 from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
+from ase_roughcontact.loading.trajectory import frames_of_steps, steps_with_frames
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.steps import LATERAL_CONTROLS, SlidingSteps
 from ase_roughcontact.paths.path_steps import PathSteps
@@ -238,9 +238,11 @@ class Sliding(PathKind):
 
         figures.draw_friction(folder / "friction.png", states, self.towards)
         yield "friction.png"
-        shown = self.partly_slipping(states)
+        file = folder / "sweep.traj"
+        with_frame = steps_with_frames(file)
+        shown = self.partly_slipping([s for s in states if s.step in with_frame])
         if shown:
-            frames = [read(folder / "sweep.traj", index=s.step) for s in shown]
+            frames = frames_of_steps(file, [state.step for state in shown])
             titles = [self._place(state) for state in shown]
             file = folder / "tractions.png"
             figures.draw_tractions(file, frames, titles, bodies.scanned)

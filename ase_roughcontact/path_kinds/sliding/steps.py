@@ -175,25 +175,24 @@ class SlidingSteps(NumberedSteps):
         law = {"friction": self.friction.todict(), "spring": self.spring or 0.0}
         return law | ({"coupling": "solved"} if self.coupling == "solved" else {})
 
-    def described(self, number: int) -> dict[str, Any]:
-        """Return the description that the frame of a step carries."""
+    def target(self, number: int) -> dict[str, Any]:
+        """Return what a step prescribes."""
         lateral = {self.control: self.lateral[number].tolist()}
-        return super().described(number) | {"lateral": lateral}
+        return super().target(number) | {"lateral": lateral}
 
-    def differences(self, path: dict[str, Any], number: int) -> list[str]:
-        """Return in what the description of a step differs; see `PathSteps`."""
-        found = super().differences(path, number)
-        if found:
+    def change_of_target(self, old: dict[str, Any], number: int) -> str:
+        """Return in what the targets of a step differ; see `NumberedSteps`."""
+        if found := super().change_of_target(old, number):
             return found
-        old, new = path.get("lateral", {}).get(self.control), self.lateral
-        if old is None:
-            return [f"its path has no lateral {self.control}"]
-        if abs(new[number] - old).max() > _ROUNDING * np.ptp(new, axis=0).max():
-            values = [
-                ", ".join(f"{v:.12g}" for v in each) for each in (old, new[number])
-            ]
-            found = [f"{self.control}[{number}] was {values[0]}, is {values[1]}"]
-        return found
+        was, new = old["lateral"].get(self.control), self.lateral
+        if was is None:
+            return f"its path has no lateral {self.control}"
+        if abs(new[number] - was).max() <= _ROUNDING * np.ptp(new, axis=0).max():
+            return ""
+        before, after = (
+            ", ".join(f"{value:.12g}" for value in each) for each in (was, new[number])
+        )
+        return f"{self.control}[{number}] was {before}, is {after}"
 
     def relax(
         self, state: State, number: int, previous: Any

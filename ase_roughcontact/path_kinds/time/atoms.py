@@ -82,7 +82,7 @@ def time_path(
 
     The z of the atoms is the displacement by the pressure of the moment, from which
     forces follow. In frames it is the surface, lower by the depth that the past adds,
-    the field ``creep_depth`` of their `info`. A calculation that starts from a frame
+    the field ``past_depth`` of their `info`. A calculation that starts from a frame
     takes both into account.
 
     Examples

@@ -48,6 +48,7 @@ from ase_roughcontact.elasticity.lattice import carried
 from ase_roughcontact.path_kinds.time.balance import energy_balance, work_between
 from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
+from ase_roughcontact.paths.restart import Restart
 from ase_roughcontact.paths.schedule import Part, Schedule
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
@@ -152,18 +153,22 @@ class TimeSteps(PathSteps):
         self.creep = solid.creep
         self.stepper = self.stepper.limited(_SOLVER_PART * self.tolerance)
 
-    def differences(self, path: dict[str, Any], number: int) -> list[str]:
-        """Return in what the description of a step differs; see `PathSteps`."""
-        if "schedule" not in path:
-            return ["its path is not one in time"]
-        old, done = path["schedule"], path["position"]["part"] + 1
-        new = self.schedule.todict()
+    @property
+    def specification(self) -> dict[str, Any]:
+        """Schedule and tolerance; see `PathSteps`."""
+        return {"schedule": self.schedule.todict(), "tolerance": self.tolerance}
+
+    def differences(self, done: Restart) -> list[str]:
+        """Return in what the finished steps differ; see `PathSteps`."""
+        assert done.last is not None
+        count = done.last.position["part"] + 1
         # the path may have been extended at its end
-        old, new = ({**s, "parts": list(s["parts"])[:done]} for s in (old, new))
-        return differences(
-            {"tolerance": path["tolerance"], "schedule": old},
-            {"tolerance": self.tolerance, "schedule": new},
+        old, new = (
+            {"tolerance": each["tolerance"]}
+            | {"schedule": _beginning(each["schedule"], count)}
+            for each in (done.path, self.specification)
         )
+        return differences(old, new)
 
     def steps(
         self, start: State, record: type[Any], last: LastStep | None = None
@@ -175,9 +180,8 @@ class TimeSteps(PathSteps):
             at = self._after(new)
             yield new
         else:
-            position = _Position(**last.path["position"])
-            state = self.stepper.restored(last.state).state  # with its depths
-            at = _Reached(position, state, last.path["target"], last.step)
+            position, target = _Position(**last.position), last.target["target"]
+            at = _Reached(position, last.state, target, last.record)
         for number, (begin, first, part) in enumerate(self.schedule.timed_parts()):
             if number < at.position.part:
                 continue
@@ -261,7 +265,7 @@ class TimeSteps(PathSteps):
         left: RelaxedStep,
         result: TimeStep,
     ) -> PathStep:
-        """Return a step that is kept, with the description that its frame carries."""
+        """Return a step that is kept, with its position."""
         work = position.work + (work_between(last, result) if last else 0.0)
         dissipated = position.dissipated + result.dissipated_energy
         position = replace(
@@ -271,18 +275,12 @@ class TimeSteps(PathSteps):
             dissipated=dissipated,
             energy=max(position.energy, abs(work), dissipated),
         )
-        path = {
-            "target": target,
-            "schedule": self.schedule.todict(),
-            "tolerance": self.tolerance,
-            "position": asdict(position),
-        }
-        return PathStep(result, left, path)
+        return PathStep(result, left, {"target": target}, asdict(position))
 
     def _after(self, new: PathStep) -> _Reached:
         """Return the end of a step that is kept."""
-        position = _Position(**new.path["position"])
-        return _Reached(position, new.left.state, new.path["target"], new.record)
+        position, target = _Position(**new.position), new.target["target"]
+        return _Reached(position, new.left.state, target, new.record)
 
     def _check_held(self, target: float, step: TimeStep) -> None:
         """Raise `RuntimeError` if the surface does not hold the indenter at a load."""
@@ -403,6 +401,11 @@ class TimeSteps(PathSteps):
         shortest = min([*self.creep.times, *flow])
         level = math.ceil(math.log2(max(part.duration / shortest, 1.0)))
         return min(max(level, _least_level(part)), _MOST)
+
+
+def _beginning(schedule: dict[str, Any], count: int) -> dict[str, Any]:
+    """Return the description of a schedule with its first parts only."""
+    return schedule | {"parts": list(schedule["parts"])[:count]}
 
 
 def _energy_error(

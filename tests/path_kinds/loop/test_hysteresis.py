@@ -18,8 +18,8 @@ from scipy.optimize import brentq
 
 import ase_roughcontact as rc
 from ase_roughcontact._util.files import table_rows
-from ase_roughcontact.loading.trajectory import read_steps
 from ase_roughcontact.path_kinds.loop.instabilities import Jump, interpolated
+from ase_roughcontact.paths.restart import read_steps, restart_file
 from ase_roughcontact.theory import MaugisDugdale
 
 ROUGH = rc.SelfAffine(0.1, 0.8, short_wavelength=4.0, long_wavelength=32.0, seed=3)
@@ -308,7 +308,7 @@ def test_all_states_are_written(tmp_path):
         rows = list(table_rows(file))
     assert rows == [{k: str(v) for k, v in asdict(r).items()} for r in records]
     frames = read(movie, ":")
-    assert list(read_steps(movie)) == records
+    assert read_steps(restart_file(movie)) == records
     assert [frame.positions[-1, 2] for frame in frames] == [r.height for r in records]
 
 

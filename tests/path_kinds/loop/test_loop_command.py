@@ -17,7 +17,7 @@ from small_scene import SMALL
 from ase_roughcontact import adhesion_loop
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
-from ase_roughcontact.loading.trajectory import count_steps, read_steps
+from ase_roughcontact.paths.restart import read_restart, read_steps, restart_file
 from ase_roughcontact.scene import Scene, relax_loop
 from ase_roughcontact.stepping.step import Stepper
 
@@ -122,14 +122,14 @@ def test_a_cantilever_that_is_too_soft_leaves_the_results_of_the_loop(tmp_path, 
 
 @pytest.mark.parametrize("part", ["first", "third", "deepest", "last but one"])
 def test_an_interrupted_loop_is_continued(run, tmp_path, part):
-    scene, expected = Scene.parse(LOOP), list(read_steps(run / "sweep.traj"))
+    scene, expected = Scene.parse(LOOP), read_steps(restart_file(run / "sweep.traj"))
     deepest = min(range(len(expected)), key=lambda i: expected[i].height)
     number = {"first": 0, "third": 2, "deepest": deepest}
     count = 1 + number.get(part, len(expected) - 2)
     interrupted = scene.run(tmp_path, validity="ignore")
     list(islice(interrupted, count))
     interrupted.close()
-    assert count_steps(tmp_path / "sweep.traj") == count
+    assert len(read_restart(restart_file(tmp_path / "sweep.traj")).steps) == count
     states = list(scene.run(tmp_path, validity="ignore"))
     assert [state.height for state in states] == [state.height for state in expected]
     for name in ("normal_force", "contact_area", "contact_stiffness", "energy"):

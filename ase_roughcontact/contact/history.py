@@ -1,0 +1,88 @@
+"""What a surface keeps of earlier steps: a registry of the entries of its history.
+
+An entry is declared by the code that reads it, such as a wall, a solid or a law of
+friction, also one of your own: ::
+
+    from ase_roughcontact import HistoryEntry, declare
+
+    AGE = declare(HistoryEntry("age", "s", in_frames=True))
+
+    stepper.commit(relaxed, **{AGE.name: age})  # kept from here on
+    state.history[AGE.name]  # in the next step
+
+Nothing else is kept. All entries are in the restart file of a path, in double
+precision; those of `in_frames` also in the frames of its trajectory, in single
+precision. A snapshot has all of them.
+"""
+
+from __future__ import annotations
+
+import string
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class HistoryEntry:
+    """Entry of `State.history`: an array on the window.
+
+    Attributes
+    ----------
+    name : str
+        Key of the entry. A name that ends with "_" stands for all names that continue
+        it by a number: ``creep_pressure_1``, ``creep_pressure_2``.
+    unit : str
+        Unit of ASE; empty for a number without unit.
+    in_frames : bool
+        Whether frames of trajectories have it.
+    entering : float
+        Value of an atom that enters a window.
+    """
+
+    name: str
+    unit: str = ""
+    in_frames: bool = False
+    entering: float = 0.0
+
+
+_ENTRIES: dict[str, HistoryEntry] = {}
+
+
+def declare(entry: HistoryEntry) -> HistoryEntry:
+    """Add an entry to the registry, and return it.
+
+    Parameters
+    ----------
+    entry : HistoryEntry
+
+    Raises
+    ------
+    ValueError
+        If another entry has this name.
+    """
+    if _ENTRIES.setdefault(entry.name, entry) != entry:
+        raise ValueError(
+            f"the history has an entry {entry.name!r} already, "
+            f"{_ENTRIES[entry.name]}: choose another name"
+        )
+    return entry
+
+
+def is_entry(name: str) -> bool:
+    """Return whether an entry of this name is declared."""
+    return name in _ENTRIES or name.rstrip(string.digits) in _ENTRIES
+
+
+def entry_of(name: str) -> HistoryEntry:
+    """Return the entry of a name.
+
+    Raises
+    ------
+    ValueError
+        If it is not declared.
+    """
+    if not is_entry(name):
+        raise ValueError(
+            f"no entry {name!r} of the history is declared: declare a HistoryEntry "
+            "of this name, or import the module that does"
+        )
+    return _ENTRIES.get(name) or _ENTRIES[name.rstrip(string.digits)]

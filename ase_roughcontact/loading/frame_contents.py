@@ -1,0 +1,117 @@
+"""Frames as bytes: a description, and compressed fields in single precision."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from ase.calculators.singlepoint import SinglePointCalculator
+from ase.constraints import dict2constraint
+from ase.io.jsonio import decode, encode
+from ase.units import GPa
+
+from ase_roughcontact.atoms.grid import SurfaceGrid, lateral_displacement
+from ase_roughcontact.atoms.info import LATTICE, PRESSURE, as_text, field_of
+from ase_roughcontact.atoms.snapshot import fields_of_frame
+
+# Size of the description.
+_LENGTH = struct.Struct("<I")
+# Level of compression: masks and empty surroundings of a contact take no space.
+_LEVEL = 1
+
+
+def packed(frame: Atoms) -> bytes:
+    """Return a frame of `snapshot` as bytes.
+
+    Fields that frames do not keep are left out, and so are forces; see `HistoryEntry`.
+    """
+    grid, info = SurfaceGrid.of(frame), dict(frame.info)
+    arrays = dict[str, np.ndarray]()
+    for key, kept in fields_of_frame(frame).items():
+        field = field_of(frame, key, grid.window)
+        del info[key]
+        if kept:
+            arrays[key] = field.astype(_type_of(field))
+    tags = frame.get_tags().astype(np.uint8)
+    arrays |= {"z": frame.positions[:-1, 2].astype(np.float32), "tags": tags}
+    if (moved := lateral_displacement(frame, grid)) is not None:
+        arrays["lateral"] = moved.astype(np.float32)
+    description = {
+        "grid": asdict(grid),
+        "number": int(frame.numbers[0]),
+        "indenter": frame.positions[-1].tolist(),
+        "cell": frame.cell.tolist(),
+        "constraints": frame.constraints,
+        "energy": frame.get_potential_energy(apply_constraint=False),
+        "info": {key: value for key, value in info.items() if _is_storable(value)},
+        "arrays": [[k, v.dtype.str, list(v.shape)] for k, v in arrays.items()],
+    }
+    text = encode(description).encode()
+    fields = [zlib.compress(each.tobytes(), _LEVEL) for each in arrays.values()]
+    sizes = np.array([len(each) for each in fields], "<u8").tobytes()
+    return b"".join([_LENGTH.pack(len(text)), text, sizes, *fields])
+
+
+def described(contents: bytes) -> dict[str, Any]:
+    """Return the description of a frame without its fields."""
+    (length,) = _LENGTH.unpack_from(contents)
+    return decode(contents[_LENGTH.size : _LENGTH.size + length].decode())
+
+
+def unpacked(contents: bytes) -> Atoms:
+    """Return the frame of bytes; see `packed`."""
+    description, arrays = described(contents), _arrays_of(contents)
+    grid = SurfaceGrid(**{k: _plain(v) for k, v in description["grid"].items()})
+    frame = grid.atoms(description["number"], 0.0)
+    frame.info = description["info"]
+    axis = frame.info.get(LATTICE, {}).get("axis", description["indenter"][:2])
+    frame.positions[:-1, :2] = grid.sites(np.array(axis))
+    if "lateral" in arrays:
+        frame.positions[:-1, :2] += arrays.pop("lateral").reshape(2, -1).T
+    frame.positions[:-1, 2] = arrays.pop("z")
+    frame.positions[-1] = description["indenter"]
+    frame.cell = description["cell"]
+    frame.set_tags(arrays.pop("tags"))
+    pressure = arrays[PRESSURE].astype(float).ravel()
+    frame.set_initial_charges(np.append(pressure / GPa, 0.0))
+    frame.info |= {key: as_text(field) for key, field in arrays.items()}
+    frame.set_constraint([dict2constraint(each) for each in description["constraints"]])
+    frame.calc = SinglePointCalculator(frame, energy=description["energy"])
+    return frame
+
+
+def _arrays_of(contents: bytes) -> dict[str, np.ndarray]:
+    """Return the fields of a frame by name."""
+    (length,) = _LENGTH.unpack_from(contents)
+    kinds = described(contents)["arrays"]
+    start = _LENGTH.size + length
+    sizes = np.frombuffer(contents, "<u8", len(kinds), start)
+    start, arrays = start + sizes.nbytes, {}
+    for (name, kind, shape), size in zip(kinds, sizes.tolist(), strict=True):
+        raw = zlib.decompress(contents[start : start + size])
+        arrays[name] = np.frombuffer(raw, kind).reshape(shape)
+        start += size
+    return arrays
+
+
+def _is_storable(value: Any) -> bool:
+    """Return whether ASE can write a value; users may store others in `info`."""
+    try:
+        encode(value)
+    except TypeError:
+        return False
+    return True
+
+
+def _type_of(field: np.ndarray) -> type:
+    """Return the type of a field in files: a byte for masks."""
+    is_mask = np.isin(field, (0.0, 1.0)).all()
+    return np.uint8 if is_mask else np.float32
+
+
+def _plain(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value

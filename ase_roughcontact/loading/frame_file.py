@@ -1,0 +1,160 @@
+"""File of frames: one after the other, each with its size and a checksum.
+
+A frame is at the end of the file, completely, or it is cut off: a process that is
+killed loses at most the frame that it is writing.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import warnings
+import zlib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import IO
+
+from ase_roughcontact._util.files import (
+    PathName,
+    is_file,
+    named_in_errors,
+    replaced,
+)
+
+#: Beginning of the file, with the version of the format.
+MAGIC = b"frames of ase_roughcontact 1\n"
+# Size and CRC-32 of the contents of a frame, and CRC-32 of both.
+_SIZES, _CHECK = struct.Struct("<QI"), struct.Struct("<I")
+
+
+def read_contents(file: PathName) -> Iterator[bytes]:
+    """Read the contents of one frame after another.
+
+    Parameters
+    ----------
+    file : path
+        It may be missing, empty, or cut off at its end.
+
+    Yields
+    ------
+    bytes
+
+    Raises
+    ------
+    ValueError
+        If the file has no frames of this format, or one is not what was written.
+
+    Warns
+    -----
+    RuntimeWarning
+        In the end, if a frame is cut off at the end of the file.
+    """
+    if not Path(file).exists() or not os.path.getsize(file):
+        return
+    with open(file, "rb") as opened:
+        yield from frames_of(opened, os.fspath(file))
+
+
+def frames_of(opened: IO[bytes], name: str) -> Iterator[bytes]:
+    """Read the contents of the frames in an open file; see `read_contents`."""
+    begin = opened.read(len(MAGIC))
+    if begin != MAGIC:
+        cut = MAGIC.startswith(begin)
+        cause = "it is cut off" if cut else "its frames are not those of a load path"
+        raise ValueError(
+            f"no frame of {name} can be read, {cause}: restore a copy, delete it to "
+            "begin again, or give another file or folder"
+        )
+    number = 0
+    while head := opened.read(_SIZES.size + _CHECK.size):
+        sizes, check = head[: _SIZES.size], head[_SIZES.size :]
+        if len(check) < _CHECK.size:
+            break
+        if _CHECK.pack(zlib.crc32(sizes)) != check:
+            raise ValueError(_damage(name, number))
+        size, expected = _SIZES.unpack(sizes)
+        contents = opened.read(size)
+        if len(contents) < size:
+            break
+        if zlib.crc32(contents) != expected:
+            raise ValueError(_damage(name, number))
+        yield contents
+        number += 1
+    if head:
+        warnings.warn(
+            f"frame {number} of {name} is cut off: it is left out",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+
+
+class FrameFile:
+    """File that frames are added to, or taken from its end.
+
+    Parameters
+    ----------
+    file : path
+        Replaced by a file with the given frames.
+    contents : iterable of bytes
+    """
+
+    def __init__(self, file: PathName, contents: Iterable[bytes]) -> None:
+        self._file = file
+        self._ends = [len(MAGIC)]
+        with replaced(file) as new:
+            self._opened = open(new, "wb")  # noqa: SIM115
+            try:
+                self._opened.write(MAGIC)
+                for each in contents:
+                    self._write(each)
+                self._opened.flush()
+            except BaseException:
+                self._opened.close()
+                raise
+
+    def add(self, contents: bytes) -> None:
+        """Add a frame.
+
+        Raises
+        ------
+        OSError
+            If it can't be written, or the file was removed or replaced.
+        """
+        self.check_is_there()
+        with named_in_errors(self._file):
+            self._write(contents)
+            self._opened.flush()
+
+    def drop_last(self) -> None:
+        """Take the last frame from the file."""
+        self.check_is_there()
+        with named_in_errors(self._file):
+            del self._ends[-1]
+            self._opened.truncate(self._ends[-1])
+            self._opened.seek(self._ends[-1])
+
+    def check_is_there(self) -> None:
+        """Raise `OSError` if the file of this name is another one."""
+        if not is_file(self._file, self._opened):
+            raise OSError(
+                f"{os.fspath(self._file)} was removed or replaced since the last step: "
+                "finished steps are in the restart file; start again to go on"
+            )
+
+    def close(self) -> None:
+        """Close the file."""
+        with named_in_errors(self._file):
+            self._opened.close()
+
+    def _write(self, contents: bytes) -> None:
+        sizes = _SIZES.pack(len(contents), zlib.crc32(contents))
+        self._opened.write(sizes + _CHECK.pack(zlib.crc32(sizes)) + contents)
+        self._ends.append(self._ends[-1] + len(sizes) + _CHECK.size + len(contents))
+
+
+def _damage(name: str, number: int) -> str:
+    """Return the message about the first damaged frame."""
+    return (
+        f"frame {number} of {name} is damaged, it is not what was written: restore a "
+        "copy of the file, or delete it to go on without earlier frames"
+    )

@@ -1,0 +1,165 @@
+"""Files of a path: what they have of it, and how a step is added to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from ase_roughcontact._util.files import locked, refuse_link, table_writer
+from ase_roughcontact._util.identity import differences
+from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
+from ase_roughcontact.paths.restart import (
+    FinishedStep,
+    Place,
+    Restart,
+    RestartWriter,
+    read_restart,
+)
+from ase_roughcontact.results.limits import marked_for_hardness
+from ase_roughcontact.results.record import LoadStep, columns_of
+
+
+@dataclass(frozen=True)
+class PathFiles:
+    """Finished steps of a path, and the files to which others are added.
+
+    Attributes
+    ----------
+    done : list of LoadStep
+        Steps that are resumed.
+    last : LastStep or None
+        The last one of them.
+    """
+
+    done: list[LoadStep]
+    last: LastStep | None
+    _add_frame: Callable[[PathStep], None] | None
+    _restart: RestartWriter | None
+    _add_row: Callable[[Mapping[str, Any]], None] | None
+
+    def write(self, step: PathStep) -> None:
+        """Add a step to all files.
+
+        The restart file is written even if the frame can't be.
+
+        Raises
+        ------
+        OSError
+            If a file can't be written, or was removed since the last step.
+        """
+        with ExitStack() as last:
+            if self._restart:
+                last.callback(_add_to_restart, self._restart, step)
+            if self._add_frame:
+                self._add_frame(step)
+        if self._add_row:
+            self._add_row(asdict(step.record))
+
+
+@contextmanager
+def path_files(
+    path: PathSteps, output: Output, record: type[LoadStep], new: Restart | None
+) -> Iterator[PathFiles]:
+    """Open the files of a path.
+
+    Parameters
+    ----------
+    path : PathSteps
+    output : Output
+    record : type
+        Class of the results.
+    new : Restart or None
+        Description of the path without steps; None without a restart file.
+
+    Yields
+    ------
+    PathFiles
+
+    Raises
+    ------
+    ValueError
+        If a file to resume from is damaged, or of another path.
+    RuntimeError
+        If another run is writing the files.
+    OSError
+        If a file can't be written, or is a symbolic link.
+    """
+    done, last = list[LoadStep](), None
+    add_frame, writer, add_row = None, None, None
+    with ExitStack() as files:
+        if new is not None and (file := output.restart_file) is not None:
+            restart = new
+            refuse_link(file)
+            refuse_link(output.trajectory or file)
+            files.enter_context(locked(output.trajectory or file))
+            if output.resume:
+                restart = _resumed(path, new, output)
+                done = restart.records(record)
+            if restart.last is not None:
+                state, position = restart.last.state, restart.last.position
+                last = LastStep(done[-1], state, restart.steps[-1].target, position)
+            writer = RestartWriter(file, restart)
+            if output.trajectory is not None:
+                add_frame = files.enter_context(_frames(path, output, len(done)))
+        if output.csv is not None:
+            heads = {
+                name: f"{name} ({each.unit})" if each.unit else name
+                for name, each in columns_of(record).items()
+            }
+            rows = table_writer(output.csv, heads, map(asdict, done))
+            add_row = files.enter_context(rows)
+        yield PathFiles(done, last, add_frame, writer, add_row)
+
+
+def _resumed(path: PathSteps, new: Restart, output: Output) -> Restart:
+    """Return the steps from which a path goes on, with its new descriptions."""
+    assert output.restart_file is not None
+    found = read_restart(output.restart_file)
+    if found is None or found.last is None:
+        return new
+    path.check(found, new.system, output.restart_file)
+    if _may_converge(found.settings, new.settings):
+        found = found.until_converged()
+    steps = found.steps
+    if differences(found.settings["hardness"], new.settings["hardness"]):
+        steps = tuple(_marked(step, new.settings["hardness"]) for step in steps)
+    return replace(new, steps=steps, last=found.last, converged=found.converged)
+
+
+def _may_converge(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
+    """Return whether steps may converge that did not with other settings."""
+    more = new["max_steps"] > old["max_steps"]
+    return more or new["optimizer"] != old["optimizer"]
+
+
+def _marked(step: FinishedStep, hardness: float) -> FinishedStep:
+    """Return a step, marked where pressures exceed a hardness."""
+    validity = marked_for_hardness(step.columns, hardness)
+    return step._replace(columns=step.columns | {"validity": validity})
+
+
+def _add_to_restart(restart: RestartWriter, step: PathStep) -> None:
+    finished = FinishedStep(step.target, asdict(step.record))
+    restart.add(finished, Place(step.record.step, step.left.state, step.position))
+
+
+@contextmanager
+def _frames(
+    path: PathSteps, output: Output, kept: int
+) -> Iterator[Callable[[PathStep], None]]:
+    """Open the trajectory, and yield what adds the frame of a step."""
+    frames, control = output.frames, path.stepper.control.name
+    if frames is None or output.trajectory is None:
+        raise ValueError("a trajectory needs frames: give Output(frames=...)")
+    known = kept if output.resume else None
+    with frames.writer(output.trajectory, output.keep, known) as add:
+
+        def add_frame(step: PathStep) -> None:
+            described = {"control": control} | step.target
+            columns = asdict(step.record)
+            add(frames.frame(step.left, load_step=columns, path=described))
+
+        yield add_frame
