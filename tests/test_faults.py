@@ -18,7 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from unittest.mock import Mock
 
-import ase.io.ulm as ulm
+import numpy as np
 import pytest
 from ase import Atoms
 from ase.io import read
@@ -36,15 +36,16 @@ TEXT = SMALL.partition("[solver]")[0].replace("steps = 2", f"steps = {STEPS}")
 TEXT = TEXT.replace("first = 0.2", "first = 0.01")
 SCENE = Scene.parse(TEXT)
 slow = partial(pytest.param, marks=pytest.mark.slow)  # a process of its own each
-# Runs a scene, and sends itself a signal when it calls a method that writes frames.
+# Runs a scene, and sends itself a signal when a function that writes files is called.
 SIGNALLED = """
-import os, signal, sys
-import ase.io.ulm as ulm
+import importlib, os, signal, sys
 from ase_roughcontact.cli import main
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in the background
 scene, folder, part, last, number = sys.argv[1:]
-left, write = int(last), getattr(ulm.Writer, part)
+module, _, name = part.partition(".")
+module = importlib.import_module(module)
+left, write = int(last), getattr(module, name)
 
 def counted(*args, **kwargs):
     global left
@@ -53,7 +54,7 @@ def counted(*args, **kwargs):
         os.kill(os.getpid(), int(number))
     return write(*args, **kwargs)
 
-setattr(ulm.Writer, part, counted)
+setattr(module, name, counted)
 sys.exit(main(["run", scene, "--out", folder]))
 """
 
@@ -96,14 +97,18 @@ def assert_resumes(folder, undisturbed, before):
     for name in ("height", "normal_force", "contact_area", "energy"):
         ours = [getattr(record, name) for record in records]
         theirs = [getattr(record, name) for record in undisturbed]
-        assert ours == pytest.approx(theirs, rel=1e-3)
+        assert ours == theirs
     assert [int(row["step"]) for row in rows(folder)] == list(range(STEPS))
-    assert len(read(folder / "sweep.traj", ":")) == STEPS
+    # the frame of a finished step may be lost, as on a full disk
+    frames = read(folder / "sweep.traj", ":")
+    assert len(frames) >= STEPS - 1
+    assert frames[-1].info["load_step"]["step"] == STEPS - 1
 
 
 def kept(folder):
-    """Results in the frames."""
-    return read_steps(restart_file(folder / "sweep.traj"))
+    """Results of the finished steps."""
+    file = restart_file(folder / "sweep.traj")
+    return read_steps(file) if file.exists() else []
 
 
 # Kills
@@ -112,20 +117,18 @@ def kept(folder):
 @pytest.mark.parametrize(
     "part, call",
     [
-        slow("fill", 1),
-        slow("fill", 7),
-        ("fill", 10),
-        slow("write", 12),
-        slow("sync", 1),
-        ("sync", 5),
+        slow("zlib.compress", 1),
+        ("zlib.compress", 14),
+        slow("numpy.savez", 1),
+        ("numpy.savez", 5),
+        slow("os.replace", 2),
+        ("os.replace", 12),
     ],
 )
-def test_run_killed_while_writing_a_frame_resumes(
-    file, folder, undisturbed, part, call
-):
+def test_run_killed_while_writing_a_file_resumes(file, folder, undisturbed, part, call):
     assert signalled(file, folder, part, call, signal.SIGKILL).returncode < 0
-    before = kept(folder) if (folder / "sweep.traj").exists() else []
-    # a frame is written before its row
+    before = kept(folder)
+    # a step is in the restart file before its row is written
     written = len(rows(folder)) if (folder / "curve.csv").exists() else 0
     assert written <= len(before) < STEPS
     assert_resumes(folder, undisturbed, before)
@@ -154,7 +157,7 @@ SIGNALS = {
 def test_interrupted_run_says_that_it_can_be_resumed(
     file, folder, undisturbed, count, number
 ):
-    process = signalled(file, folder, "sync", count, number)
+    process = signalled(file, folder, "numpy.savez", count, number)
     status, word = SIGNALS[number]
     assert process.returncode == status
     assert process.stderr.strip() == (
@@ -185,17 +188,17 @@ def test_error_that_hides_a_signal_is_printed_as_an_interruption(
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     request.addfinalizer(partial(signal.signal, signal.SIGINT, handler))
     # as `numpy.ndarray.tofile` does with what a handler raises
-    whole, calls = ulm.Writer.fill, count(1)
+    whole, calls = np.savez, count(1)
 
-    def hides(*args):
+    def hides(*args, **arrays):
         if next(calls) < 8:
-            return whole(*args)
+            return whole(*args, **arrays)
         with suppress(KeyboardInterrupt):
             os.kill(os.getpid(), number)
             time.sleep(1.0)  # until the handler was called
         raise TypeError("expected str, bytes or os.PathLike object")
 
-    monkeypatch.setattr(ulm.Writer, "fill", hides)
+    monkeypatch.setattr(np, "savez", hides)
     status, word = SIGNALS[number]
     assert main(["run", str(file), "--out", str(folder)]) == status
     printed = capsys.readouterr().err.strip()
@@ -216,17 +219,14 @@ def test_trajectory_of_another_program_is_not_changed(folder):
     assert (folder / "sweep.traj").read_bytes() == written
 
 
-@pytest.mark.parametrize("size", [60, 2000])
-def test_trajectory_without_a_complete_frame_is_an_error_and_kept(folder, size):
+@pytest.mark.parametrize("name", ["sweep.traj", "sweep.restart.npz"])
+def test_a_file_that_is_cut_off_at_its_beginning_is_an_error_and_kept(folder, name):
     next(SCENE.run(folder))
-    movie = folder / "sweep.traj"
-    movie.write_bytes(movie.read_bytes()[:size])
-    cut = movie.read_bytes()
-    with pytest.raises(
-        ValueError, match=r"no frame of .*sweep\.traj can be read.* cut"
-    ):
+    file = folder / name
+    file.write_bytes(file.read_bytes()[:20])
+    with pytest.raises(ValueError, match=name):
         next(SCENE.run(folder))
-    assert movie.read_bytes() == cut
+    assert file.stat().st_size == 20
 
 
 @settings(max_examples=100, deadline=None, derandomize=True, database=None)
@@ -270,7 +270,8 @@ def test_other_errors_of_locking_are_raised_and_leave_no_trajectory(
 # Full disks and missing permissions
 
 
-@pytest.mark.parametrize("size", [100, 5_000, slow(30_000), 300_000])
+@pytest.mark.filterwarnings("ignore:frame .* is cut off:RuntimeWarning")
+@pytest.mark.parametrize("size", [100, 3_000, slow(15_000), 100_000])
 def test_full_disk_is_one_line_with_file_and_cause_and_loses_nothing(
     file, folder, undisturbed, size, capsys, largest_file
 ):
@@ -278,12 +279,12 @@ def test_full_disk_is_one_line_with_file_and_cause_and_loses_nothing(
         assert main(["run", str(file), "--out", str(folder)]) == 2
     (message,) = capsys.readouterr().err.splitlines()
     assert message.startswith("ase-roughcontact: can't write ")
-    name = "curve.csv" if size == 100 else "sweep.traj"
-    assert str(folder / name) in message
+    assert str(folder) in message
     assert "too large" in message or "disk is full" in message
     # a first frame that does not fit leaves no file
-    assert (folder / "sweep.traj").exists() == (size == 300_000)
-    before = kept(folder) if size == 300_000 else []
+    assert (folder / "sweep.traj").exists() == (size > 10_000)
+    before = kept(folder)
+    assert bool(before) == (size == 100_000)
     assert not list(folder.glob("*.new"))
     assert_resumes(folder, undisturbed, before)
 
@@ -314,7 +315,9 @@ def test_what_does_not_fit_is_named_and_the_old_file_is_kept(
 # Symbolic links
 
 
-@pytest.mark.parametrize("name", ["curve.csv", "sweep.traj", "sweep.traj.lock"])
+@pytest.mark.parametrize(
+    "name", ["curve.csv", "sweep.traj", "sweep.restart.npz", "sweep.traj.lock"]
+)
 def test_symbolic_links_to_results_are_refused(file, folder, name, capsys):
     other = folder.parent / "other"
     next(SCENE.run(other))

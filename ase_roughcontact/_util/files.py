@@ -78,7 +78,7 @@ def lock(name: PathName) -> Iterator[bool]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             # the process that held the lock may have removed the file meanwhile
-            free = is_file(name, file)
+            free = _is_file(name, file)
         except BlockingIOError:
             free = False
         except OSError:
@@ -87,11 +87,21 @@ def lock(name: PathName) -> Iterator[bool]:
         try:
             yield free
         finally:
-            if free and is_file(name, file):
+            if free and _is_file(name, file):
                 Path(name).unlink(missing_ok=True)
 
 
-def is_file(name: PathName, file: IO[Any]) -> bool:
+def check_is_there(name: PathName, file: IO[Any]) -> None:
+    """Raise `OSError` if an open file is not the one of a name any more."""
+    if not _is_file(name, file):
+        raise OSError(
+            f"{os.fspath(name)} was removed or replaced while it was written: all "
+            "finished steps are in the restart file, if there is one; start again to "
+            "go on"
+        )
+
+
+def _is_file(name: PathName, file: IO[Any]) -> bool:
     """Return whether an open file is still the one of a name."""
     try:
         return os.path.samestat(os.fstat(file.fileno()), os.stat(name))
@@ -159,6 +169,7 @@ def table_writer(
             opened.flush()
 
         def write(row: Mapping[str, Any]) -> None:
+            check_is_there(file, opened)
             with named_in_errors(file):
                 table.writerow(row)
                 opened.flush()

@@ -233,6 +233,7 @@ def write_maps(options: argparse.Namespace) -> int:
 def _of_results(options: argparse.Namespace) -> tuple[Path, Scene, list[LoadStep]]:
     """Return the folder of a run, its scene and its steps."""
     scene = Scene.of_results(options.folder)
+    steps_with_frames(options.folder / "sweep.traj")  # raises before anything is drawn
     steps = read_steps(options.folder / RESTART, scene.record)
     return options.folder, scene, steps
 

@@ -11,12 +11,13 @@ import struct
 import warnings
 import zlib
 from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import IO
 
 from ase_roughcontact._util.files import (
     PathName,
-    is_file,
+    check_is_there,
     named_in_errors,
     replaced,
 )
@@ -101,16 +102,14 @@ class FrameFile:
     def __init__(self, file: PathName, contents: Iterable[bytes]) -> None:
         self._file = file
         self._ends = [len(MAGIC)]
-        with replaced(file) as new:
-            self._opened = open(new, "wb")  # noqa: SIM115
-            try:
+        with named_in_errors(file), ExitStack() as on_error:
+            with replaced(file) as new:
+                self._opened = on_error.enter_context(open(new, "wb"))
                 self._opened.write(MAGIC)
                 for each in contents:
                     self._write(each)
                 self._opened.flush()
-            except BaseException:
-                self._opened.close()
-                raise
+            on_error.pop_all()
 
     def add(self, contents: bytes) -> None:
         """Add a frame.
@@ -135,11 +134,7 @@ class FrameFile:
 
     def check_is_there(self) -> None:
         """Raise `OSError` if the file of this name is another one."""
-        if not is_file(self._file, self._opened):
-            raise OSError(
-                f"{os.fspath(self._file)} was removed or replaced since the last step: "
-                "finished steps are in the restart file; start again to go on"
-            )
+        check_is_there(self._file, self._opened)
 
     def close(self) -> None:
         """Close the file."""

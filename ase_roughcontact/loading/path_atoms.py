@@ -142,7 +142,7 @@ class PathAtoms:
             height=float(atoms.positions[-1, 2]),
             pressure=fields.pressure + fields.forces[:n, :m] / fields.cell_area,
             displacement=displacement(atoms, model.grid)[:n, :m],
-        )
+        ).in_order()
         pairs = float(counts.pairs - before)
         forces = atoms.get_forces()  # zero on atoms that the user has fixed
         return Run(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -50,11 +50,16 @@ class PathFiles:
         OSError
             If a file can't be written, or was removed since the last step.
         """
-        with ExitStack() as last:
-            if self._restart:
-                last.callback(_add_to_restart, self._restart, step)
+        try:
             if self._add_frame:
                 self._add_frame(step)
+        except OSError:
+            if self._restart:
+                with suppress(OSError):  # the first error is raised
+                    _add_to_restart(self._restart, step)
+            raise
+        if self._restart:
+            _add_to_restart(self._restart, step)
         if self._add_row:
             self._add_row(asdict(step.record))
 
