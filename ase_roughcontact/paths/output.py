@@ -99,3 +99,9 @@ class Output:
         check_different(**given)
         columns_of(self.record)  # raises if it is not a class of results
 
+    @property
+    def restart_file(self) -> PathName | None:
+        """File from which the path is resumed; None without one."""
+        if self.restart is None and self.trajectory is not None:
+            return restart_file(self.trajectory)
+        return self.restart

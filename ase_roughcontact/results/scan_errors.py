@@ -111,7 +111,8 @@ class ScanErrors:
 
     def todict(self) -> dict[str, Any]:
         """Return what the errors depend on beside the scan that is pressed."""
-        measurement = self.problem.facts.roughness.measurement
+        rough: Any = self.problem.topography.rough
+        measurement = rough.measurement
         return {
             "noise": asdict(measurement.noise),
             "filter": measurement.cutoff,

@@ -272,19 +272,19 @@ def test_a_case_continues_that_was_killed_in_the_middle_of_a_transaction(
     assert before.items() <= after.items()
     whole = read_ensemble(undisturbed, case=case_of(scene))
     assert_same_states(read_ensemble(database), whole)
-    assert not list(tmp_path.rglob("*.traj"))
+    assert not list(tmp_path.rglob("*.npz"))
 
 
-@pytest.mark.parametrize("frame_is", ["beyond the steps", "damaged", "being written"])
-def test_a_frame_that_does_not_fit_is_not_used(undisturbed, tmp_path, frame_is):
+@pytest.mark.parametrize("file_is", ["of all steps", "damaged", "being written"])
+def test_a_restart_file_that_does_not_fit_is_not_used(undisturbed, tmp_path, file_is):
     scene, database = SCENES[1], tmp_path / "e.db"
-    frame = tmp_path / "e-checkpoints" / f"{case_of(scene)}.traj"
-    frame.parent.mkdir()
-    other = scene.relax(trajectory=frame, keep="last")
-    if frame_is == "beyond the steps":  # of the database, which has none
+    file = tmp_path / "e-checkpoints" / f"{case_of(scene)}.npz"
+    file.parent.mkdir()
+    other = scene.relax(restart=file)
+    if file_is == "of all steps":  # the database has none
         assert len(list(other)) == 3
-    elif frame_is == "damaged":
-        frame.write_bytes(b"half a frame")
+    elif file_is == "damaged":
+        file.write_bytes(b"half a file")
     else:  # the case fails once
         assert next(other).step == 0
         (message,) = finish([scene], database).failures.values()

@@ -30,7 +30,7 @@ from ase_roughcontact.elasticity import Cubic, Isotropic, cross_kernel, love_ker
 from ase_roughcontact.elasticity.cell_kernels import cerruti_kernel
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
-from ase_roughcontact.paths import output
+from ase_roughcontact.paths import follow as paths
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 
@@ -153,7 +153,7 @@ def test_conditions_of_friction_and_contact_hold_with_dense_matrices(
     path, state = np.array([[0.0, 0.0], [0.03, 0.02]]), np.zeros((3, n * n))
     law, at = Coulomb(mu), np.zeros(2)
     steps = SlidingSteps(stepper, depths, law, path, control, coupling="solved")
-    for done in output.follow_states(steps):
+    for done in paths.follow_states(steps):
         step = done.record
         assert step.converged
         old, state = state, fields(done.left.state).reshape(3, -1)

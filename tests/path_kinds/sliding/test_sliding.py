@@ -31,7 +31,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
-from ase_roughcontact.paths import output
+from ase_roughcontact.paths import follow as paths
 from ase_roughcontact.paths.path_steps import NumberedSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
@@ -89,7 +89,7 @@ def test_tractions_of_rough_contacts_are_those_of_ciavarella_and_jaeger(seed):
     rough = SelfAffine(0.1, 0.8, 4.0, 24.0, domain=48.0, seed=seed)
     loads, sphere = np.array([3.0, 9.0]), RoughSphere(10.0 * n, rough)
     normal = stepper_of(n, control="loads", indenter=sphere, accuracy=1e-6)
-    path = output.follow_states(NumberedSteps(normal, loads))
+    path = paths.follow_states(NumberedSteps(normal, loads))
     pressures = [step.left.fields.pressure for step in path]
     stepper = stepper_of(n, control="loads", indenter=sphere, accuracy=1e-6)
     force = MU * (loads[1] - loads[0])
@@ -105,7 +105,7 @@ def test_tractions_of_rough_contacts_are_those_of_ciavarella_and_jaeger(seed):
 def test_ratio_of_lateral_and_normal_stiffness(poisson):
     stepper = stepper_of(128, solid=Isotropic(1.0, poisson))
     path = SlidingSteps(stepper, 3.0, Coulomb(1e3), [0.0, 1e-3])
-    steps = list(output.follow(path, Output(columns=["lateral_stiffness"])))
+    steps = list(paths.follow(path, Output(columns=["lateral_stiffness"])))
     lateral = steps[1].lateral_force_x / 1e-3
     ratio = 2.0 * (1.0 - poisson) / (2.0 - poisson)
     normal = 2.0 * np.sqrt(steps[1].contact_area / np.pi)  # 2 E* a

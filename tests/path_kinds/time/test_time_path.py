@@ -25,7 +25,7 @@ from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
-from ase_roughcontact.paths import output
+from ase_roughcontact.paths import follow as paths
 from ase_roughcontact.paths.path_steps import NumberedSteps
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
@@ -48,7 +48,7 @@ def stepper_of(problem, n, control="penetrations", **options):
 
 def follow(problem, n, schedule, control="penetrations", tolerance=1e-3, **options):
     stepper = stepper_of(problem, n, control, **options)
-    return list(output.follow(TimeSteps(stepper, schedule, tolerance)))
+    return list(paths.follow(TimeSteps(stepper, schedule, tolerance)))
 
 
 class Cone:
@@ -174,7 +174,7 @@ def test_gaps_are_those_of_the_whole_history(creep, wall, periodic):
         StepOptions(window="unchecked", accuracy=1e-7),
     )
     path = Schedule(0.2).ramp(0.6, time=1.0).hold(0.5).ramp(-0.3, time=0.8)
-    steps = list(output.follow_states(TimeSteps(stepper, path, 1e-2)))
+    steps = list(paths.follow_states(TimeSteps(stepper, path, 1e-2)))
     times, heights = (
         np.array([getattr(step.record, name) for step in steps])
         for name in ("time", "height")
@@ -307,7 +307,7 @@ def test_a_plastic_shape_is_kept_while_the_solid_has_no_time_to_creep():
     slow = Creep.standard_solid(relaxed=0.5, time=1e6)
     steps = follow(problem_of(n, wall, slow), n, schedule, window="unchecked")
     elastic = stepper_of(problem_of(n, wall, None), n, window="unchecked")
-    expected_steps = output.follow(NumberedSteps(elastic, np.array(depths)))
+    expected_steps = paths.follow(NumberedSteps(elastic, np.array(depths)))
     for number, expected in enumerate(expected_steps):
         assert expected.plastic_atoms > 0 or number == 1
         step = min(steps, key=lambda step: abs(step.time - (number + 1.0)))
@@ -391,7 +391,7 @@ def test_steps_of_a_long_hold_converge(relaxed):
 def test_the_past_of_another_series_is_refused():
     stepper = stepper_of(problem_of(32), 32)
     path = TimeSteps(stepper, Schedule(0.0).ramp(0.5, time=1.0))
-    crept = list(output.follow_states(path))[-1].left.state
+    crept = list(paths.follow_states(path))[-1].left.state
     other = stepper_of(problem_of(32, creep=Creep([1.0, 1.0], [1.0, 2.0])), 32)
     with pytest.raises(
         ValueError, match=r"has crept in a solid with Creep\(comp.* but"
@@ -408,7 +408,7 @@ def test_a_path_ends_where_the_contact_is_lost_under_a_tension(window, sudden):
     path = path.step(-50.0) if sudden else path.ramp(-50.0, time=50.0)
     steps = []
     with pytest.raises(RuntimeError, match="the contact is lost at the time"):
-        for step in output.follow(TimeSteps(stepper, path.hold(1.0), 0.1)):
+        for step in paths.follow(TimeSteps(stepper, path.hold(1.0), 0.1)):
             steps.append(step)
     assert all(step.converged for step in steps)
     # between JKR and the work of adhesion on the glassy solid with a larger contact

@@ -16,7 +16,7 @@ from ase_roughcontact import (
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
-from ase_roughcontact.paths import output
+from ase_roughcontact.paths import follow as paths
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 
@@ -36,7 +36,7 @@ def follow(indenter, n, schedule, tolerance, moduli=MODULI, times=TIMES, **contr
     window = Box((-(n // 2), -(n // 2)), (n, n))
     options = StepOptions(window="unchecked")
     stepper = Stepper(problem, control.get("control", "penetrations"), window, options)
-    return list(output.follow(TimeSteps(stepper, schedule, tolerance)))
+    return list(paths.follow(TimeSteps(stepper, schedule, tolerance)))
 
 
 def unit_ramp(time):
