@@ -225,9 +225,17 @@ class RealFFT2:
         scale(half, values[:rows], factor / math.prod(self.grid))
         if not self._whole:
             return half
-        # NumPy multiplies complex numbers faster by complex than by real ones
         whole = np.concatenate((half, half[self.grid[0] - rows : 0 : -1]))
-        return whole.astype(self._buffers[0].columns.dtype)
+        return whole.astype(self.factor_type)
+
+    @property
+    def factor_type(self) -> np.dtype:
+        """Type of factors by which spectra are multiplied fastest.
+
+        NumPy multiplies complex numbers faster by complex than by real ones, which take
+        half the memory.
+        """
+        return self._buffers[0].columns.dtype if self._whole else self.dtype
 
     def filter(
         self,
@@ -295,7 +303,7 @@ class RealFFT2:
         fields : ndarray, shape (k, n, m)
             Values on the first rows and columns of the grid, zero elsewhere.
         matrix : sequence of l sequences of k arrays, shape (N, M//2 + 1)
-            Spectra, real.
+            Real spectra, best of the type `factor_type`.
         shape : (int, int), optional
             First rows and columns of the grid that are wanted; by default ``(n, m)``.
         imaginary : bool

@@ -210,13 +210,14 @@ class LateralHalfSpace(_Response):
 
     @cached_property
     def _relative_compliance(self) -> np.ndarray:
-        return (self._compliance / self.self_compliance).astype(np.float32)
+        factors = self._single_transform.factor_type
+        return (self._compliance / self.self_compliance).astype(factors)
 
     @cached_property
     def _relative_stiffness(self) -> np.ndarray:
         spectrum = self.spectrum(self._wrapped_transform.grid)
         inverse = _inverse(spectrum / self.self_compliance)
-        return inverse.astype(np.float32)
+        return inverse.astype(self._wrapped_transform.factor_type)
 
     def _multiplied(
         self, matrix: np.ndarray, values: np.ndarray, transform: RealFFT2
