@@ -190,7 +190,7 @@ def coarser(problem: Problem, factor: int) -> Problem:
         indenter = replace(indenter, roughness=longer)
     if isinstance(solid, Crystal):  # which has only the spacing of its own
         solid = Isotropic(solid.contact_modulus)
-    return Problem(indenter, solid, problem.wall, spacing)
+    return Problem(indenter, solid, problem.wall, spacing, fft=problem.fft)
 
 
 def predicted_depth(

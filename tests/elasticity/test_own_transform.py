@@ -31,7 +31,8 @@ def atoms_under_sphere(wall, **fft):
 
 def steps_under(wall, coupling="", **fft):
     """Two steps of a sphere, with friction if a coupling is given."""
-    atoms, options = atoms_under_sphere(wall, **fft), {"validity": "ignore"}
+    atoms = atoms_under_sphere(wall, **fft)
+    options = {"validity": "ignore", "window": "auto"}
     if not coupling:
         return list(rc.load_path(atoms, [0.5, 1.0], **options))
     options |= {"displacements": [0.1, 0.3], "coupling": coupling}
@@ -43,10 +44,11 @@ contacts = pytest.mark.parametrize(
     [
         (rc.HardWall(), ""),
         (rc.LennardJones93.repulsive(1.0, 1.0), ""),
+        (rc.DugdaleWall(0.02, 0.5), ""),
         (rc.HardWall(), "neglected"),
         (rc.HardWall(), "solved"),
     ],
-    ids=["hard", "soft", "friction", "coupled friction"],
+    ids=["hard", "soft", "adhesive", "friction", "coupled friction"],
 )
 
 
