@@ -135,8 +135,8 @@ _PRESSURE, _LEAST = 0.01, 0.1
 
 
 def pressure_unit(value: float) -> str:
-    """Return GPa, MPa or kPa for a pressure (eV/Å^3)."""
-    units = ("GPa", "MPa", "kPa")
+    """Return GPa, MPa, kPa or Pa for a pressure (eV/Å^3)."""
+    units = ("GPa", "MPa", "kPa", "Pa")
     return next((each for each in units if value >= _LEAST * PRESSURES[each]), "kPa")
 
 

@@ -7,7 +7,13 @@ import math
 from typing import Any
 
 from ase_roughcontact._util.printing import number, show, table, write
-from ase_roughcontact._util.units import LENGTHS, UNITS, WORKS, quantity
+from ase_roughcontact._util.units import (
+    LENGTHS,
+    UNITS,
+    WORKS,
+    pressure_unit,
+    quantity,
+)
 from ase_roughcontact.cli.common import json_line
 from ase_roughcontact.fitting.curve_checks import curve_checks
 from ase_roughcontact.fitting.curve_files import read_curve
@@ -15,7 +21,6 @@ from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.fitting.indentation import (
     IndentationFit,
     fit_indentation,
-    modulus_unit,
 )
 from ase_roughcontact.theory.indenters import named_indenter
 
@@ -115,7 +120,7 @@ def _line(measured: ForceCurve, checks: list[str], fit: IndentationFit | None) -
     units = dict.fromkeys(("largest_force", "lowest_force", "free_force"), "nN")
     units |= {"noise": "nN", "spring_constant": "N/m"}
     if fit is not None:
-        unit = modulus_unit(fit.contact_modulus)
+        unit = pressure_unit(fit.contact_modulus)
         deepest = float(fit.indentation[fit.compared].max())
         values |= {
             "indenter": fit.indenter.name,

@@ -183,11 +183,14 @@ def _jump_warnings(
                 "know it no better than that"
             )
         if abs(residual) > _OFF_AT_JUMP:
+            side = "above" if residual > 0.0 else "below"
+            instead = ""
+            if branch.direction < 0.0 and len(curve.branches) > 1:
+                instead = "; or fit the retraction alone: --branch retraction"
             yield (
-                f"the {name} of the fit is {abs(residual):.1f} standard errors "
-                f"{'above' if residual > 0.0 else 'below'} the measured one: the range "
-                "of the attraction is another one (--free attraction_range, or a wall "
-                "of another kind), or another force acts in contact, such as a "
-                "capillary one, which the work of adhesion then contains; the errors "
-                "do not contain this"
+                f"the {name} of the fit is {abs(residual):.1f} standard errors {side} "
+                "the measured one: the range of the attraction is another one (--free "
+                "attraction_range, or a wall of another kind), or another force acts, "
+                "such as a capillary one in contact, which the work of adhesion then "
+                f"contains; the errors do not contain this{instead}"
             )

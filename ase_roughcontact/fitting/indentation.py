@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ase_roughcontact._util.printing import Printed, number, table
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import UNITS, pressure_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.theory.indenters import Indenter
@@ -120,7 +120,7 @@ class IndentationFit(Printed):
     @property
     def parts(self) -> list[object]:
         """Parameters with standard errors, and warnings."""
-        unit = modulus_unit(self.contact_modulus)
+        unit = pressure_unit(self.contact_modulus)
         deepest = float(self.indentation[self.compared].max())
         rows: list[list[str]] = []
 
@@ -139,11 +139,6 @@ class IndentationFit(Printed):
         heads = [self.indenter.name, "value", "± error", "unit"]
         warned = (f"warning: {warning}" for warning in self.warnings)
         return [*failed, table(heads, rows, left=1), *warned]
-
-
-def modulus_unit(value: float) -> str:
-    """Return GPa, MPa, kPa or Pa for a modulus (eV/Å^3)."""
-    return next((unit for unit in ("GPa", "MPa", "kPa") if value >= UNITS[unit]), "Pa")
 
 
 def fit_indentation(

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ase_roughcontact._util.printing import Printed, number, table
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import PRESSURES, UNITS, pressure_unit
 from ase_roughcontact._util.validation import FloatArray
 
 #: Part of the expected error from which a difference is far above it.
@@ -103,21 +103,23 @@ class Fit(Printed):
 
     @property
     def parts(self) -> list[Any]:
-        """Parameters with standard errors, correlations, noise and warnings."""
+        """What did not converge, parameters with errors, correlations and warnings."""
         heads = ["parameter", "value", "± error", "unit", *self.contributions]
-        unit = self.ordinate[1]
-        noise = ["noise", number(self.noise / UNITS[unit], 3), "", unit]
-        rows = [
-            [
-                name,
-                number(self.values[i], 5),
-                number(self.errors[i], 2),
-                self.units[i],
-                *(number(errors[i], 2) for errors in self.contributions.values()),
-            ]
-            for i, name in enumerate(self.names)
-        ]
+        force = self.ordinate[1]
+        noise = ["noise", number(self.noise / UNITS[force], 3), "", force]
+        rows = []
+        for i, name in enumerate(self.names):
+            # moduli of soft solids in kPa or Pa
+            unit = self.units[i]
+            if unit in PRESSURES:
+                unit = pressure_unit(self.values[i] * UNITS[unit])
+            scale = UNITS[self.units[i]] / UNITS[unit]
+            parts = (scale * errors[i] for errors in self.contributions.values())
+            value, error = scale * self.values[i], scale * self.errors[i]
+            row = [name, number(value, 5), number(error, 2), unit]
+            rows.append([*row, *(number(part, 2) for part in parts)])
         return [
+            *(() if self.converged else ("NOT CONVERGED",)),
             table(heads, [*rows, [*noise, *("" for _ in self.contributions)]], left=1),
             *(
                 f"correlation of {a} and {b}: {self.correlation[i, j]:.3f}"
@@ -125,7 +127,6 @@ class Fit(Printed):
                 for j, b in enumerate(self.names[:i])
             ),
             *(f"warning: {warning}" for warning in self.warnings),
-            *(() if self.converged else ("NOT CONVERGED",)),
         ]
 
 

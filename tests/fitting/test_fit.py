@@ -14,6 +14,7 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.fitting.figures import draw_fit
 from ase_roughcontact.fitting.fit import fit_curve
 from ase_roughcontact.fitting.force_curve import ForceCurve
+from ase_roughcontact.fitting.least_squares import Fit
 from ase_roughcontact.fitting.parameters import (
     FREE,
     ForceDerivatives,
@@ -461,6 +462,18 @@ def test_a_fit_tells_of_correlated_parameters(largest, told, monkeypatch):
     assert any(warned) == told
 
 
+@pytest.mark.parametrize(
+    ("value", "row"), [(19.2e-6, "19.200 1.0 kPa 1.0"), (2.5e-8, "25.000 1.0 Pa 1.0")]
+)
+def test_moduli_of_soft_samples_are_printed_in_small_units(value, row):
+    scale = UNITS[row.split()[2]] / UNITS["GPa"]
+    error, point = np.array([scale]), np.zeros(1)
+    names, units = ("contact_modulus",), ("GPa",)
+    arrays = np.array([value]), error, {"noise": error}, np.eye(1), point, point, point
+    fit = Fit(names, units, *arrays, np.ones(1, bool), 1.0, True)
+    assert f"contact_modulus {row}" in " ".join(str(fit).split())
+
+
 def fit_with(monkeypatch, trial, curve):
     """Fit with other trials; return the fit and what was reported of them."""
     exact, trials = Residuals.trial, []
@@ -479,7 +492,7 @@ def test_a_fit_without_progress_ends_and_is_not_converged(measured, monkeypatch)
 
     found, trials = fit_with(monkeypatch, worse, measured)
     assert not found.converged
-    assert "NOT CONVERGED" in str(found)
+    assert str(found).startswith("NOT CONVERGED")
     assert 1 < len(trials) <= 7  # two with progress
 
 
