@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from ase_roughcontact._util.units import UNITS, pressure_unit, with_unit
+from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.results.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
@@ -58,8 +59,8 @@ def bodies(scene: Scene) -> dict[str, str]:
     )
     if scene.friction is not None:
         found["friction"] = scene.friction.label
-        poisson = getattr(scene.solid, "poisson", None)
-        if poisson is not None:
+        if isinstance(scene.solid, Isotropic):
+            poisson = scene.solid.poisson
             found["friction"] += f"; Poisson's ratio of the solid {poisson:.3g}"
     if scene.is_continuum:
         lost = scene.lost_slope

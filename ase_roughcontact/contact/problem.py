@@ -157,24 +157,21 @@ class Problem:
         Returns
         -------
         dict
-            Of the results of their methods `todict`, or the parts themselves where they
-            have none. Spacing and offset are left to the lattice.
+            Results of their methods `todict`. Spacing and offset are left to the
+            lattice.
         """
-        solid: dict[str, Any] = {"solid": self.solid}
+        solid = self.solid.todict()
         if isinstance(self.solid, Isotropic):
-            solid = self.solid.todict()
             del solid["name"]
-        parts = {
-            "indenter": self.indenter,
-            **solid,
-            "interaction": self.wall,
-            "heterogeneity": self.heterogeneity,
-            "precision": np.dtype(self.fft.get("dtype", float)).name,
-        }
+        else:
+            solid = {"solid": solid}
+        field = self.heterogeneity
         return {
-            name: part.todict() if hasattr(part, "todict") else part
-            for name, part in parts.items()
-            if part is not None
+            "indenter": self.topography.todict(),
+            **solid,
+            "interaction": self.wall.todict(),
+            **({} if field is None else {"heterogeneity": field.todict()}),
+            "precision": np.dtype(self.fft.get("dtype", float)).name,
         }
 
 

@@ -93,18 +93,13 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
     Lengths are in units of the spacing, which is in Å. Parameters of the wall include
     those that follow from named materials.
     """
-    spacing, wall, rough, nan = scene.spacing, scene.wall, scene.rough, math.nan
+    spacing, wall, nan = scene.spacing, scene.wall, math.nan
     hardness = scene.hardness / UNITS["GPa"]
     rate = getattr(scene.path, "rate", None)
-    lengths = "short_wavelength", "long_wavelength"
     values = {
         "control": scene.path.control,
         "radius": scene.radius / spacing,
-        # the slope of a scanned tip is not due to roughness alone
-        "rms_slope": getattr(rough, "rms_slope", nan if scene.whole_tip else 0.0),
-        "hurst": getattr(rough, "hurst", nan),
-        **{name: getattr(rough, name, nan) / spacing for name in lengths},
-        "seed": getattr(rough, "seed", None),
+        **_roughness_columns(scene),
         "kind": scene.interaction.kind,
         "work_of_adhesion": wall.work_of_adhesion / UNITS["J/m^2"] or nan,
         "attraction_range": wall.attraction_range / spacing or nan,
@@ -119,6 +114,23 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
     return {
         name: MISSING[COLUMNS[name]] if value is None else COLUMNS[name](value)
         for name, value in values.items()
+    }
+
+
+def _roughness_columns(scene: Scene) -> dict[str, Any]:
+    """Return the columns of the roughness, which a smooth sphere does not have."""
+    rough, nan = scene.rough, math.nan
+    if rough is None:
+        # the slope of a scanned tip is not due to roughness alone
+        slope = nan if scene.whole_tip else 0.0
+        unknown = dict.fromkeys(("hurst", "short_wavelength", "long_wavelength"), nan)
+        return {"rms_slope": slope, **unknown, "seed": None}
+    return {
+        "rms_slope": rough.rms_slope,
+        "hurst": rough.hurst,
+        "short_wavelength": rough.short_wavelength / scene.spacing,
+        "long_wavelength": rough.long_wavelength / scene.spacing,
+        "seed": rough.seed,
     }
 
 

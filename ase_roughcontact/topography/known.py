@@ -104,6 +104,11 @@ class Topography(Registered, Surface):
         return math.nan
 
     @property
+    def seed(self) -> int | None:
+        """Seed of a random surface; None for other surfaces."""
+        return None
+
+    @property
     def mean_height(self) -> float:
         """Mean of the heights (length)."""
         return 0.0
