@@ -10,6 +10,7 @@ from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.results.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
+from ase_roughcontact.scene.scan import tip_radius
 from ase_roughcontact.scene.solid import label_of
 from ase_roughcontact.scene.spacing import lengths_in_spacings
 from ase_roughcontact.topography import SelfAffine
@@ -27,7 +28,7 @@ def bodies(scene: Scene) -> dict[str, str]:
         + _hardness(scene),
         "indenter": f"sphere of {radius}"
         if tip is None
-        else f"scanned tip ({radius}, fitted to the scan)",
+        else f"scanned tip (radius {tip_radius(tip)}, fitted to the scan)",
     }
     if scene.is_flat:
         n, m = (k * scene.spacing / nm for k in scene.bodies.cell or ())

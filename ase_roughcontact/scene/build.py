@@ -20,6 +20,7 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.config import DEFAULT_RADIUS
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.random_fields import local_adhesion
+from ase_roughcontact.scene.scan import tip_radius
 from ase_roughcontact.scene.section import Problems, lengths
 from ase_roughcontact.scene.solid import (
     creep_of,
@@ -185,8 +186,10 @@ def _radius(scene: SceneFile, spacing: float) -> float:
             return DEFAULT_RADIUS * spacing
         shape = "the scan does not say whether it is that of a whole tip"
         if scan.tip.is_tip:
-            nm = f"{scan.tip.radius / UNITS['nm']:.3g} nm"
-            shape = f"the scan itself has a radius of about {nm} at its highest point"
+            shape = (
+                f"the scan itself has a radius of {tip_radius(scan)} at its highest "
+                "point"
+            )
         raise ValueError(
             f"{shape}: give radius = inf if it is the whole tip, or the radius of the "
             "sphere that it is the roughness of"

@@ -120,9 +120,7 @@ class TopographyConfig(Section):
         x, y = x / UNITS[name], y / UNITS[name]
         parts.append(f"{place} at ({x:.4g}, {y:.4g}) {name}")
         if surface.tip.is_tip:
-            parts.append(
-                f"curvature of the scan itself: radius {surface.tip.radius / nm:.3g} nm"
-            )
+            parts.append(f"curvature of the scan itself: radius {tip_radius(surface)}")
         return f"{Path(self.file).name}, the {self.role}: {', '.join(parts)}"
 
     @property
@@ -178,20 +176,43 @@ class TopographyConfig(Section):
             )
         if self.role == "indenter" and surface.tip.is_tip and not whole_tip:
             found.append(
-                f"the scan itself has a radius of about {surface.tip.radius / nm:.3g} "
-                "nm at its highest point, and the curvature of the sphere is added to "
+                f"the scan itself has a radius of about {tip_radius(surface)} at its "
+                "highest point, and the curvature of the sphere is added to "
                 "it: give radius = inf if it is the whole tip, or detrend = "
                 '"curvature" if it is roughness of the sphere'
             )
-        flat = radius == math.inf and not whole_tip
-        if self.role == "indenter" and flat and not surface.periodic:
-            found.append(
+        found += self._doubts_about_tip(radius, whole_tip)
+        found += [*measured.doubts, *self._doubts_about_noise()]
+        return [f"{Path(self.file).name}: {each}" for each in found]
+
+    def _doubts_about_tip(self, radius: float, whole_tip: bool) -> Iterator[str]:
+        """Yield warnings about an indenter that may be a whole tip, or a flat."""
+        surface = self.surface
+        if whole_tip and surface.tip.may_be_bow:
+            yield (
+                f"the scan of the tip rises with a mean slope of {surface.tip.rise:.2g}"
+                ", as that of a flat with the bow of a scanner may: if it is a flat, "
+                'give detrend = "curvature"'
+            )
+        if (
+            self.role != "indenter"
+            or radius < math.inf
+            or whole_tip
+            or surface.periodic
+        ):
+            return
+        if surface.tip.at_edge:
+            yield (
+                "no tip found, as the highest point is on the edge: the scan is taken "
+                "as a periodic flat. Give margin, the distance from the edges within "
+                "which a tip is sought"
+            )
+        else:
+            yield (
                 "no tip found in the scan: it is taken as a periodic flat. Give role = "
                 '"substrate" if it is one, or the radius of the sphere that it is the '
                 "roughness of"
             )
-        found += [*measured.doubts, *self._doubts_about_noise()]
-        return [f"{Path(self.file).name}: {each}" for each in found]
 
     def _doubts_about_noise(self) -> Iterator[str]:
         """Yield warnings about outliers, noise and edges, with keys that help."""
@@ -240,6 +261,11 @@ def _read(config: TopographyConfig, contents: str) -> HeightMap:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ScanWarning)  # `TopographyConfig.warnings`
         return HeightMap.from_topography(options.pop("file"), **options)
+
+
+def tip_radius(scan: HeightMap) -> str:
+    """Return the radius of a scanned tip with its standard error."""
+    return f"{scan.tip.radius / UNITS['nm']:.3g} nm ± {100.0 * scan.tip.error:.1f} %"
 
 
 def _size(surface: HeightMap) -> FloatArray:

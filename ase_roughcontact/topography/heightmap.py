@@ -164,8 +164,8 @@ class HeightMap(Topography):
             Place on the axis of the indenter: the middle of the scan, its highest point
             after detrending, or a position (x, y) from its first point (`unit`).
         margin : float
-            Distance from the edges of the scan within which no highest point is sought
-            (`unit`).
+            Distance from the edges of the scan within which no highest point is sought,
+            for `center` and for the apex of a tip (`unit`).
         periodic : bool, optional
             Whether the scan is periodic; by default whether the object says so.
         channel : int or str, optional
@@ -309,6 +309,11 @@ class HeightMap(Topography):
         return min(min(x, side - step - x) for x, side, step in ends)
 
     @property
+    def middle_extent(self) -> float:
+        """The extent if the middle of the map is on the axis (length)."""
+        return min((n - 1) // 2 * step for n, step in self._axes)
+
+    @property
     def repeats(self) -> bool:
         """Whether the map is periodic."""
         return self.periodic
@@ -350,8 +355,9 @@ class HeightMap(Topography):
 
     @cached_property
     def tip(self) -> TipFit:
-        """Paraboloid around the lowest point of the map."""
-        return TipFit.of(self._values, self.spacing)
+        """Paraboloid around the lowest point of the map, with the margin of a scan."""
+        margin = self.measurement.margin if self.measurement else 0.0
+        return TipFit.of(self._values, self.spacing, margin)
 
     @property
     def turned(self) -> HeightMap:

@@ -74,6 +74,11 @@ class Topography(Registered, Surface):
         return math.inf
 
     @property
+    def middle_extent(self) -> float:
+        """The extent if the middle of a map is on the axis (length)."""
+        return self.extent
+
+    @property
     def repeats(self) -> bool:
         """Whether the surface is periodic beyond the extent."""
         return False

@@ -62,6 +62,8 @@ class Measurement:
         Numbers of points that were not measured, and that are outliers.
     doubts : tuple of str
         What is wrong with lines of the scan, and what helps.
+    margin : float
+        Distance from the edges within which no lowest point is sought (length).
     strain : float
         Relative change of distances along y, for a grid of squares.
     """
@@ -74,6 +76,7 @@ class Measurement:
     missing: int = 0
     outliers: int = 0
     doubts: tuple[str, ...] = ()
+    margin: float = 0.0
     strain: float = 0.0
 
     @cached_property

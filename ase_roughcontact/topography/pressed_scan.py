@@ -90,7 +90,9 @@ def pressed_scan(
     lower, place = lower_side(z, spacing, role, place)
     counts = missing, int(far.sum())
     doubts = (*_doubts(bad, remove_bad_lines), *_exchanged(scan.heights))
-    measured = Measurement(lower, spacing, periodic, found, cutoff, *counts, doubts)
+    measured = Measurement(
+        lower, spacing, periodic, found, cutoff, *counts, doubts=doubts, margin=edge
+    )
     return measured, place
 
 

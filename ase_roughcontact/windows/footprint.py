@@ -66,7 +66,12 @@ class BeyondSurfaceError(ValueError):
         self.domain, side = 0, math.ceil(_DOMAIN_MARGIN * 2 * atoms)
         needed = memory_of((0, 0), points=side**2)
         if not indenter.repeats:
-            self.advice += ", or a larger map"
+            inside = radius <= indenter.rough.middle_extent
+            self.advice += (
+                f", or a place {ends[1]} from the edges (margin)"
+                if inside
+                else ", or a larger map"
+            )
         elif needed < available_memory():
             self.domain = side
             self.advice = f"give the roughness a domain of {side} spacings or more"

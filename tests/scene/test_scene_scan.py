@@ -1,5 +1,6 @@
 """Scenes with a scan as the roughness."""
 
+import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -244,3 +245,56 @@ def test_scars_change_the_area_of_a_flat_and_their_removal_restores_it(folder):
         areas.append(step.continuum_area)
     assert areas[1] < 0.5 * areas[0]
     assert areas[2] == pytest.approx(areas[0], rel=0.05)  # waves of four points
+
+
+def tip_scene(folder, scan, keys="", radius="inf"):
+    """Return the scene of the scan of an indenter of 12.8 nm."""
+    write(folder, scan)
+    scene = SMOOTH.replace("radius = 60.0", f"radius = {radius}")
+    section = SECTION.replace("substrate", "indenter") + 'detrend = "none"\n' + keys
+    return read(folder, section, scene)
+
+
+PLACES = 0.2 * (np.arange(64.0) - 32.0)  # nm
+SQUARES = PLACES[:, None] ** 2 + PLACES**2
+
+
+def test_the_radius_of_a_scanned_tip_has_an_error(folder):
+    scene = tip_scene(folder, SCAN - SQUARES / 12.0)
+    assert scene.whole_tip is not None
+    (radius, error) = re.search(
+        r"curvature of the scan itself: radius (\S+) nm ± (\S+) %",
+        scene.topography.summary,
+    ).groups()
+    assert float(radius) == pytest.approx(6.0, rel=0.03 * float(error))
+    assert 0.0 < float(error) < 20.0
+
+
+def test_a_rough_flat_with_the_bow_of_a_scanner_is_taken_for_a_flat(folder):
+    scene = tip_scene(folder, 3.0 * SCAN - SQUARES / 400.0)
+    assert scene.is_flat
+    assert "no tip found" in " ".join(doubts(scene))
+
+
+def test_a_lens_may_be_a_flat_with_the_bow_of_a_scanner(folder):
+    scene = tip_scene(folder, 0.01 * SCAN - SQUARES / 100.0)
+    assert scene.whole_tip is not None
+    assert 'if it is a flat, give detrend = "curvature"' in " ".join(doubts(scene))
+    sharp = tip_scene(folder, 0.01 * SCAN - SQUARES / 12.0)
+    assert "if it is a flat" not in " ".join(doubts(sharp))
+
+
+def test_debris_on_the_edge_hides_a_tip_unless_there_is_a_margin(folder):
+    scan = 0.1 * SCAN - SQUARES / 12.0
+    scan[2, 3] = 20.0
+    hidden = tip_scene(folder, scan)
+    assert "Give margin" in " ".join(doubts(hidden))
+    found = tip_scene(folder, scan, 'center = "highest"\nmargin = "1.2 nm"\n')
+    assert found.radius == pytest.approx(60.0, rel=0.1)
+
+
+def test_a_place_near_the_edge_of_a_scan_asks_for_a_margin(folder):
+    scene = SMOOTH.replace("shape", "#shape")
+    section = SECTION + 'unit = "nm"\ncenter = [2.0, 6.4]\n'
+    with pytest.raises(ValueError, match=r"or a place .* nm from the edges \(margin\)"):
+        next(read(folder, section, scene).relax([8.0]))

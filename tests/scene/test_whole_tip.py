@@ -49,7 +49,7 @@ def steps(scene):
 def test_the_summary_of_an_array_says_which_index_and_which_radius_is_meant(read):
     line = read().topography.summary
     assert "64 x 64 points (first index along x), 0 (0 %) missing" in line
-    assert line.endswith(", curvature of the scan itself: radius 10 nm")
+    assert line.endswith(", curvature of the scan itself: radius 10 nm ± 0.0 %")
 
 
 ROUGH = SelfAffine(0.05, 0.8, 8.0, 32.0, seed=1).heights((64, 64), 2.0)
@@ -89,7 +89,7 @@ def test_theory_of_a_tip_is_that_of_its_radius_of_curvature(read):
     ("lines", "heights", "message"),
     [
         ({"[topography]": "[roughness]\n[topography]"}, TIP, r"or \[topography\], not"),
-        ({"radius = inf": ""}, TIP, "radius of about 10 nm .* radius = inf"),
+        ({"radius = inf": ""}, TIP, r"radius of 10 nm ± \S+ % .* radius = inf"),
         ({"radius = inf": ""}, ROUGH, "does not say .* radius = inf"),
         ({}, -TIP, "on the edge of the scan: is the height reversed"),
         ({'center = "highest"': ""}, -TIP, "not convex .* is the height reversed"),
@@ -130,7 +130,7 @@ HOLES[20:40] = np.nan
         (30.0 * ROUGH, {}, "rms slope is 1.5, usual"),
         (200.0 * ROUGH, {"radius = inf": 'radius = "1 nm"'}, "of the sphere, 1 nm"),
         (ROUGH, {"spacing = 2.0\n": 'spacing = "0.1 mm"\n'}, "6.4 mm wide"),
-        (TIP, {'"indenter"': '"indenter"'}, "radius of about 10 nm at its"),
+        (TIP, {'"indenter"': '"indenter"'}, "radius of about 10 nm ± 0.0 % at its"),
         (ROUGH, {"radius = inf": "radius = 30"}, "spacings a0 .* radius = 30, 6 nm"),
     ],
 )
