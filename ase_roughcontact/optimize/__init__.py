@@ -1,4 +1,4 @@
-"""Optimizers for the contact problem, and aids for those of ASE."""
+"""Optimizers for the contact problem, and aids for ASE's optimizers."""
 
 from ase_roughcontact.optimize.base import ContactOptimizer
 from ase_roughcontact.optimize.modes import FourierModes

@@ -36,18 +36,19 @@ from ase_roughcontact.solvers.status import (
 
 
 class ContactOptimizer(Optimizer):
-    """ASE optimizer around a solver whose unknown is the pressure on the window.
+    """ASE optimizer around a solver for the pressure on the window.
 
-    A subclass sets `solver` and the class attributes that say what the solver can do.
+    A subclass sets `solver` and the class attributes for the walls and constraints that
+    the solver supports.
 
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator.
+        Atoms with a `RoughContact` calculator.
     restart : None
         Not supported: the optimizer starts from the atoms.
     logfile, trajectory, append_trajectory, **kwargs
-        As for any ASE `Optimizer`.
+        See ASE's `Optimizer`.
     options : optional
         Options of the solver: `NewtonKrylovOptions` or `ActiveSetOptions`.
 
@@ -55,31 +56,32 @@ class ContactOptimizer(Optimizer):
     ----------
     solver : callable
         Class attribute, set with `staticmethod`: a generator function
-        ``solver(contact, *, height, external, start, tolerance)``, as `newton_krylov`,
-        that yields a `Relaxation` for each step. It also gets `options`, if any.
+        ``solver(contact, *, height, external, start, tolerance)``, such as
+        `newton_krylov`, that yields a `Relaxation` for each step. It also gets
+        `options`, if they are given.
     hard_walls : bool
         Class attribute: whether the solver is for hard walls without attraction, or for
-        all others; see `supports`.
+        all other walls; see `supports`.
     springs : bool
         Class attribute: whether the solver supports a `Hookean` on a free indenter.
     state : Relaxation or None
         Last state of the solver; None before the first step of a run.
     pairs : float
-        FFT pairs spent so far, normalised to one pair on the full padded grid.
+        Number of FFT pairs so far, normalised to pairs on the full padded grid.
     status : Status
-        Whether the last run has converged, or why it has not.
+        Convergence of the last run, or why it did not converge.
 
     Raises
     ------
     ValueError
-        If the calculator is not a `RoughContact`, its wall is not of the kind that the
-        solver is for, or there is a constraint that the solver does not support.
+        If the calculator is not a `RoughContact`, or the solver does not support its
+        wall or a constraint.
 
     Notes
     -----
     `run` moves the atoms when observers are called and at the end, `irun` at every
-    step. Energy and forces are then in the results of the calculator, also those of the
-    start, unless atoms overlap with a hard wall there.
+    step. The calculator then has energy and forces of the atoms, also at the start
+    unless atoms overlap with a hard wall.
     """
 
     solver: Callable[..., Generator[Relaxation, None, None]]
@@ -123,16 +125,16 @@ class ContactOptimizer(Optimizer):
         Parameters
         ----------
         fmax : float
-            Tolerance of the force on every atom (eV/Å). In any case the remaining force
-            is at most 1 % of the largest force of the wall on an atom.
+            Tolerance of the force on every atom (eV/Å). The remaining force is also at
+            most 1 % of the largest force of the wall on an atom.
         steps : int
-            Maximum number of steps.
+            Largest number of steps.
 
         Returns
         -------
         bool
-            Whether the tolerance was reached. If not, `status` says why, and the atoms
-            are in the best state that was found.
+            Whether the tolerance was reached. If not, `status` has the reason, and the
+            atoms are in the best state that was found.
         """
         *_, converged = self._iterate(fmax, steps)
         return converged
@@ -153,12 +155,12 @@ class ContactOptimizer(Optimizer):
 
     @classmethod
     def supports(cls, wall: Interaction) -> bool:
-        """Return whether the solver is for a wall."""
+        """Return whether the solver supports a wall."""
         return cls.hard_walls == wall.purely_hard
 
     @classmethod
     def check(cls, wall: Interaction, springs: bool = False) -> None:
-        """Raise `ValueError` if the solver is not for a wall, or not for springs."""
+        """Raise `ValueError` if the solver does not support a wall, or springs."""
         if not cls.supports(wall):
             if cls.hard_walls:
                 raise ValueError(
@@ -174,7 +176,7 @@ class ContactOptimizer(Optimizer):
 
     @classmethod
     def only_solves(cls) -> bool:
-        """Return whether a run is nothing but its solver, without ways of its own."""
+        """Return whether a subclass has no methods of its own for a run."""
         names = "__init__", "run", "irun", "step", "converged", "_iterate", "_start"
         return all(getattr(cls, n) is getattr(ContactOptimizer, n) for n in names)
 
@@ -198,18 +200,18 @@ class ContactOptimizer(Optimizer):
         self.pairs += state.pairs
         self.status = state.status
         self._energy, self._force = state.energy, state.error
-        if self.support.fixed:  # the springs are not part of the problem
+        if self.support.fixed:  # springs are not part of the problem
             self._energy += self.support.external(state.height)[0]
         if state.status.final:
-            self._states.close()  # frees its arrays
+            self._states.close()  # frees the arrays of the solver
 
     def converged(self, forces: np.ndarray | None = None) -> bool:
-        """Return whether the last step reached the tolerance, whatever the argument."""
+        """Return whether the last step reached the tolerance; forces are not used."""
         return self.status.converged
 
     @property
     def message(self) -> str:
-        """Reason why the last run has ended without convergence; else empty."""
+        """Reason why the last run ended without convergence; otherwise empty."""
         return self.status.message
 
     def log(self, gradient: np.ndarray | None = None) -> None:
@@ -231,6 +233,7 @@ class ContactOptimizer(Optimizer):
         super().call_observers()
 
     def _iterate(self, fmax: float, steps: int) -> Iterator[bool]:
+        """Yield whether the tolerance was reached, at the start and after each step."""
         self.fmax, self.max_steps = fmax, self.nsteps + steps
         self._check()
         self._model = model_of(self.atoms)
@@ -262,7 +265,7 @@ class ContactOptimizer(Optimizer):
                 self._move_atoms()
 
     def _check(self) -> None:
-        """Read the constraints, and raise `ValueError` if there is no solver."""
+        """Read the constraints, and raise `ValueError` if the solver can't be used."""
         wall = problem_of(self.atoms)[0].wall
         self.check(wall)
         self.support = support_of(self.atoms)
@@ -271,7 +274,10 @@ class ContactOptimizer(Optimizer):
         self.status = Status(UNFINISHED)
 
     def _start(self) -> tuple[np.ndarray | None, float]:
-        """Return the first pressure, None if flat, and height; set energy and force."""
+        """Return the first pressure, None for a flat surface, and the height.
+
+        Energy and largest force of this state are set.
+        """
         height = float(self.atoms.positions[-1, 2])
         values = displacement(self.atoms, self._model.grid)
         pressure = self._model.elastic_pressure(self.atoms)
@@ -284,7 +290,7 @@ class ContactOptimizer(Optimizer):
     def _move_atoms(self) -> None:
         """Move the atoms to the last state, and calculate their results."""
         if not has_model(self.atoms, self._model):
-            return  # the state is not one of theirs
+            return  # the state belongs to another problem
         state = self.state
         if state is None or state is self._applied:
             with suppress(ValueError):  # the first atoms may overlap with a hard wall
@@ -301,9 +307,9 @@ def status_of(optimizer: Any, converged: bool) -> Status:
     Parameters
     ----------
     optimizer : Optimizer
-        `ContactOptimizer`, which says why it has not converged, or another one of ASE.
+        `ContactOptimizer`, which has a status, or another optimizer of ASE.
     converged : bool
-        Whether it has converged.
+        Whether the optimizer has converged.
     """
     if converged:
         return Status(CONVERGED)

@@ -1,13 +1,14 @@
 """Comparison of optimizers on the contact of given atoms.
 
 Each optimizer relaxes a copy of the atoms. After every step its state is compared with
-the one that the solver for the wall finds to a relative error of 1e-9. The error of a
-state is the largest of
+the relaxed state, which the solver for the wall finds to a relative error of 1e-9. The
+error of a state is the largest of
 
-- the error of the normal force, relative to the magnitudes of all forces in contact,
-- the error of the contact area, relative to it, beyond one atom,
+- the error of the normal force, relative to the sum of the magnitudes of the forces on
+  atoms,
+- the relative error of the contact area, beyond one atom,
 - under a load, the error of the height times the contact stiffness, relative to the
-  same forces.
+  same sum.
 """
 
 from __future__ import annotations
@@ -42,10 +43,10 @@ from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.solvers.response import height_response
 from ase_roughcontact.stepping.convergence import StepRelaxer
 
-# Relative error of the state with which the others are compared.
-_REFERENCE = 1e-9
-# Optimizers that are compared by default on soft walls, beside the solver for the wall.
-_USUAL = (
+# Relative error of the relaxed state with which states are compared.
+_REFERENCE_ERROR = 1e-9
+# Optimizers that are compared by default on soft walls, with the solver for the wall.
+_ASE_OPTIMIZERS = (
     "LBFGS",
     "FIRE",
     "FIRE2",
@@ -64,26 +65,27 @@ def compare_optimizers(
     *,
     max_steps: int = 2000,
 ) -> OptimizerComparison:
-    """Relax the same atoms by several optimizers.
+    """Relax the same atoms by several optimizers, and compare their costs and errors.
 
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator, and the indenter where it will be, or free
-        under the load. They stay where they are.
+        Atoms with a `RoughContact` calculator, and the indenter at its height, or free
+        under the load. They are not moved.
     optimizers : iterable of str, or mapping of str to callable, optional
         Names as in `optimizer_names`, or functions that are called as ``f(atoms,
-        logfile=None)``. By default the solver for the wall, and under a soft wall the
-        usual ones of ASE, on atoms and on `FourierModes`.
+        logfile=None)``. By default the solver for the wall, and under a soft wall
+        common optimizers of ASE, on atoms and on `FourierModes`.
     accuracy : float
-        Wanted relative error of force and area: each stops at `fmax_for` it.
+        Wanted relative error of force and area: each optimizer stops at the tolerance
+        of `fmax_for`.
     max_steps : int
-        Largest number of steps of each.
+        Largest number of steps of each optimizer.
 
     Returns
     -------
     OptimizerComparison
-        An optimizer that fails has the reason.
+        Results, with the reason if an optimizer failed.
 
     Raises
     ------
@@ -112,15 +114,15 @@ def compare_optimizers(
     integer("max_steps", max_steps, 1)
     if surface_held(atoms):
         raise ValueError(
-            "constraints hold atoms of the surface, whose relaxed state the solver "
-            "for the wall does not find: remove them to compare"
+            "constraints hold atoms of the surface, which the solver for the wall "
+            "does not support: remove them to compare"
         )
     reference = _Reference.of(atoms)
     fmax = reference.fmax(accuracy)
     if reference.error_of(atoms) <= accuracy:
         warn(
-            "the atoms are relaxed to the accuracy already, so that no optimizer has "
-            "anything to do: compare on atoms as `substrate` makes them"
+            "the atoms are relaxed to the accuracy already, so that optimizers have "
+            "nothing to do: compare on atoms from `substrate`"
         )
     results = []
     for name, optimizer in _named(atoms, optimizers).items():
@@ -145,22 +147,34 @@ def _named(
         return given
     if given is None:
         wall = problem_of(atoms)[0].wall
-        given = [default_optimizer(wall).__name__, *(() if wall.hard else _USUAL)]
+        given = [default_optimizer(wall).__name__]
+        if not wall.hard:
+            given.extend(_ASE_OPTIMIZERS)
     return {name: optimizer_of(name) for name in given}
 
 
 @dataclass(frozen=True)
 class _Reference:
-    """Relaxed state, with what errors are relative to."""
+    """Relaxed state, with which states of optimizers are compared.
+
+    Attributes
+    ----------
+    run : Run
+        Relaxed state of the solver for the wall.
+    relax : StepRelaxer
+        Relaxer with the error of this state.
+    stiffness : float
+        Stiffness of the contact; zero if the indenter is fixed (eV/Å^2).
+    """
 
     run: Run
     relax: StepRelaxer
-    stiffness: float  # of the contact, if the indenter is free
+    stiffness: float
 
     @classmethod
     def of(cls, atoms: Atoms) -> _Reference:
-        """Return the relaxed state of atoms, which stay where they are."""
-        relax, run = solution(atoms, _REFERENCE)
+        """Return the relaxed state of atoms, which are not moved."""
+        relax, run = solution(atoms, _REFERENCE_ERROR)
         if not run.converged:
             raise RuntimeError(f"the relaxed state is not found: {run.message}")
         stiffness = 0.0
@@ -178,7 +192,7 @@ class _Reference:
                 "no atom is in contact in the relaxed state: lower the indenter, or "
                 "set it free under a load"
             )
-        return fmax * accuracy / _REFERENCE
+        return fmax * accuracy / _REFERENCE_ERROR
 
     @cached_property
     def contact(self) -> np.ndarray:
@@ -186,7 +200,7 @@ class _Reference:
         return self.run.fields.contact
 
     def error_of(self, atoms: Atoms) -> float:
-        """Return the error of a state of atoms, infinite inside of a hard wall."""
+        """Return the error of a state of atoms; infinity inside a hard wall."""
         try:
             return self.errors(atoms)["error"]
         except ValueError:
@@ -197,13 +211,13 @@ class _Reference:
         solved, state = self.run.fields, atoms.calc.state(atoms)
         scale, count = solved.total_magnitude, max(solved.repulsive_atoms, 1)
         force = abs(state.normal_force - solved.normal_force) / scale
-        beyond = abs(state.repulsive_atoms - solved.repulsive_atoms)
+        difference = abs(state.repulsive_atoms - solved.repulsive_atoms)
         height = float(atoms.positions[-1, 2]) - self.run.state.height
-        lowered = self.stiffness * abs(height) / scale
+        force_of_height = self.stiffness * abs(height) / scale
         return {
-            "error": max(force, max(beyond - 1, 0) / count, lowered),
+            "error": max(force, max(difference - 1, 0) / count, force_of_height),
             "force_error": force,
-            "area_error": beyond / count,
+            "area_error": difference / count,
             "height_error": height,
             "changed_atoms": int(np.count_nonzero(state.contact ^ self.contact)),
             "energy_error": float(atoms.get_potential_energy()) - self.run.energy,
@@ -211,7 +225,7 @@ class _Reference:
 
 
 class _Counting(RoughContact):
-    """Calculator that counts how often it has calculated."""
+    """Calculator that counts its calculations."""
 
     evaluations = 0
 
@@ -221,9 +235,9 @@ class _Counting(RoughContact):
 
 
 class _Followed:
-    """An optimizer that is followed step by step, on a copy of atoms.
+    """Run of an optimizer on a copy of atoms, with costs and errors after each step.
 
-    Costs of following it are left out.
+    Costs do not include the comparison with the relaxed state.
     """
 
     def __init__(self, name: str, atoms: Atoms, reference: _Reference) -> None:
@@ -241,7 +255,7 @@ class _Followed:
         accuracy: float,
         max_steps: int,
     ) -> OptimizerResult:
-        """Run the optimizer and return what it did."""
+        """Run the optimizer and return its result."""
         converged, reason = False, ""
         self._optimizer: Any = None
         self._before = np.array([0.0, 0.0, time.perf_counter()])
@@ -250,7 +264,7 @@ class _Followed:
             self._optimizer.attach(self._follow)
             converged = bool(self._optimizer.run(fmax=fmax, steps=max_steps))
             self._follow()
-        except Exception as error:  # whatever an optimizer does wrong is its result
+        except Exception as error:  # any failure of an optimizer is its result
             kind, text = type(error).__name__, str(error)
             reason = text if isinstance(error, ValueError) else f"{kind}: {text}"
             reason = reason or kind
@@ -262,14 +276,13 @@ class _Followed:
             reason = self._other_state()
         costs: dict[str, Any] = {}
         if self._history:
-            last = asdict(self._history[-1])
-            costs = {k: v for k, v in last.items() if k != "error"}
-        if found := reached(self._history, accuracy):
-            costs |= {
-                "evaluations_to_accuracy": float(found.evaluations),
-                "pairs_to_accuracy": found.pairs,
-                "seconds_to_accuracy": found.seconds,
-            }
+            costs = asdict(self._history[-1])
+            del costs["error"]  # the last error is among `_errors`
+        found = reached(self._history, accuracy)
+        if found is not None:
+            costs["evaluations_to_accuracy"] = float(found.evaluations)
+            costs["pairs_to_accuracy"] = found.pairs
+            costs["seconds_to_accuracy"] = found.seconds
         return OptimizerResult(
             self.name,
             converged,
@@ -288,7 +301,7 @@ class _Followed:
         return self._errors["changed_atoms"]
 
     def _counts(self) -> np.ndarray:
-        """Return evaluations, pairs and the time."""
+        """Return numbers of evaluations and FFT pairs, and the time (s)."""
         run, evaluations = self._optimizer, self.atoms.calc.evaluations
         pairs = float(contact_of(self.atoms).halfspace.pairs)
         if isinstance(run, ContactOptimizer):
@@ -298,10 +311,10 @@ class _Followed:
         return np.array([evaluations, pairs, time.perf_counter()])
 
     def _follow(self) -> None:
-        """Compare the atoms with the relaxed state."""
+        """Compare the atoms with the relaxed state, and note the costs so far."""
         self._spent += self._counts() - self._before
         for _ in self._optimizer.optimizable.iterimages():
-            pass  # moves the atoms if the optimizer works on other coordinates
+            pass  # this moves the atoms if the optimizer works on other coordinates
         try:
             self._errors = self._reference.errors(self.atoms)
         except ValueError:  # atoms inside a hard wall have no energy
@@ -314,8 +327,8 @@ class _Followed:
         self._before = self._counts()
 
     def _other_state(self) -> str:
-        """Return that the solver, from here, ends in another state; else empty."""
-        _, run = solution(self.atoms, _REFERENCE)
+        """Return a reason if the solver ends in another state from here; else empty."""
+        _, run = solution(self.atoms, _REFERENCE_ERROR)
         lowest = self._reference.run.energy
         if not run.converged or math.isclose(run.energy, lowest, rel_tol=1e-6):
             return ""

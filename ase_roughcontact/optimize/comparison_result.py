@@ -1,4 +1,4 @@
-"""Results of optimizers that were compared, and their table."""
+"""Results of compared optimizers, and their table."""
 
 from __future__ import annotations
 
@@ -14,15 +14,17 @@ from ase_roughcontact._util.printing import Printed, table
 
 @dataclass(frozen=True)
 class Progress:
-    """State of an optimizer after a step.
+    """Costs and error of an optimizer after a step.
 
     Attributes
     ----------
     steps : int
+        Number of steps so far.
     evaluations : int
-        Of energy and forces so far; of a solver of this package, its states.
+        Number of evaluations of energy and forces so far; for a solver of this package,
+        the number of its states.
     pairs : float
-        FFT pairs so far.
+        Number of FFT pairs so far.
     seconds : float
         Time so far (s).
     error : float
@@ -38,30 +40,32 @@ class Progress:
 
 @dataclass(frozen=True)
 class OptimizerResult:
-    """What one optimizer did.
+    """Result of an optimizer.
 
     Attributes
     ----------
     optimizer : str
-        Its name.
+        Name of the optimizer.
     converged : bool
+        Whether the optimizer has converged.
     reason : str
-        Why it has not converged, or in which other state it ended; else empty.
+        Reason why it has not converged, or the other state in which it ended; otherwise
+        empty.
     steps, evaluations, pairs, seconds
-        At the end; see `Progress`.
+        Costs at the end; see `Progress`.
     evaluations_to_accuracy, pairs_to_accuracy, seconds_to_accuracy : float
-        Until the error stayed below the accuracy; NaN if it did not.
+        Costs until the error stayed below the accuracy; NaN if it did not.
     error, force_error, area_error : float
-        Relative errors at the end; NaN if it did not start.
+        Relative errors at the end; NaN if the optimizer did not start.
     height_error : float
         Error of the height (Å).
     changed_atoms : int
-        Atoms in contact in one state only, in the last or in the relaxed one; -1 if it
-        did not start.
+        Number of atoms in contact in either the last or the relaxed state, but not in
+        both; -1 if the optimizer did not start.
     energy_error : float
-        Energy above that of the relaxed state (eV).
+        Energy minus the energy of the relaxed state (eV).
     history : tuple of Progress
-        Not a column.
+        Costs and errors after each step; not a column.
     """
 
     optimizer: str
@@ -83,17 +87,17 @@ class OptimizerResult:
     history: tuple[Progress, ...] = field(default=(), repr=False)
 
     def reached(self, error: float) -> Progress | None:
-        """Return the moment after which the error stays within a limit.
+        """Return the progress at the step from which on the error is within a limit.
 
         Parameters
         ----------
         error : float
-            Relative error of the state.
+            Largest relative error of the state.
 
         Returns
         -------
         Progress or None
-            None if it does not.
+            Progress; None if the error at the end is above the limit.
         """
         return reached(self.history, error)
 
@@ -105,14 +109,15 @@ class OptimizerComparison(Printed):
     Attributes
     ----------
     accuracy : float
-        Relative error of force and area.
+        Wanted relative error of force and area.
     fmax : float
-        Tolerance of forces for it (eV/Å).
+        Tolerance of forces for this error (eV/Å).
     energy, normal_force : float
-        Of the relaxed state (eV, eV/Å).
+        Energy and normal force of the relaxed state (eV, eV/Å).
     contact_atoms : int
-        Of the relaxed state.
+        Number of atoms in contact in the relaxed state.
     results : tuple of OptimizerResult
+        Result of each optimizer.
     """
 
     accuracy: float
@@ -160,11 +165,12 @@ class OptimizerComparison(Printed):
         return [about, table(heads, rows, 1), *failures]
 
     def write_csv(self, file: str | Path) -> None:
-        """Write a line for each optimizer.
+        """Write the results as CSV, a line for each optimizer.
 
         Parameters
         ----------
         file : str or Path
+            File to write.
         """
         names = [each.name for each in fields(OptimizerResult)][:-1]
         with open(file, "w", newline="", encoding="utf-8") as opened:
@@ -173,14 +179,15 @@ class OptimizerComparison(Printed):
             writer.writerows(asdict(result) for result in self.results)
 
     def check(self, *, atoms: int = 0, energy: float = 1e-3) -> None:
-        """Raise `AssertionError` unless all optimizers have found the relaxed state.
+        """Raise `AssertionError` if an optimizer has not found the relaxed state.
 
-        For tests: all have converged, to the same atoms in contact and energy.
+        This is for tests: all optimizers must have converged, with the same atoms in
+        contact and the same energy.
 
         Parameters
         ----------
         atoms : int
-            Largest number of other atoms in contact.
+            Largest number of atoms with changed contact.
         energy : float
             Largest difference of the energy (eV).
         """
@@ -201,7 +208,7 @@ class OptimizerComparison(Printed):
 
 
 def reached(history: Sequence[Progress], error: float) -> Progress | None:
-    """Return the moment after which the error stays within a limit."""
+    """Return the progress at the step from which on the error is within a limit."""
     found = None
     for progress in reversed(history):
         if not progress.error <= error:

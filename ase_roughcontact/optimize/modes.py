@@ -1,14 +1,15 @@
-r"""The contact problem in scaled Fourier modes, for any optimizer of ASE.
+r"""Contact problem in scaled Fourier modes, for optimizers of ASE.
 
-The Hessian of the energy is :math:`a_0^2 [K + \operatorname{diag} V'']`. Its elastic
+The Hessian of the energy is :math:`a_0^2 [K + \operatorname{diag} V'']`. The elastic
 part is diagonal in Fourier space, with eigenvalues that increase from the longest to
-the shortest wave: the larger the grid, the worse its condition number. In the modes
+the shortest wave: the larger the grid, the worse the condition number. In the modes
 
 .. math:: x(q) = \sqrt{\frac{w(q)\, a_0^2 [K(q) + k_\text{ref}]}{N M\, c}}\; \tilde u(q)
 
-it is nearly the identity times :math:`c` = 1 eV/Å\ :sup:`2`, on any grid. The weight
-:math:`w` is 2 for modes that also stand for their complex conjugates, else 1, and
-:math:`k_\text{ref}` three times the stiffness of the wall where it begins to repel.
+the Hessian is nearly the identity times :math:`c` = 1 eV/Å\ :sup:`2`, on any grid. The
+weight :math:`w` is 2 for modes that also stand for their complex conjugates, otherwise
+1, and :math:`k_\text{ref}` is three times the stiffness of the wall where it begins to
+repel.
 
 References
 ----------
@@ -35,20 +36,22 @@ from ase_roughcontact.atoms.constraints import (
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.solvers.relaxation import indenter_stiffness, is_relaxed
 
-# Advice to optimizers for which coordinates, energy and gradient do not suffice.
+# Advice about optimizers that need more than coordinates, energy and gradient.
 _NEEDS_ATOMS = "this optimizer needs atoms: use LBFGS, FIRE2 or SciPyFminCG on modes"
 
 
 class FourierModes(Optimizable):
     """Atoms of a `RoughContact` in the scaled Fourier modes of their half space.
 
-    An ASE `Optimizable`, to be given to FIRE, FIRE2, LBFGS or the SciPy optimizers in
-    place of the atoms; also to BFGSLineSearch, but its Hessian matrix is for windows of
-    a few hundred atoms at most. Energy and gradient together cost one FFT pair.
+    The modes are an ASE `Optimizable`: give them to FIRE, FIRE2, LBFGS or the SciPy
+    optimizers in place of the atoms. BFGSLineSearch works, too, with its dense Hessian
+    for windows of a few hundred atoms at most. Energy and gradient together cost one
+    FFT pair.
 
-    The atoms are always in the present iterate. If they are moved, or their calculator
-    or constraints are changed, the modes follow. The history of an optimizer (vectors,
-    velocities) is then one of another problem: make a new optimizer for a new problem.
+    The atoms always have the positions of the present iterate. If atoms are moved, or
+    their calculator or constraints are changed, the modes follow. The history of an
+    optimizer (vectors, velocities) then belongs to another problem: make a new
+    optimizer.
 
     The curvature of the energy is about 1 eV/Å^2 in these coordinates, which LBFGS
     needs as ``alpha=1`` (its default is meant for atoms). FIRE and FIRE2 limit the norm
@@ -57,8 +60,8 @@ class FourierModes(Optimizable):
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator and a soft wall. Constraints of the indenter
-        are supported, others are not.
+        Atoms with a `RoughContact` calculator and a soft wall. Constraints of the
+        indenter are supported, other constraints are not.
 
     Raises
     ------
@@ -88,7 +91,7 @@ class FourierModes(Optimizable):
 
     @property
     def maxstep(self) -> float:
-        """Norm of a step in which atoms move by 0.1 spacings (root mean square)."""
+        """Norm of a step that moves atoms by 0.1 spacings (root mean square)."""
         halfspace = self.contact.halfspace
         n, m = halfspace.shape
         stiffness = self._reference + np.median(halfspace.stiffness)
@@ -112,7 +115,10 @@ class FourierModes(Optimizable):
         return self._modes + 1
 
     def get_x(self) -> np.ndarray:
-        """Return a copy of the coordinates, shape (ndofs,); the last is 0 if fixed."""
+        """Return a copy of the coordinates, shape (ndofs,).
+
+        The last one belongs to the indenter, and is 0 if the indenter is fixed.
+        """
         self._follow()
         return self._x.copy()
 
@@ -131,7 +137,7 @@ class FourierModes(Optimizable):
         self._set(x)
 
     def get_value(self) -> float:
-        """Return the energy, including those of the load and of springs (eV)."""
+        """Return the energy, including the energies of the load and of springs (eV)."""
         self._follow()
         self._evaluate()
         return self._value
@@ -144,13 +150,13 @@ class FourierModes(Optimizable):
     def gradient_norm(self, gradient: np.ndarray) -> float:
         """Return the largest force on an atom, or the largest displacement in a step.
 
-        ASE's optimizers use this method both for the gradient, which they compare with
+        ASE's optimizers use this method for the gradient, which they compare with
         `fmax`, and for steps, which they compare with `maxstep`.
 
         Parameters
         ----------
         gradient : ndarray, shape (ndofs,)
-            The array that `get_gradient` returned, or a step.
+            Array from `get_gradient`, or a step.
 
         Returns
         -------
@@ -170,8 +176,10 @@ class FourierModes(Optimizable):
         The largest force is then below `fmax`, and at most 1 % of the largest force of
         the wall on an atom.
         """
-        known = gradient is self._gradient
-        force = (self.gradient_norm if known else self._largest_force)(gradient)
+        if gradient is self._gradient:
+            force = self.gradient_norm(gradient)
+        else:
+            force = self._largest_force(gradient)
         done = is_relaxed(self.contact, self._pressure, force, fmax)
         if done:
             self.atoms.get_potential_energy()
@@ -190,9 +198,9 @@ class FourierModes(Optimizable):
         self._scale()
 
     def _settings(self) -> list[Any]:
-        """Return what the problem depends on, beside the model and the positions.
+        """Return everything but model and positions on which the problem depends.
 
-        The last entry is energy and force of load and springs.
+        The last entry is the energy and the force of load and springs.
         """
         atoms = self.atoms
         external = self.support.external(float(atoms.positions[-1, 2]))
@@ -215,7 +223,7 @@ class FourierModes(Optimizable):
         self._connect()
         if self._modes != modes:
             raise ValueError(
-                "the surface has another number of atoms now: make new FourierModes"
+                "the number of surface atoms has changed: make new FourierModes"
             )
         self._read()
 
@@ -237,9 +245,9 @@ class FourierModes(Optimizable):
         self._gradient_to_force = _twice(to_mode / weight)
         self._modes = self._elastic.size
         self._shape = self._elastic.shape
-        # geometric mean of those to relaxed atoms, and to all atoms held where they
-        # are; than with the first alone FIRE takes up to 6 times fewer steps, but LBFGS
-        # up to 30 % more
+        # geometric mean of the stiffnesses against relaxed and against fixed atoms.
+        # Compared with relaxed atoms alone, FIRE takes up to 6 times fewer steps, and
+        # LBFGS up to 30 % more
         held = area * reference * contact.heights.size
         self._z_scale = (held * indenter_stiffness(contact)) ** -0.25
 
@@ -328,5 +336,5 @@ def _set_gradient(
 
 
 def _twice(values: np.ndarray) -> np.ndarray:
-    """Return every column twice, for the real and the imaginary part."""
+    """Return every column twice, for real and imaginary parts."""
     return np.repeat(values, 2, axis=1)

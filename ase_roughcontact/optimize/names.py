@@ -1,4 +1,4 @@
-"""Names of optimizers: those of this package, and of ASE on atoms and on modes."""
+"""Names of the optimizers of this package, and of ASE's on atoms and on modes."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _ON_MODES = " on modes"
 
 
 def optimizer_names() -> list[str]:
-    """Return the names of all optimizers: those of ASE also with " on modes"."""
+    """Return the names of all optimizers; names of ASE's also with " on modes"."""
     ours = [NewtonKrylov.__name__, ActiveSet.__name__]
     return [*ours, *_of_ase(), *(name + _ON_MODES for name in _of_ase())]
 
 
 def _of_ase() -> dict[str, type]:
-    """Return the classes of optimizers of ASE by name."""
+    """Return the classes of ASE's optimizers by name."""
     found: dict[str, type] = {}
     for module in (ase.optimize, ase.optimize.precon, ase.optimize.sciopt):
         for name, each in vars(module).items():
@@ -37,7 +37,7 @@ def _of_ase() -> dict[str, type]:
 
 
 def optimizer_class(name: str) -> type:
-    """Return the class of an optimizer by its name, also of one on modes.
+    """Return the class of an optimizer by its name, with or without " on modes".
 
     Raises
     ------
@@ -52,6 +52,6 @@ def optimizer_class(name: str) -> type:
 
 
 def optimizer_of(name: str) -> Callable[..., Any]:
-    """Return what makes an optimizer, by its name; see `optimizer_class`."""
+    """Return a function that makes an optimizer, by name; see `optimizer_class`."""
     kind = optimizer_class(name)
     return on_modes(kind) if name.endswith(_ON_MODES) else kind

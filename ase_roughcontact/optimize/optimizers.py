@@ -17,22 +17,22 @@ from ase_roughcontact.solvers.soft.newton import newton_krylov
 class NewtonKrylov(ContactOptimizer):
     """Newton-Krylov solver for soft walls, and for all walls with attraction.
 
-    An inexact Newton method for the pressure on the window, whose linear systems are
-    solved by a preconditioned Krylov method in Fourier space. The energy decreases in
+    It is an inexact Newton method for the pressure on the window. A preconditioned
+    Krylov method in Fourier space solves the linear systems. The energy decreases in
     every step, except with walls that define their inverse, such as the default one,
     where it may rise in between. A flat surface is first relaxed on coarser grids. The
     indenter may be fixed, under a load, or on a `Hookean` spring.
 
-    The constraint of a hard wall with attraction is satisfied by an augmented
-    Lagrangian. Overlaps, and gaps of atoms under a reaction, are then at most the
-    tolerance of the force divided by ``E* a0/1.122``, and at most 1e-6 spacings.
+    An augmented Lagrangian satisfies the constraint of a hard wall with attraction.
+    Overlaps, and gaps of atoms under a reaction, are then at most the tolerance of the
+    force divided by ``E* a0/1.122``, and at most 1e-6 spacings.
 
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator and a soft or an attractive wall.
+        Atoms with a `RoughContact` calculator and a soft or an attractive wall.
     **kwargs
-        See `ContactOptimizer`, also for attributes.
+        Further arguments, see `ContactOptimizer`, which also has the attributes.
 
     Raises
     ------
@@ -58,19 +58,19 @@ class NewtonKrylov(ContactOptimizer):
 class ActiveSet(ContactOptimizer):
     """Solver for the hard wall without attraction: ``g >= 0, p >= 0, g p = 0``.
 
-    Active-set iteration with preconditioned conjugate gradients for the pressure in
-    the contact. The force that `fmax` bounds is the one that closes the gap of an atom:
-    ``E* a0/1.122`` times the largest gap in contact or overlap outside of it, which may
-    not exceed 1e-6 spacings in any case. The indenter may be fixed, under a load, or on
-    a `Hookean` spring. After a run, `optimality_residuals` returns the errors of the
-    conditions.
+    It is an active-set iteration with preconditioned conjugate gradients for the
+    pressure in the contact. The tolerance `fmax` is a bound to the force that closes
+    the gap of an atom: ``E* a0/1.122`` times the largest gap in contact or overlap
+    outside of it, which is also at most 1e-6 spacings. The indenter may be fixed, under
+    a load, or on a `Hookean` spring. After a run, `optimality_residuals` returns the
+    errors of the conditions.
 
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator and a `HardWall`.
+        Atoms with a `RoughContact` calculator and a `HardWall`.
     **kwargs
-        See `ContactOptimizer`, also for attributes.
+        Further arguments, see `ContactOptimizer`, which also has the attributes.
 
     Raises
     ------
@@ -101,7 +101,7 @@ class ActiveSet(ContactOptimizer):
     def optimality_residuals(self) -> OptimalityResiduals:
         """Residuals of the optimality (KKT) conditions in the last state.
 
-        They are calculated from the pressure, by one convolution.
+        One convolution with the pressure gives them.
 
         Raises
         ------
@@ -109,11 +109,13 @@ class ActiveSet(ContactOptimizer):
             If there was no step yet.
         """
         if self.state is None:
-            raise RuntimeError("there are no residuals before the first step")
+            raise RuntimeError(
+                "there are no residuals before the first step: run first"
+            )
         height, load = self.state.height, None
         if not self.support.fixed:
-            now = replace(self.support, load=self.atoms.calc.parameters["load"])
-            load = -now.external(height)[1]
+            support = replace(self.support, load=self.atoms.calc.parameters["load"])
+            load = -support.external(height)[1]
         return optimality_residuals(self.contact, self.state.pressure, height, load)
 
 
@@ -123,10 +125,11 @@ def default_optimizer(wall: Interaction) -> type[ContactOptimizer]:
     Parameters
     ----------
     wall : Interaction
+        The wall.
 
     Returns
     -------
     type
-        `ActiveSet` for a hard wall without attraction, else `NewtonKrylov`.
+        `ActiveSet` for a hard wall without attraction, otherwise `NewtonKrylov`.
     """
     return ActiveSet if ActiveSet.supports(wall) else NewtonKrylov

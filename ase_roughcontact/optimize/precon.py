@@ -13,19 +13,19 @@ from ase_roughcontact.solvers.relaxation import indenter_stiffness
 
 
 class HalfSpacePrecon(ConstantPrecon):
-    r"""Elastic stiffness of the half space plus that of a wall everywhere.
+    r"""Preconditioner: elastic stiffness of the half space plus a uniform stiffness.
 
     .. math:: P = a_0^2 [K + k_\text{ref}]
 
-    along z, with three times the stiffness of the wall where it begins to repel as
-    :math:`k_\text{ref}`. It is diagonal in Fourier space: `solve` and `Pdot` cost one
-    FFT pair. Lateral coordinates are multiplied by a constant. Use it in scripts that
-    need atoms; otherwise `FourierModes`, which needs no line search, is faster.
+    along z, where :math:`k_\text{ref}` is three times the stiffness of the wall where
+    it begins to repel. P is diagonal in Fourier space: `solve` and `Pdot` cost one FFT
+    pair. Lateral coordinates are multiplied by a constant. Use this class in scripts
+    that need atoms; otherwise `FourierModes`, which needs no line search, is faster.
 
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator and a soft wall.
+        Atoms with a `RoughContact` calculator and a soft wall.
 
     Raises
     ------

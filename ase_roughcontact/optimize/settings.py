@@ -1,16 +1,16 @@
-r"""Settings with which ASE's optimizers relax a contact, and which of them can't.
+r"""Settings for ASE's optimizers of a contact, and checks that an optimizer is suited.
 
-The defaults of ASE are made for molecules and crystals of a few hundred atoms. Here the
+ASE's defaults are for molecules and crystals of a few hundred atoms. In a contact the
 largest curvature of the energy of a single atom is about
 
 .. math:: k = a_0^2\,[\max_q K(q) + 3\, V''(g_0)]
 
-with the stiffness of the half space and that of the wall where it begins to repel. A
-free indenter touches :math:`n` atoms at once, and its curvature is :math:`3 n a_0^2
-V''(g_0)`. Time steps of FIRE, FIRE2 and MDMin above :math:`2 k^{-1/2}` are unstable, so
-that their defaults do not converge under a load; quasi-Newton methods start from k as
-the curvature of all coordinates. No coordinate should change in a step by more than the
-range in which the wall does.
+with the stiffness K of the half space and the stiffness of the wall where it begins to
+repel. A free indenter touches :math:`n` atoms at once, and its curvature is :math:`3 n
+a_0^2 V''(g_0)`. Time steps of FIRE, FIRE2 and MDMin above :math:`2 k^{-1/2}` are
+unstable, so that ASE's defaults do not converge under a load. Quasi-Newton methods
+start from k as the curvature of all coordinates. In a step no coordinate should change
+by more than the range in which the force of the wall changes.
 """
 
 from __future__ import annotations
@@ -44,28 +44,39 @@ from ase_roughcontact.optimize.modes import FourierModes
 from ase_roughcontact.optimize.precon import HalfSpacePrecon
 from ase_roughcontact.optimize.tolerance import solution
 
-# Part of the largest stable time step, and of it the first one.
-_STABLE, _FIRST = 0.5, 0.2
+# Largest time step, relative to the stability limit.
+_RELATIVE_TIME_STEP = 0.5
+# First time step, relative to the largest one.
+_RELATIVE_FIRST_STEP = 0.2
 # Stiffness of the wall under pressure, relative to its stiffness where it begins to
 # repel.
-_UNDER_PRESSURE = 3.0
-# Largest change of a coordinate, in spacings and in ranges of an attraction.
-_PART_OF_SPACING, _PART_OF_RANGE = 0.1, 0.5
-# Vectors that LBFGS keeps.
+_RELATIVE_STIFFNESS = 3.0
+# Largest change of a coordinate in a step, in spacings.
+_MAX_CHANGE_PER_SPACING = 0.1
+# Largest change of a coordinate in a step, in ranges of the attraction.
+_MAX_CHANGE_PER_RANGE = 0.5
+# Number of vectors that LBFGS keeps.
 _MEMORY = 20
-# Largest number of coordinates of which a matrix is solved in each step: in about 1 s.
-_LARGEST_MATRIX = 1_000
+# Largest number of coordinates for methods that solve a dense matrix in each step: this
+# takes about 1 s.
+_MAX_DENSE_COORDINATES = 1_000
 
+# Optimizers that integrate equations of motion.
 _DYNAMICS = FIRE, FIRE2, MDMin
+# Optimizers that start from a curvature `alpha`.
 _QUASI_NEWTON = BFGS, LBFGS, LBFGSLineSearch, BFGSLineSearch
+# Optimizers with a preconditioner.
 _PRECONDITIONED = PreconFIRE, PreconLBFGS, PreconODE12r
-_MATRICES = BFGS, BFGSLineSearch, GoodOldQuasiNewton, RFO, SciPyFminBFGS
+# Optimizers with a dense matrix.
+_DENSE = BFGS, BFGSLineSearch, GoodOldQuasiNewton, RFO, SciPyFminBFGS
+# Optimizers that can't relax a contact, and why.
 _UNSUITED = {
     CellAwareBFGS: "relaxes a cell, and the cell of a surface is given",
     GPMin: "fits a dense matrix to all coordinates of all steps",
     SciPyFmin: "does not use forces",
     SciPyFminPowell: "does not use forces",
 }
+# Advice in errors about optimizers.
 _ADVICE = "use LBFGS, FIRE2 or NewtonKrylov"
 
 
@@ -74,26 +85,27 @@ def settings_for(
 ) -> dict[str, Any]:
     """Return settings with which an optimizer of ASE relaxes a contact.
 
-    `load_path` takes them for a class of ASE.
+    `load_path` uses these settings for classes of ASE.
 
     Parameters
     ----------
     optimizer : type, or partial of a type
-        Such as ``FIRE2`` or ``partial(LBFGS, memory=50)``.
+        Class of ASE, such as ``FIRE2`` or ``partial(LBFGS, memory=50)``.
     atoms : Atoms or FourierModes
-        With a `RoughContact` calculator and a soft wall, and for a free indenter the
-        load, for which the solver finds how many atoms will be in contact.
+        Atoms with a `RoughContact` calculator and a soft wall. For a free indenter the
+        calculator needs the load: the solver finds the number of atoms in contact.
 
     Returns
     -------
     dict
-        Keyword arguments, also those given with a partial; empty for what needs none.
+        Keyword arguments, including the arguments of a partial; empty if the optimizer
+        needs no settings.
 
     Raises
     ------
     ValueError
-        If the optimizer can't relax these coordinates, with what to use, if the
-        calculator is not a `RoughContact`, or the wall is hard.
+        If the optimizer can't relax these coordinates, the calculator is not a
+        `RoughContact`, or the wall is hard.
 
     Examples
     --------
@@ -129,18 +141,19 @@ def on_modes(optimizer: Callable[..., Any], **options: Any) -> Callable[..., Any
     Parameters
     ----------
     optimizer : type, or partial of a type
+        Class of ASE.
     **options
-        Its options, beside those of `settings_for`.
+        Options of the optimizer, which replace settings from `settings_for`.
 
     Returns
     -------
     callable
-        Called as ``f(atoms, logfile=None)``, for `load_path` and `compare_optimizers`.
+        Function ``f(atoms, logfile=None)`` for `load_path` and `compare_optimizers`.
 
     Raises
     ------
     ValueError
-        When it is called: as `settings_for` does.
+        When the function is called; see `settings_for`.
 
     Examples
     --------
@@ -164,7 +177,7 @@ def on_modes(optimizer: Callable[..., Any], **options: Any) -> Callable[..., Any
 
 
 def class_of(optimizer: Any) -> tuple[type | None, dict[str, Any]]:
-    """Return the class of an optimizer and its options; None for another function."""
+    """Return the class of an optimizer and its options; None for other functions."""
     options: dict[str, Any] = {}
     if isinstance(optimizer, partial) and not optimizer.args:
         optimizer, options = optimizer.func, optimizer.keywords
@@ -177,13 +190,14 @@ def check_suitable(kind: type, coordinates: int) -> None:
     Parameters
     ----------
     kind : type
+        Class of the optimizer.
     coordinates : int
         Number of coordinates.
     """
     for each, reason in _UNSUITED.items():
         if issubclass(kind, each):
             raise ValueError(f"{kind.__name__} {reason}: {_ADVICE}")
-    if issubclass(kind, _MATRICES) and coordinates > _LARGEST_MATRIX:
+    if issubclass(kind, _DENSE) and coordinates > _MAX_DENSE_COORDINATES:
         size = 8e-9 * coordinates**2
         raise ValueError(
             f"{kind.__name__} keeps a matrix of {coordinates} x {coordinates} numbers, "
@@ -192,22 +206,24 @@ def check_suitable(kind: type, coordinates: int) -> None:
 
 
 def make_optimizer(optimizer: Callable[..., Any], atoms: Atoms) -> Any:
-    """Return an optimizer of atoms, a class of ASE with `settings_for` them.
+    """Return an optimizer of atoms; classes of ASE get `settings_for` the atoms.
 
     Parameters
     ----------
     optimizer : callable
-        Called as ``optimizer(atoms, logfile=None)``.
+        Class or function, which is called as ``optimizer(atoms, logfile=None)``.
     atoms : Atoms
+        The atoms.
 
     Returns
     -------
     Optimizer
+        The optimizer.
 
     Raises
     ------
     ValueError
-        If it can't be made, or can't relax the atoms.
+        If the optimizer can't be made, or can't relax the atoms.
     """
     kind, _ = class_of(optimizer)
     settings: dict[str, Any] = {}
@@ -230,6 +246,7 @@ def make_optimizer(optimizer: Callable[..., Any], atoms: Atoms) -> Any:
 
 
 def _on_modes(kind: type, modes: FourierModes) -> dict[str, Any]:
+    """Return the settings of an optimizer on modes."""
     if issubclass(kind, _PRECONDITIONED):
         raise ValueError(
             f"{kind.__name__} needs atoms: give it precon=HalfSpacePrecon(atoms), or "
@@ -238,27 +255,29 @@ def _on_modes(kind: type, modes: FourierModes) -> dict[str, Any]:
     if issubclass(kind, _DYNAMICS):
         return {"maxstep": modes.maxstep}
     if issubclass(kind, _QUASI_NEWTON):
-        return {"alpha": 1.0} | _memory(kind)
+        return {"alpha": 1.0, **_memory(kind)}
     return {}
 
 
 def _on_atoms(kind: type, atoms: Atoms, given: dict[str, Any]) -> dict[str, Any]:
+    """Return the settings of an optimizer on atoms, except the given ones."""
     contact = soft_contact_of(atoms)
     longest, stiffness = _largest_change(contact), _largest_curvature(contact)
     if issubclass(kind, _PRECONDITIONED):
         return {} if "precon" in given else {"precon": HalfSpacePrecon(atoms)}
     if issubclass(kind, _QUASI_NEWTON):
-        return {"alpha": stiffness, "maxstep": longest} | _memory(kind)
+        return {"alpha": stiffness, "maxstep": longest, **_memory(kind)}
     if not issubclass(kind, _DYNAMICS):
         return {}
     if not indenter_fixed(atoms):
         stiffness = max(stiffness, _indenter_curvature(contact, atoms))
-    stable = 2.0 * _STABLE / stiffness**0.5
+    dtmax = 2.0 * _RELATIVE_TIME_STEP / stiffness**0.5
     # FIRE and FIRE2 limit the norm of a step, ABC-FIRE each coordinate
     norm = 1.0 if given.get("use_abc") else contact.heights.size**0.5
     if issubclass(kind, MDMin):
-        return {"maxstep": norm * longest, "dt": stable}
-    return {"maxstep": norm * longest, "dt": _FIRST * stable, "dtmax": stable}
+        return {"maxstep": norm * longest, "dt": dtmax}
+    dt = _RELATIVE_FIRST_STEP * dtmax
+    return {"maxstep": norm * longest, "dt": dt, "dtmax": dtmax}
 
 
 def _memory(kind: type) -> dict[str, Any]:
@@ -267,15 +286,16 @@ def _memory(kind: type) -> dict[str, Any]:
 
 def _largest_change(contact: Contact) -> float:
     """Return the largest change of a coordinate in a step (length)."""
-    wall, longest = contact.interaction, _PART_OF_SPACING * contact.halfspace.spacing
+    wall = contact.interaction
+    longest = _MAX_CHANGE_PER_SPACING * contact.halfspace.spacing
     if wall.attractive:
-        longest = min(longest, _PART_OF_RANGE * wall.attraction_range)
+        longest = min(longest, _MAX_CHANGE_PER_RANGE * wall.attraction_range)
     return longest
 
 
 def _wall_curvature(contact: Contact) -> float:
     """Return the curvature of the energy of the wall on an atom (force per length)."""
-    stiffness = _UNDER_PRESSURE * contact.interaction.stiffness_at_contact
+    stiffness = _RELATIVE_STIFFNESS * contact.interaction.stiffness_at_contact
     return contact.halfspace.cell_area * stiffness
 
 
@@ -287,6 +307,6 @@ def _largest_curvature(contact: Contact) -> float:
 
 
 def _indenter_curvature(contact: Contact, atoms: Atoms) -> float:
-    """Return the curvature of the energy of the indenter alone (force per length)."""
+    """Return the curvature of the energy with the indenter's height (force/length)."""
     _, run = solution(atoms, error=0.1)
     return run.fields.repulsive_atoms * _wall_curvature(contact)

@@ -18,25 +18,26 @@ from ase_roughcontact.stepping.surface_history import SurfaceHistory
 def fmax_for(atoms: Atoms, error: float = 0.01) -> float:
     """Return the tolerance of forces that gives a wanted error of force and area.
 
-    ASE's usual 0.05 eV/Å may be as large as the forces on the atoms in contact, and an
-    optimizer stops before the surface has given way. The tolerance returned here is the
-    one that `load_path` takes for ``accuracy=error``: relative to the mean force on the
-    atoms in contact at this height or load, which the solver for the wall finds first.
-    It costs few FFT pairs, and the atoms stay where they are.
+    ASE's usual 0.05 eV/Å may be as large as the forces on the atoms in contact, so that
+    an optimizer would stop before the surface has deformed. The returned tolerance is
+    the tolerance of `load_path` for ``accuracy=error``. It is relative to the mean
+    force on the atoms in contact at this height or load, which the solver for the wall
+    finds with few FFT pairs. The atoms are not moved.
 
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator, and the indenter where it will be, or free
+        Atoms with a `RoughContact` calculator, and the indenter at its height, or free
         under the load. Constraints of surface atoms are left out.
     error : float
         Largest error of the normal force, relative to the sum of the magnitudes of the
-        forces in contact, and of the contact area, relative to it, beyond one atom.
+        forces in contact, and largest relative error of the contact area, beyond one
+        atom.
 
     Returns
     -------
     float
-        For the argument `fmax` of an optimizer (eV/Å).
+        Tolerance, the argument `fmax` of an optimizer (eV/Å).
 
     Raises
     ------
@@ -63,7 +64,7 @@ def fmax_for(atoms: Atoms, error: float = 0.01) -> float:
     """
     relax, run = solution(atoms, error)
     if not run.converged:
-        raise RuntimeError(f"the forces in contact are not known: {run.message}")
+        raise RuntimeError(f"the relaxed state is not found: {run.message}")
     fmax = relax.required(run.fields)
     if math.isinf(fmax):
         raise ValueError(
@@ -74,20 +75,22 @@ def fmax_for(atoms: Atoms, error: float = 0.01) -> float:
 
 
 def solution(atoms: Atoms, error: float) -> tuple[StepRelaxer, Run]:
-    """Return what the solver for the wall finds from atoms, which stay where they are.
+    """Relax a state of atoms by the solver for the wall, without moving the atoms.
 
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator. Constraints of surface atoms are left out.
+        Atoms with a `RoughContact` calculator. Constraints of surface atoms are left
+        out.
     error : float
         Relative error of force and area.
 
     Returns
     -------
     relax : StepRelaxer
-        With this error.
+        Relaxer with this error.
     run : Run
+        Run of the solver, with the relaxed state.
     """
     problem = model_of(atoms).problem
     surface = SurfaceHistory(problem)
