@@ -83,8 +83,7 @@ def checked(name: str, value: Any) -> Any:
         kind = KINDS[name].__name__
         raise ValueError(f"{name} must be a {kind}, got {value!r}")
     if name == "interaction":
-        work = getattr(value, "work_of_adhesion", 0.0)
-        _warn_of_units(hardness=value.hardness, work_of_adhesion=work)
+        _warn_of_units(hardness=value.hardness, work_of_adhesion=value.work_of_adhesion)
     return value
 
 

@@ -417,12 +417,12 @@ def _failure(scene: Scene, step: LoadStep) -> str:
     return f"NOT CONVERGED: {step.message}"
 
 
-def _printed(step: LoadStep, column: str, unit: str) -> float:
+def _printed(step: Any, column: str, unit: str) -> float:
     """Return the value of a column in the unit in which it is printed."""
-    value = getattr(step, column) / UNITS[unit]
+    value: float = getattr(step, column) / UNITS[unit]
     zero = _ZERO
     if column.startswith("lateral_force"):
-        largest: float = getattr(step, "largest_friction", 0.0)
+        largest: float = step.largest_friction
         zero = max(zero, _NO_FORCE * largest / UNITS[unit])
     return 0.0 if abs(value) < zero else value
 

@@ -1,8 +1,7 @@
-"""Accuracy of a path: the force tolerance and the grid that a relative error requires.
+"""What grid points are, and the force tolerance and grid that an error requires.
 
-The error is that of the answer to the question asked: for the model of atoms that of
-the solver, for the continuum also that of the grid, see `grid_for`. It does not cover
-the wall and its cutoff.
+For the model of atoms the error is left by the solver, for the continuum also by the
+grid, see `grid_for`. It does not cover the wall and its cutoff.
 """
 
 from __future__ import annotations
@@ -42,7 +41,6 @@ _COARSEST = {"hard": 8, "soft": 2, "attractive": 1}
 # Tolerance within which a number is whole.
 _ROUNDING = 1e-6
 
-
 #: Relative errors of the area of the continuum by name, at contact radii above 32 times
 #: the shortest wavelength.
 LEVELS = {"fast": 0.05, "normal": 0.01, "high": 0.002}
@@ -51,8 +49,6 @@ LEVELS = {"fast": 0.05, "normal": 0.01, "high": 0.002}
 OF_ATOMS = 1e-4
 # Part of the error of the continuum that the solver may contribute.
 _SOLVER_PART = 0.1
-
-
 # Columns of the contact area that answers the question, by what grid points are.
 _AREA_COLUMNS = {"atoms": "contact_area", "continuum": "continuum_area"}
 
