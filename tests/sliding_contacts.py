@@ -16,6 +16,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.paths import follow as paths
 
@@ -42,7 +43,11 @@ def stepper_of(
 
 def followed(stepper, *args, **options):
     """Steps of a sliding path with their states."""
-    return list(paths.follow_states(SlidingSteps(stepper, *args, **options)))
+    return list(
+        paths.follow_states(
+            SlidingSteps(stepper, SlidingSpecification(*args, **options))
+        )
+    )
 
 
 def follow(stepper, *args, **options):

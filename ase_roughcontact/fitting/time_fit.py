@@ -38,6 +38,7 @@ from ase_roughcontact.fitting.parameters import (
 )
 from ase_roughcontact.fitting.residuals import on_finer_grid
 from ase_roughcontact.path_kinds.time.scene import Timed
+from ase_roughcontact.path_kinds.time.specification import TimeSpecification
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths.follow import follow
 from ase_roughcontact.paths.schedule import Schedule
@@ -237,7 +238,8 @@ class TimeModel:
         parts = [part._replace(end=part.end + shift) for part in given.parts]
         schedule = Schedule(given.first + shift, parts)
         stepper = scene.stepper(scene.frames())
-        shifted = TimeSteps(stepper, schedule, path.tolerance)
+        specification = TimeSpecification(schedule, path.tolerance)
+        shifted = TimeSteps(stepper, specification)
         steps = list(follow(shifted, validity="ignore"))
         if not all(step.converged for step in steps) and not self.doubts:
             self.doubts.append("steps of a trial did not converge")

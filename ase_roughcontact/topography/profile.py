@@ -34,8 +34,8 @@ class LineProfile:
         r"""Return the rms height (Å) and the rms slope along the line.
 
         The straight line that fits best is subtracted. Both are averages over the
-        places, :math:`\\langle h^2 \\rangle = \\int h^2 dx / L` with the trapezoidal
-        rule and :math:`\\langle h'^2 \\rangle = \\sum \\Delta h^2 / \\Delta x / L`.
+        places, :math:`\langle h^2 \rangle = \int h^2 dx / L` with the trapezoidal
+        rule and :math:`\langle h'^2 \rangle = \sum \Delta h^2 / \Delta x / L`.
 
         Parameters
         ----------

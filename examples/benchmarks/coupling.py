@@ -28,6 +28,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.paths.follow import follow
 
@@ -67,7 +68,9 @@ def costs(n: int, poisson: float, coupling: str) -> tuple[float, ...]:
     path, depths = PATH * n / 100.0, DEPTHS * n / 40.0
     stepper.relax(stepper.start, depths[0] / 2.0)  # makes spectra and plans
     begun = process_time()
-    sliding = SlidingSteps(stepper, depths, law, path, coupling=coupling)
+    sliding = SlidingSteps(
+        stepper, SlidingSpecification(depths, law, path, coupling=coupling)
+    )
     steps = list(follow(sliding, validity="ignore"))
     seconds = process_time() - begun
     if not all(step.converged for step in steps):

@@ -27,6 +27,7 @@ from ase_roughcontact import (
     Viscoelastic,
 )
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.path_kinds.time.specification import TimeSpecification
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths.follow import follow_states
 
@@ -53,7 +54,9 @@ def ours(values, pressure, schedule):
     options = StepOptions(accuracy=1e-8)
     stepper = Stepper(problem, "loads", Box((0, 0), (side, side)), options)
     path = schedule(pressure * side**2)
-    for step in follow_states(TimeSteps(stepper, path, 1e-4), validity="ignore"):
+    for step in follow_states(
+        TimeSteps(stepper, TimeSpecification(path, 1e-4)), validity="ignore"
+    ):
         yield step.record.time, step.left.fields.pressure
 
 

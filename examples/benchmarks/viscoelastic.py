@@ -23,6 +23,7 @@ from ase_roughcontact import (
     Viscoelastic,
 )
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.path_kinds.time.specification import TimeSpecification
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths.follow import follow
 
@@ -58,7 +59,12 @@ def main():
             window = Box((-SIDE // 2, -SIDE // 2), (SIDE, SIDE))
             path = Schedule(0.0).ramp(DEPTH, time=half).ramp(0.0, time=half)
             stepper = Stepper(problem, "penetrations", window)
-            steps = list(follow(TimeSteps(stepper, path, tolerance), validity="ignore"))
+            steps = list(
+                follow(
+                    TimeSteps(stepper, TimeSpecification(path, tolerance)),
+                    validity="ignore",
+                )
+            )
             exact = np.array([ting_force(step.time, half) for step in steps])
             errors = abs(np.array([step.normal_force for step in steps]) - exact)
             errors /= exact.max()

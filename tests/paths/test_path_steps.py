@@ -13,7 +13,9 @@ from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
 from ase_roughcontact.path_kinds.loop.steps import LoopSteps
+from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
+from ase_roughcontact.path_kinds.time.specification import TimeSpecification
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths.follow import follow
 from ase_roughcontact.paths.path_steps import NumberedSteps
@@ -35,19 +37,23 @@ def loads():
 def loop():
     wall = rc.DugdaleWall(0.02, attraction_range=0.8)
     stepper = contact_of(wall, "heights")
-    return LoopSteps(stepper, LoopSpecification.of(stepper.problem, 0.1, 0.2, 0.01))
+    return LoopSteps(stepper, LoopSpecification(0.1, 0.2, 0.01).on(stepper.problem))
 
 
 def time():
     solid = rc.Viscoelastic(1.0, rc.Creep.standard_solid(relaxed=0.5, time=1.0))
     stepper = contact_of(rc.HardWall(), "penetrations", solid)
-    return TimeSteps(stepper, rc.Schedule(0.0).ramp(0.2, time=1.0).hold(1.0), 0.05)
+    return TimeSteps(
+        stepper, TimeSpecification(rc.Schedule(0.0).ramp(0.2, time=1.0).hold(1.0), 0.05)
+    )
 
 
 def sliding():
     stepper = stepper_of(16, solid=Isotropic(1.0, 0.2))
     path = [0.0, 0.02, 0.05]
-    return SlidingSteps(stepper, 0.3, rc.Coulomb(MU), path, coupling="solved")
+    return SlidingSteps(
+        stepper, SlidingSpecification(0.3, rc.Coulomb(MU), path, coupling="solved")
+    )
 
 
 def columns(step):

@@ -25,7 +25,7 @@ def adhesion_loop(
     step: float | None = None,
     *,
     smallest_step: float | None = None,
-    tolerance: float = 1e-3,
+    tolerance: float = LoopSpecification.tolerance,
     validity: str | Validity = "warn",
     output: Output | None = None,
     callback: Callable[[LoadStep], Any] | None = None,
@@ -142,16 +142,14 @@ def adhesion_loop(
 
     if callback is not None:
         function(callback=callback)
-    problem = path.stepper.problem
-    specification = LoopSpecification.of(
-        problem, deepest, step, smallest_step, tolerance
-    )
+    specification = LoopSpecification(deepest, step, smallest_step, tolerance)
+    loop = specification.on(path.stepper.problem)
     states = list[LoadStep]()
-    for state in path.follow(LoopSteps(path.stepper, specification)):
+    for state in path.follow(LoopSteps(path.stepper, loop)):
         states.append(state)
         if callback is not None:
             callback(state)
-    loop = AdhesionLoop.of(states, specification.smallest_step)
-    for message in loop.warnings:
+    found = AdhesionLoop.of(states, loop.smallest_step)
+    for message in found.warnings:
         warn(message)
-    return loop
+    return found

@@ -20,7 +20,10 @@ from ase_roughcontact.path_kinds.loop.cantilever import (
     cantilever_curve,
 )
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
-from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
+from ase_roughcontact.path_kinds.loop.specification import (
+    ContactLoop,
+    LoopSpecification,
+)
 from ase_roughcontact.path_kinds.loop.steps import LoopSteps
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.results.record import LoadStep
@@ -64,7 +67,7 @@ class Loop(PathKind):
 
     deepest: float | str | None = None
     step: float | str | None = None
-    tolerance: float = 1e-3
+    tolerance: float = LoopSpecification.tolerance
     cantilever: float | None = None
 
     @property
@@ -72,28 +75,23 @@ class Loop(PathKind):
         """Stiffness of the cantilever (eV/Å^2); None without one."""
         return stiffness_of(cantilever=self.cantilever)
 
-    def specification(self, bodies: Bodies) -> LoopSpecification:
+    def loop(self, bodies: Bodies) -> ContactLoop:
         """Return where the loop turns, its steps (Å) and the tolerance.
 
         Raises
         ------
         ValueError
-            See `LoopSpecification.of`.
+            See `LoopSpecification`.
         """
         path = self.plain(["deepest", "step"], lengths(bodies.spacing), "Å")
         if path.deepest is not None:
             check_deepest(bodies, self.deepest, path.deepest)
-        return LoopSpecification.of(
-            bodies.problem,
-            path.deepest,
-            path.step,
-            tolerance=path.tolerance,
-            radius=bodies.radius,
-        )
+        given = LoopSpecification(path.deepest, path.step, tolerance=path.tolerance)
+        return given.on(bodies.problem, bodies.radius)
 
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to the penetration at which the loop turns."""
-        return Steps(PENETRATION.name, values=(self.specification(bodies).expected,))
+        return Steps(PENETRATION.name, values=(self.loop(bodies).expected,))
 
     def certain(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to a depth that is certainly reached."""
@@ -112,7 +110,7 @@ class Loop(PathKind):
         text = "The deepest state of the loop:"
         if self.stiffness is None:
             return text
-        depth = self.specification(bodies).expected
+        depth = self.loop(bodies).expected
         # the base at the deepest state must be lower than when the free tip jumps in
         force = self.stiffness * max(depth, 0.0) / _NN
         return (
@@ -124,11 +122,11 @@ class Loop(PathKind):
 
     def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
         """Return what approaches and retracts."""
-        return LoopSteps(stepper, self.specification(bodies))
+        return LoopSteps(stepper, self.loop(bodies))
 
     def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:
         """Return the states as branches with their instabilities."""
-        return AdhesionLoop.of(states, self.specification(bodies).smallest_step)
+        return AdhesionLoop.of(states, self.loop(bodies).smallest_step)
 
     def extremes(
         self, bodies: Bodies, states: Sequence[LoadStep]

@@ -32,55 +32,55 @@ _GIVEN_UP = 100.0
 
 @dataclass(frozen=True)
 class LoopSpecification:
-    """Where a loop turns, and its steps.
+    """What is given for a loop; the rest follows from the contact.
 
     Attributes
     ----------
     deepest : float or None
         Penetration at which to turn; None to turn where the force is compressive by at
         least the largest tension before (length).
-    expected : float
-        This penetration, an estimate if it is not given (length).
-    step, smallest_step : float
-        Largest step, and size below which steps are not halved (length).
+    step : float or None
+        Largest step; None for a tenth of the way down (length).
+    smallest_step : float or None
+        Size below which steps are not halved; None for 1/256 of the largest (length).
     tolerance : float
-        Of the energy balance of a step, dimensionless.
+        Relative tolerance of the energy balance of a step.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, or a step or the tolerance not positive.
     """
 
-    deepest: float | None
-    expected: float
-    step: float
-    smallest_step: float
+    deepest: float | None = None
+    step: float | None = None
+    smallest_step: float | None = None
     tolerance: float = 1e-3
 
-    @classmethod
-    def of(
-        cls,
-        problem: Problem,
-        deepest: float | None = None,
-        step: float | None = None,
-        smallest_step: float | None = None,
-        tolerance: float = 1e-3,
-        *,
-        radius: float | None = None,
-    ) -> LoopSpecification:
-        """Return the specification of a loop, with the default steps filled in.
+    def __post_init__(self) -> None:
+        """Check the numbers that are given."""
+        if self.deepest is not None:
+            finite(deepest=self.deepest)
+        steps = {"step": self.step, "smallest_step": self.smallest_step}
+        positive(**{k: v for k, v in steps.items() if v is not None})
+        positive(tolerance=self.tolerance)
+
+    def on(self, problem: Problem, radius: float | None = None) -> ContactLoop:
+        """Return the loop of a contact.
 
         Parameters
         ----------
         problem : Problem
-        deepest, step, smallest_step, tolerance
-            See the attributes. By default the largest step is a tenth of the way down,
-            the smallest one 1/256 of the largest.
         radius : float, optional
-            Radius of the indenter; by default that which it knows (length).
+            Radius of the indenter; by default the radius that the problem knows
+            (length).
 
         Raises
         ------
         ValueError
-            If a number is not finite or not positive, the smallest step is larger than
-            the largest, the range of the wall is infinite, the depth is beyond it, or
-            no depth is given and the wall does not attract.
+            If the range of the wall is infinite, the depth is beyond it, no depth is
+            given and the wall does not attract, or the smallest step is larger than
+            the largest.
         """
         wall = problem.wall
         if not math.isfinite(wall.cutoff):
@@ -88,29 +88,47 @@ class LoopSpecification:
                 "a loop begins and ends beyond the range of the wall: the wall must "
                 f"have a finite cutoff, got {wall.cutoff}"
             )
-        attraction = wall.cutoff - wall.contact_distance
-        if deepest is None:
+        expected = self.deepest
+        if expected is None:
             expected = expected_turn(problem, radius)
-        else:
-            finite(deepest=deepest)
-            expected = deepest
-        if expected <= -attraction:
+        if expected <= -wall.reach:
             raise ValueError(
-                f"deepest must be a finite penetration above {-attraction:g}, where "
-                f"the wall begins to act, got {deepest}"
+                f"deepest must be a finite penetration above {-wall.reach:g}, where "
+                f"the wall begins to act, got {self.deepest}"
             )
+        step, smallest_step = self.step, self.smallest_step
         if step is None:
             step = default_step(wall, expected)
-        positive(step=step)
+            positive(step=step)
         if smallest_step is None:
             smallest_step = _SMALLEST_STEP * step
-        positive(smallest_step=smallest_step, tolerance=tolerance)
         if smallest_step > step:
             raise ValueError(
                 f"smallest_step must not be larger than step {step}, got "
                 f"{smallest_step}"
             )
-        return cls(deepest, expected, step, smallest_step, tolerance)
+        return ContactLoop(self.deepest, expected, step, smallest_step, self.tolerance)
+
+
+@dataclass(frozen=True)
+class ContactLoop:
+    """Where the loop of a contact turns, and its steps.
+
+    Attributes
+    ----------
+    deepest, tolerance
+        See `LoopSpecification`.
+    expected : float
+        Penetration at which the loop turns, an estimate if it is not given (length).
+    step, smallest_step : float
+        Largest step, and size below which steps are not halved (length).
+    """
+
+    deepest: float | None
+    expected: float
+    step: float
+    smallest_step: float
+    tolerance: float
 
     @property
     def lowest(self) -> float:
@@ -137,7 +155,7 @@ def default_step(wall: Interaction, depth: float) -> float:
     float
         Length.
     """
-    return (wall.cutoff - wall.contact_distance + depth) / _STEPS_DOWN
+    return (wall.reach + depth) / _STEPS_DOWN
 
 
 def expected_turn(problem: Problem, radius: float | None = None) -> float:

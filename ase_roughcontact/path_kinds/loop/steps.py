@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from ase_roughcontact._util.identity import differences
 from ase_roughcontact.contact import State
 from ase_roughcontact.path_kinds.loop.instabilities import balanced, jumped, least_force
-from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
+from ase_roughcontact.path_kinds.loop.specification import ContactLoop
 from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
 from ase_roughcontact.paths.restart import Restart
 from ase_roughcontact.results.record import LoadStep
@@ -77,11 +77,11 @@ class LoopSteps(PathSteps):
     ----------
     stepper : Stepper
         Its targets are heights.
-    loop : LoopSpecification
+    loop : ContactLoop
         `AdhesionLoop.of` all steps is the loop.
     """
 
-    loop: LoopSpecification
+    loop: ContactLoop
 
     def __post_init__(self) -> None:
         """Find the heights where to begin and to turn."""

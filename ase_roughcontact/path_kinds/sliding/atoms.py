@@ -32,6 +32,7 @@ from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTION_DEPTH, TRA
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.interactions.friction import FrictionLaw, check_law
 from ase_roughcontact.loading.load_path import AtomsPath, single_path
+from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.results.record import LoadStep
@@ -189,7 +190,7 @@ def sliding_path(
     forces: np.ndarray | None = None,
     bases: np.ndarray | None = None,
     spring: float | None = None,
-    coupling: str = "neglected",
+    coupling: str = SlidingSpecification.coupling,
     validity: str | Validity = "warn",
     output: Output | None = None,
     **options: Any,
@@ -212,7 +213,7 @@ def sliding_path(
     spring : float, optional
         Stiffness of the spring, for bases (eV/Å^2).
     coupling : {"neglected", "solved"}
-        See `SlidingSteps`.
+        See `SlidingSpecification`.
     validity, output
         See `load_path`. Results are of the class `SlidingStep`.
     **options
@@ -268,5 +269,7 @@ def sliding_path(
     path = AtomsPath(
         atoms, control_of(normal), validity=validity, output=output, **options
     )
-    motion = lateral, control, spring, coupling
-    return path.follow(SlidingSteps(path.stepper, targets, friction, *motion))
+    specification = SlidingSpecification(
+        targets, friction, lateral, control, spring, coupling
+    )
+    return path.follow(SlidingSteps(path.stepper, specification))

@@ -24,7 +24,12 @@ from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
 from ase_roughcontact.loading.trajectory import frames_of_steps, steps_with_frames
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
-from ase_roughcontact.path_kinds.sliding.steps import LATERAL_CONTROLS, SlidingSteps
+from ase_roughcontact.path_kinds.sliding.specification import (
+    LATERAL_CONTROLS,
+    SlidingSpecification,
+    check_spring,
+)
+from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene.bodies import Bodies
@@ -87,13 +92,14 @@ class Sliding(PathKind):
         angle = math.radians(self.direction)
         return np.array([math.cos(angle), math.sin(angle)])
 
-    def turns(self, bodies: Bodies) -> tuple[str, FloatArray]:
-        """Return what is prescribed laterally, and the targets (Å or eV/Å).
+    @property
+    def lateral_control(self) -> str:
+        """What is prescribed laterally, one of `LATERAL_CONTROLS`.
 
         Raises
         ------
         ValueError
-            If not exactly one of the keys is given, or a value is invalid.
+            If not exactly one of the keys is given.
         """
         given = [key for key in LATERAL_CONTROLS if getattr(self, key) is not None]
         if len(given) != 1:
@@ -102,7 +108,18 @@ class Sliding(PathKind):
                 f"moves, such as displacements = [0, 5, -5, 5], got "
                 f"{' and '.join(given) or 'none of them'}"
             )
-        (key,), unit = given, "nN" if given == ["forces"] else "Å"
+        return given[0]
+
+    def turns(self, bodies: Bodies) -> tuple[str, FloatArray]:
+        """Return what is prescribed laterally, and the targets (Å or eV/Å).
+
+        Raises
+        ------
+        ValueError
+            If not exactly one of the keys is given, or a value is invalid.
+        """
+        key = self.lateral_control
+        unit = "nN" if key == "forces" else "Å"
         units = FORCES if unit == "nN" else lengths(bodies.spacing)
         values = getattr(self.plain([key], units, unit), key)
         found = UNITS[unit] * finite_array(key, list(values))
@@ -152,9 +169,9 @@ class Sliding(PathKind):
     @property
     def spring_stiffness(self) -> float | None:
         """Stiffness of the spring between base and indenter (eV/Å^2)."""
-        if (self.bases is None) != (self.spring is None):
-            raise ValueError("bases need a spring (N/m), and only they do")
-        return stiffness_of(spring=self.spring)
+        stiffness = stiffness_of(spring=self.spring)
+        check_spring(self.lateral_control, stiffness)
+        return stiffness
 
     def check(self, bodies: Bodies) -> None:
         """Raise an error if the solid has no friction, or no lateral response."""
@@ -189,18 +206,27 @@ class Sliding(PathKind):
             f"{key}. The states at the normal targets are planned; {time}:"
         )
 
-    def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
-        """Return what moves the indenter."""
+    def specification(self, bodies: Bodies) -> SlidingSpecification:
+        """Return the path in ASE's units.
+
+        Raises
+        ------
+        ValueError
+            If a key is missing or invalid.
+        """
         control, turns = self.turns(bodies)
-        return SlidingSteps(
-            stepper,
-            self.targets(bodies),
-            bodies.friction.law_on(bodies.spacing),
-            np.outer(self._between(turns), self.towards),
-            control,
-            self.spring_stiffness,
-            bodies.friction.coupling,
+        return SlidingSpecification(
+            targets=self.targets(bodies),
+            friction=bodies.friction.law_on(bodies.spacing),
+            lateral=np.outer(self._between(turns), self.towards),
+            control=control,
+            spring=self.spring_stiffness,
+            coupling=bodies.friction.coupling,
         )
+
+    def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
+        """Return the driver that moves the indenter."""
+        return SlidingSteps(stepper, self.specification(bodies))
 
     def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
         """Return static friction, the energy of the last loop, and the stiffness."""

@@ -15,20 +15,18 @@ L. E. Goodman, J. Appl. Mech. 29, 515 (1962).
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ase_roughcontact._util.validation import finite_array, one_of, positive
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.contact.support import LateralSupport
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
-from ase_roughcontact.interactions.friction import COUPLINGS, FrictionLaw, check_law
 from ase_roughcontact.path_kinds.sliding.coupling import (
     FIRST_RESIDUAL,
     MOST_ALTERNATIONS,
@@ -38,6 +36,7 @@ from ase_roughcontact.path_kinds.sliding.coupling import (
 )
 from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.paths.path_steps import NumberedSteps
 from ase_roughcontact.solvers.lateral.friction import (
     FrictionOptions,
@@ -45,10 +44,8 @@ from ase_roughcontact.solvers.lateral.friction import (
 )
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.retraction import relax_in_contact
+from ase_roughcontact.stepping.step import Stepper
 
-#: What a sliding path prescribes laterally: displacement of the indenter, force on it,
-#: or displacement of the base of a spring that moves it.
-LATERAL_CONTROLS = ("displacements", "forces", "bases")
 # Number of boxes of which half spaces are kept.
 _KEPT_HALFSPACES = 3
 # Relative difference of lateral targets that counts as rounding.
@@ -75,7 +72,6 @@ class _Move(NamedTuple):
     dissipated: float
 
 
-@dataclass
 class SlidingSteps(NumberedSteps):
     """Steps of a contact with friction, each from the last one.
 
@@ -87,57 +83,29 @@ class SlidingSteps(NumberedSteps):
     Parameters
     ----------
     stepper : Stepper
-    targets : ndarray, shape (steps,), or float
-        Of the stepper; one number is that of all steps.
-    friction : FrictionLaw
-    lateral : ndarray, shape (steps, 2) or (steps,)
-        Lateral targets along x and y, or along x alone.
-    control : {"displacements", "forces", "bases"}
-        Whether they are displacements of the indenter (length), forces on it (force),
-        or displacements of the base of a spring (length).
-    spring : float, optional
-        Stiffness of the spring, for bases (force/length).
-    coupling : {"neglected", "solved"}
-        Whether tractions leave the pressure as it is, and the pressure the lateral
-        displacement. Where atoms come into contact within a step, they stick as if they
-        had been in contact since its beginning: load in several steps.
+    given : SlidingSpecification
+        Its normal targets are of the control of the stepper.
 
     Raises
     ------
     ValueError
-        If a target is not valid, or the spring is missing.
-    TypeError
-        If friction is no law.
+        If the normal targets do not fit, or the surface is displaced by tractions that
+        a path without coupling does not know.
     NotImplementedError
         If the solid has no lateral components.
     """
 
     kind = SlidingStep
-    friction: FrictionLaw
-    lateral: np.ndarray
-    control: str = "displacements"
-    spring: float | None = None
-    coupling: str = "neglected"
 
-    def __post_init__(self) -> None:
-        """Check the targets, and set up the lateral response of the solid."""
-        one_of(LATERAL_CONTROLS, control=self.control)
-        one_of(COUPLINGS, coupling=self.coupling)
-        if (self.control == "bases") != (self.spring is not None):
-            raise ValueError(
-                "bases need the stiffness of the spring, and only they do, got "
-                f"spring={self.spring}"
-            )
-        if self.spring is not None:
-            positive(spring=self.spring)
-        check_law(self.friction)
-        self._check_targets()
+    def __init__(self, stepper: Stepper, given: SlidingSpecification) -> None:
+        super().__init__(stepper, given.normal(stepper.control))
+        self.given = given
         self._cross: Coupling | None = None
-        problem = self.stepper.problem
-        if self.coupling == "solved":
+        problem = stepper.problem
+        if given.coupled:
             if problem.solid.coupling:  # none for a Poisson's ratio of 1/2
-                self._cross = Coupling(problem, self.stepper.accuracy)
-        elif TRACTION_DEPTH in self.stepper.start.history:
+                self._cross = Coupling(problem, stepper.accuracy)
+        elif TRACTION_DEPTH in stepper.start.history:
             raise ValueError(
                 "the surface is displaced by tractions of a path with "
                 "coupling='solved': go on with that, or start from new atoms"
@@ -151,48 +119,31 @@ class SlidingSteps(NumberedSteps):
         halfspace((2, 2))  # raises if the solid has no lateral components
         self._halfspace = halfspace
 
-    def _check_targets(self) -> None:
-        """Make one pair of targets for each step."""
-        normal = finite_array(self.stepper.control.plural, self.targets)
-        path = finite_array(self.control, self.lateral)
-        if path.ndim == 1:
-            path = np.stack([path, np.zeros(path.shape)], axis=1)
-        if path.ndim != 2 or path.shape[1] != 2 or not len(path):
-            raise ValueError(
-                f"{self.control} must be numbers along x, or rows of two along x and "
-                f"y, got an array of the shape {path.shape}"
-            )
-        if normal.shape not in ((), (len(path),)):
-            raise ValueError(
-                f"give one of {self.stepper.control.plural} for all {len(path)} "
-                f"{self.control}, or one for each, got {normal.size}"
-            )
-        self.lateral, self.targets = path, np.broadcast_to(normal, len(path))
-
     @property
     def parameters(self) -> dict[str, Any]:
         """Friction, spring and coupling, which a state depends on."""
-        law = {"friction": self.friction.todict(), "spring": self.spring or 0.0}
-        return law | ({"coupling": "solved"} if self.coupling == "solved" else {})
+        given = self.given
+        law = {"friction": given.friction.todict(), "spring": given.spring or 0.0}
+        return law | ({"coupling": given.coupling} if given.coupled else {})
 
     def target(self, number: int) -> dict[str, Any]:
         """Return what a step prescribes."""
-        lateral = {self.control: self.lateral[number].tolist()}
+        lateral = {self.given.control: self.given.lateral[number].tolist()}
         return super().target(number) | {"lateral": lateral}
 
     def change_of_target(self, old: dict[str, Any], number: int) -> str:
         """Return in what the targets of a step differ; see `NumberedSteps`."""
         if found := super().change_of_target(old, number):
             return found
-        was, new = old["lateral"].get(self.control), self.lateral
+        was, new = old["lateral"].get(self.given.control), self.given.lateral
         if was is None:
-            return f"its path has no lateral {self.control}"
+            return f"its path has no lateral {self.given.control}"
         if abs(new[number] - was).max() <= _ROUNDING * np.ptp(new, axis=0).max():
             return ""
         before, after = (
             ", ".join(f"{value:.12g}" for value in each) for each in (was, new[number])
         )
-        return f"{self.control}[{number}] was {before}, is {after}"
+        return f"{self.given.control}[{number}] was {before}, is {after}"
 
     def relax(
         self, state: State, number: int, previous: Any
@@ -245,10 +196,10 @@ class SlidingSteps(NumberedSteps):
 
     def _move(self, number: int, previous: Any) -> _Move:
         """Return the lateral target of a step, and where the last one has ended."""
-        target, at, dissipated = self.lateral[number], None, 0.0
+        target, at, dissipated = self.given.lateral[number], None, 0.0
         origin = np.zeros(2)
-        if self.control == "displacements":
-            origin = self.lateral[0]
+        if self.given.control == "displacements":
+            origin = self.given.lateral[0]
         if previous is not None:
             at = np.array([previous.lateral_x, previous.lateral_y])
             dissipated = previous.dissipated_energy
@@ -297,7 +248,7 @@ class SlidingSteps(NumberedSteps):
         )
         slip = imposed + solution.shift[:, None, None] - solution.displacement
         lost = area * float((solution.tractions * slip).sum())
-        if self.control == "forces" and not solution.converged:
+        if self.given.control == "forces" and not solution.converged:
             moved, lost = np.zeros(2), 0.0  # not known
             solution = replace(solution, shift=np.zeros(2))
         if last is not None:
@@ -310,7 +261,7 @@ class SlidingSteps(NumberedSteps):
             bounds=bounds,
             displacement=at,
             moved=at - move.origin,
-            base=move.target if self.spring else np.full(2, np.nan),
+            base=move.target if self.given.spring else np.full(2, np.nan),
             dissipated=move.dissipated + lost,
             solution=solution,
             cell_area=area,
@@ -325,7 +276,7 @@ class SlidingSteps(NumberedSteps):
         window, fields = relaxed.state.window, relaxed.fields
         problem = relaxed.problem
         place = problem.spacing, problem.origin(window)
-        bounds = self.friction.bounds(fields.pressure, fields.contact, *place)
+        bounds = self.given.friction.bounds(fields.pressure, fields.contact, *place)
         old = [before.history.get(k, np.zeros(before.window.shape)) for k in TRACTIONS]
         box = window
         if not problem.periodic:
@@ -338,12 +289,12 @@ class SlidingSteps(NumberedSteps):
         self, move: _Move, area: float, last: LateralState | None
     ) -> tuple[np.ndarray, np.ndarray, LateralSupport | None]:
         """Return where the indenter was, its known move, and what holds it."""
-        if self.control == "displacements":
+        if self.given.control == "displacements":
             at = move.target if move.at is None else move.at
             return at, move.target - at, None
         at = np.zeros(2) if move.at is None else move.at
         moved = np.zeros(2) if last is None else last.displacement - at
-        spring = self.spring or 0.0
+        spring = self.given.spring or 0.0
         force = spring * (move.target - at - moved) if spring else move.target
         x, y = (force / area).tolist()
         return at, moved, LateralSupport((x, y), spring / area)

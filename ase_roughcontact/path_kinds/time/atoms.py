@@ -7,9 +7,12 @@ from typing import Any
 
 from ase import Atoms
 
-from ase_roughcontact._util.validation import positive
-from ase_roughcontact.contact.control import BASE, control_of
+from ase_roughcontact.contact.control import control_of
 from ase_roughcontact.loading.load_path import AtomsPath, single_path
+from ase_roughcontact.path_kinds.time.specification import (
+    TimeSpecification,
+    check_cantilever,
+)
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.schedule import Schedule
@@ -25,7 +28,7 @@ def time_path(
     loads: Schedule | None = None,
     bases: Schedule | None = None,
     cantilever: float | None = None,
-    tolerance: float = 1e-3,
+    tolerance: float = TimeSpecification.tolerance,
     validity: str | Validity = "warn",
     output: Output | None = None,
     **options: Any,
@@ -102,20 +105,16 @@ def time_path(
     name, schedule = single_path(
         penetrations=penetrations, heights=heights, loads=loads, bases=bases
     )
-    if not isinstance(schedule, Schedule):
-        raise TypeError(
-            f"{name} must be a Schedule, such as Schedule(0.0).ramp(1.0, rate=2.0), "
-            f"got {schedule!r}"
-        )
+    specification = TimeSpecification(schedule, tolerance)
     control = control_of(name)
-    if (control == BASE) != (cantilever is not None):
-        raise ValueError(
-            "bases need the stiffness of the cantilever, and only they do, got "
-            f"cantilever={cantilever}"
-        )
-    if cantilever is not None:
-        positive(cantilever=cantilever)
-        options["cantilever"] = cantilever
-    path = AtomsPath(atoms, control, validity=validity, output=output, **options)
-    steps = TimeSteps(path.stepper, schedule, tolerance)
+    check_cantilever(control, cantilever)
+    path = AtomsPath(
+        atoms,
+        control,
+        validity=validity,
+        output=output,
+        cantilever=cantilever or 0.0,
+        **options,
+    )
+    steps = TimeSteps(path.stepper, specification)
     return path.follow(steps, cantilever=cantilever or 0.0)

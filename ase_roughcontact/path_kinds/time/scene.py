@@ -21,6 +21,10 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.analysis.path_values import dynamic_stiffness, tension_at_turn
 from ase_roughcontact.contact.control import BASE, LOAD, PENETRATION
 from ase_roughcontact.path_kinds.time.record import TimeStep
+from ase_roughcontact.path_kinds.time.specification import (
+    TimeSpecification,
+    check_cantilever,
+)
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.paths.schedule import Schedule
@@ -81,7 +85,7 @@ class Timed(PathKind):
     amplitude: float | str | None = None
     frequency: float | None = None
     cycles: int = 3
-    tolerance: float = 1e-3
+    tolerance: float = TimeSpecification.tolerance
     cantilever: float | None = None
 
     @property
@@ -101,13 +105,13 @@ class Timed(PathKind):
     @property
     def stiffness(self) -> float | None:
         """Stiffness of the cantilever (eV/Å^2); None without one."""
-        if (self.controlled == BASE) != (self.cantilever is not None):
+        stiffness = stiffness_of(cantilever=self.cantilever)
+        try:
+            check_cantilever(self.controlled, stiffness)
+        except ValueError as error:
             advice = "" if self.deepest is None else _OF_CANTILEVER
-            raise ValueError(
-                'control = "base" needs the stiffness of the cantilever, and only it'
-                f"{advice}"
-            )
-        return stiffness_of(cantilever=self.cantilever)
+            raise ValueError(f"{error}{advice}") from error
+        return stiffness
 
     @classmethod
     def own_entries(cls, entries: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -143,7 +147,6 @@ class Timed(PathKind):
             )
         if (self.times is None) == (self.rate is None):
             raise ValueError("give either times, one for each value, or a rate")
-        positive(tolerance=self.tolerance)
         nonnegative(dwell=self.dwell)
         if self.times is None:
             schedule = self._at_rates(values, units)
@@ -164,6 +167,10 @@ class Timed(PathKind):
                 "later times"
             )
         return schedule
+
+    def specification(self, bodies: Bodies) -> TimeSpecification:
+        """Return the schedule and the tolerance; see `schedule` for errors."""
+        return TimeSpecification(self.schedule(bodies), self.tolerance)
 
     def _loop(self, bodies: Bodies, path: Timed) -> list[float]:
         """Return the penetrations (Å) of a loop, from which nothing interacts."""
@@ -219,7 +226,7 @@ class Timed(PathKind):
 
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to the largest target."""
-        schedule, unit = self.schedule(bodies), UNITS[self.unit]
+        schedule, unit = self.specification(bodies).schedule, UNITS[self.unit]
         targets = [schedule.first, *(part.end for part in schedule.parts)]
         deepest = self.deepest_of(targets)
         if self.stiffness is None:
@@ -266,7 +273,7 @@ class Timed(PathKind):
 
     def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
         """Return what follows the schedule."""
-        return TimeSteps(stepper, self.schedule(bodies), self.tolerance)
+        return TimeSteps(stepper, self.specification(bodies))
 
     @property
     def springs(self) -> dict[str, Any]:

@@ -40,16 +40,16 @@ import numpy as np
 
 from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.contact.creep import PRESSURE_RATE, dissipated_energy
 from ase_roughcontact.elasticity.lattice import carried
 from ase_roughcontact.path_kinds.time.balance import energy_balance, work_between
 from ase_roughcontact.path_kinds.time.record import TimeStep
+from ase_roughcontact.path_kinds.time.specification import TimeSpecification
 from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
 from ase_roughcontact.paths.restart import Restart
-from ase_roughcontact.paths.schedule import Part, Schedule
+from ase_roughcontact.paths.schedule import Part
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 # Powers of two by which the duration of a part is divided: at least, and at most. An
@@ -133,30 +133,29 @@ class TimeSteps(PathSteps):
     Parameters
     ----------
     stepper : Stepper
-    schedule : Schedule
-    tolerance : float
-        See `time_path`.
+    given : TimeSpecification
     """
 
     kind = TimeStep
-    schedule: Schedule
-    tolerance: float = 1e-3
+    given: TimeSpecification
 
     def __post_init__(self) -> None:
         """Check that the solid creeps, and let the solver leave less than the steps."""
-        positive(tolerance=self.tolerance)
         solid = self.stepper.problem.solid
         if solid.creep is None:
             raise ValueError(
                 f"a path in time needs a Viscoelastic solid, got {solid!r}"
             )
         self.creep = solid.creep
-        self.stepper = self.stepper.limited(_SOLVER_PART * self.tolerance)
+        self.stepper = self.stepper.limited(_SOLVER_PART * self.given.tolerance)
 
     @property
     def specification(self) -> dict[str, Any]:
         """Schedule and tolerance; see `PathSteps`."""
-        return {"schedule": self.schedule.todict(), "tolerance": self.tolerance}
+        return {
+            "schedule": self.given.schedule.todict(),
+            "tolerance": self.given.tolerance,
+        }
 
     def differences(self, done: Restart) -> list[str]:
         """Return in what the finished steps differ; see `PathSteps`."""
@@ -176,13 +175,15 @@ class TimeSteps(PathSteps):
         """Yield the states after the last one that is done; see `PathSteps`."""
         if last is None:
             at = _Reached(self._first_position(start), start, 0.0, None)
-            new = self._sudden(at, record, self.schedule.first, 0.0)
+            new = self._sudden(at, record, self.given.schedule.first, 0.0)
             at = self._after(new)
             yield new
         else:
             position, target = _Position(**last.position), last.target["target"]
             at = _Reached(position, last.state, target, last.record)
-        for number, (begin, first, part) in enumerate(self.schedule.timed_parts()):
+        for number, (begin, first, part) in enumerate(
+            self.given.schedule.timed_parts()
+        ):
             if number < at.position.part:
                 continue
             if number > at.position.part:
@@ -229,7 +230,7 @@ class TimeSteps(PathSteps):
             if state.pressure.any():
                 change = _part_of(elapsed * _sum_of(rate), largest)
             coarse = change > _LARGEST_CHANGE and position.level < _FINEST
-            if (error > self.tolerance or coarse) and position.level < _MOST:
+            if (error > self.given.tolerance or coarse) and position.level < _MOST:
                 level, done = position.level + 1, 2 * position.done
                 position = replace(position, level=level, done=done, may_grow=False)
                 continue
@@ -238,7 +239,7 @@ class TimeSteps(PathSteps):
             position = replace(
                 position,
                 done=position.done + 1,
-                may_grow=error < _GROWTH * self.tolerance and small,
+                may_grow=error < _GROWTH * self.given.tolerance and small,
                 elapsed=elapsed,
             )
             left = self.stepper.commit(relaxed, **{PRESSURE_RATE: rate})
@@ -321,10 +322,10 @@ class TimeSteps(PathSteps):
             self.stepper, (at.target, at.record), (target, result)
         )
         error = _energy_error(at.position, at.record, result, missing)
-        unexplained = missing > uncertainty and error > self.tolerance
+        unexplained = missing > uncertainty and error > self.given.tolerance
         lost = missing if unexplained else 0.0
         instantaneous = self.creep.compliance(elapsed) < _INSTANTANEOUS
-        known = instantaneous and uncertainty < self.tolerance * lost
+        known = instantaneous and uncertainty < self.given.tolerance * lost
         error = 0.0 if known else error
         return relaxed, replace(result, lost_energy=lost), error
 
@@ -381,7 +382,7 @@ class TimeSteps(PathSteps):
         They are those of one step that takes the surface from rest to the largest
         target, in the time in which the path gets there.
         """
-        target, time = self.schedule.largest(self.stepper.control.deeper)
+        target, time = self.given.schedule.largest(self.stepper.control.deeper)
         position = _Position()
         with suppress(ValueError, RuntimeError, MemoryError):  # of the path itself
             relaxed = self.stepper.relax(start, target, moment=time, elapsed=time)

@@ -54,7 +54,7 @@ def test_the_largest_step_is_a_tenth_of_the_way_down_by_default():
     scene = Scene.parse(LOOP.replace("step = 0.5", ""))
     wall = scene.wall
     down = wall.cutoff - wall.contact_distance + 2.0
-    assert scene.path.specification(scene.bodies).step == pytest.approx(down / 10)
+    assert scene.path.loop(scene.bodies).step == pytest.approx(down / 10)
 
 
 def test_the_force_curve_of_the_cantilever_is_a_table(run):

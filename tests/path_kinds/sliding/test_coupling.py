@@ -29,6 +29,7 @@ from ase_roughcontact import (
 from ase_roughcontact.elasticity import Cubic, Isotropic, cross_kernel, love_kernel
 from ase_roughcontact.elasticity.cell_kernels import cerruti_kernel
 from ase_roughcontact.elasticity.creep import Creep
+from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.paths import follow as paths
 
@@ -152,7 +153,9 @@ def test_conditions_of_friction_and_contact_hold_with_dense_matrices(
     stepper, matrix = stepper_of(n, solid, accuracy=1e-8), dense_matrix(n, solid)
     path, state = np.array([[0.0, 0.0], [0.03, 0.02]]), np.zeros((3, n * n))
     law, at = Coulomb(mu), np.zeros(2)
-    steps = SlidingSteps(stepper, depths, law, path, control, coupling="solved")
+    steps = SlidingSteps(
+        stepper, SlidingSpecification(depths, law, path, control, coupling="solved")
+    )
     for done in paths.follow_states(steps):
         step = done.record
         assert step.converged

@@ -30,6 +30,7 @@ from ase_roughcontact import (
     sliding_path,
 )
 from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.paths import follow as paths
 from ase_roughcontact.paths.path_steps import NumberedSteps
@@ -104,7 +105,7 @@ def test_tractions_of_rough_contacts_are_those_of_ciavarella_and_jaeger(seed):
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
 def test_ratio_of_lateral_and_normal_stiffness(poisson):
     stepper = stepper_of(128, solid=Isotropic(1.0, poisson))
-    path = SlidingSteps(stepper, 3.0, Coulomb(1e3), [0.0, 1e-3])
+    path = SlidingSteps(stepper, SlidingSpecification(3.0, Coulomb(1e3), [0.0, 1e-3]))
     steps = list(paths.follow(path, Output(columns=["lateral_stiffness"])))
     lateral = steps[1].lateral_force_x / 1e-3
     ratio = 2.0 * (1.0 - poisson) / (2.0 - poisson)
@@ -293,7 +294,7 @@ def test_wrong_arguments_say_what_is_expected():
     law = Coulomb(MU)
     with pytest.raises(ValueError, match="exactly one of displacements, forces, bases"):
         sliding_path(atoms_on(SOLID), law, 1.0)
-    with pytest.raises(ValueError, match="stiffness of the spring"):
+    with pytest.raises(ValueError, match="bases need a spring"):
         sliding_path(atoms_on(SOLID), law, 1.0, bases=PATH)
     with pytest.raises(ValueError, match="all 6 displacements, or one for each"):
         sliding_path(atoms_on(SOLID), law, [1.0, 2.0], displacements=PATH)

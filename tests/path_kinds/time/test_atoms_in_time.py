@@ -193,5 +193,5 @@ def test_columns_of_a_path_in_time_are_derived_from_its_class():
 def test_errors_say_what_a_path_in_time_needs():
     with pytest.raises(ValueError, match="give exactly one of"):
         time_path(atoms_on(HardWall()), PATH, loads=PATH)
-    with pytest.raises(ValueError, match="bases need the stiffness of the cantilever"):
+    with pytest.raises(ValueError, match="need the stiffness of the cantilever"):
         time_path(atoms_on(HardWall(), fixed=False), bases=PATH)

@@ -158,8 +158,8 @@ def test_targets_over_time_follow_from_rates_times_and_oscillations(
         ({"values": [1.0, 1.0]}, "takes no time"),
         ({"times": "1 s", "rate": None}, "times must be a list of numbers"),
         ({"amplitude": 1.0}, "both amplitude and frequency"),
-        ({"control": "base"}, "needs the stiffness of the cantilever"),
-        ({"cantilever": 1.0}, "needs the stiffness of the cantilever"),
+        ({"control": "base"}, "need the stiffness of the cantilever"),
+        ({"cantilever": 1.0}, "need the stiffness of the cantilever"),
     ],
 )
 def test_errors_of_the_path_name_what_is_missing(keys, message):

@@ -24,6 +24,7 @@ from ase_roughcontact import (
 from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.path_kinds.time.record import TimeStep
+from ase_roughcontact.path_kinds.time.specification import TimeSpecification
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths import follow as paths
 from ase_roughcontact.paths.path_steps import NumberedSteps
@@ -48,7 +49,9 @@ def stepper_of(problem, n, control="penetrations", **options):
 
 def follow(problem, n, schedule, control="penetrations", tolerance=1e-3, **options):
     stepper = stepper_of(problem, n, control, **options)
-    return list(paths.follow(TimeSteps(stepper, schedule, tolerance)))
+    return list(
+        paths.follow(TimeSteps(stepper, TimeSpecification(schedule, tolerance)))
+    )
 
 
 class Cone:
@@ -174,7 +177,7 @@ def test_gaps_are_those_of_the_whole_history(creep, wall, periodic):
         StepOptions(window="unchecked", accuracy=1e-7),
     )
     path = Schedule(0.2).ramp(0.6, time=1.0).hold(0.5).ramp(-0.3, time=0.8)
-    steps = list(paths.follow_states(TimeSteps(stepper, path, 1e-2)))
+    steps = list(paths.follow_states(TimeSteps(stepper, TimeSpecification(path, 1e-2))))
     times, heights = (
         np.array([getattr(step.record, name) for step in steps])
         for name in ("time", "height")
@@ -377,7 +380,7 @@ def test_a_path_without_time_says_what_is_needed():
 def test_an_elastic_solid_says_what_is_needed():
     stepper = stepper_of(problem_of(16, creep=None), 16)
     with pytest.raises(ValueError, match="needs a Viscoelastic solid, got"):
-        TimeSteps(stepper, Schedule(0.0).hold(1.0))
+        TimeSteps(stepper, TimeSpecification(Schedule(0.0).hold(1.0)))
 
 
 @pytest.mark.parametrize("relaxed", [0.2, 0.001])
@@ -390,13 +393,17 @@ def test_steps_of_a_long_hold_converge(relaxed):
 
 def test_the_past_of_another_series_is_refused():
     stepper = stepper_of(problem_of(32), 32)
-    path = TimeSteps(stepper, Schedule(0.0).ramp(0.5, time=1.0))
+    path = TimeSteps(stepper, TimeSpecification(Schedule(0.0).ramp(0.5, time=1.0)))
     crept = list(paths.follow_states(path))[-1].left.state
     other = stepper_of(problem_of(32, creep=Creep([1.0, 1.0], [1.0, 2.0])), 32)
     with pytest.raises(
         ValueError, match=r"has crept in a solid with Creep\(comp.* but"
     ):
-        list(TimeSteps(other, Schedule(0.5).hold(1.0)).steps(crept, TimeStep))
+        list(
+            TimeSteps(other, TimeSpecification(Schedule(0.5).hold(1.0))).steps(
+                crept, TimeStep
+            )
+        )
 
 
 @pytest.mark.parametrize("window", ["fixed", "auto"])
@@ -408,7 +415,9 @@ def test_a_path_ends_where_the_contact_is_lost_under_a_tension(window, sudden):
     path = path.step(-50.0) if sudden else path.ramp(-50.0, time=50.0)
     steps = []
     with pytest.raises(RuntimeError, match="the contact is lost at the time"):
-        for step in paths.follow(TimeSteps(stepper, path.hold(1.0), 0.1)):
+        for step in paths.follow(
+            TimeSteps(stepper, TimeSpecification(path.hold(1.0), 0.1))
+        ):
             steps.append(step)
     assert all(step.converged for step in steps)
     # between JKR and the work of adhesion on the glassy solid with a larger contact

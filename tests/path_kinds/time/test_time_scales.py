@@ -15,6 +15,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.path_kinds.time.specification import TimeSpecification
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths import follow as paths
 
@@ -36,7 +37,9 @@ def follow(indenter, n, schedule, tolerance, moduli=MODULI, times=TIMES, **contr
     window = Box((-(n // 2), -(n // 2)), (n, n))
     options = StepOptions(window="unchecked")
     stepper = Stepper(problem, control.get("control", "penetrations"), window, options)
-    return list(paths.follow(TimeSteps(stepper, schedule, tolerance)))
+    return list(
+        paths.follow(TimeSteps(stepper, TimeSpecification(schedule, tolerance)))
+    )
 
 
 def unit_ramp(time):

@@ -1,0 +1,119 @@
+"""Specification of a sliding path: its targets, friction, spring and coupling."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.validation import finite_array, one_of, positive
+from ase_roughcontact.contact.control import Control
+from ase_roughcontact.interactions.friction import COUPLINGS, FrictionLaw, check_law
+
+#: What a sliding path prescribes laterally: displacement of the indenter, force on it,
+#: or displacement of the base of a spring that moves it.
+LATERAL_CONTROLS = ("displacements", "forces", "bases")
+
+
+@dataclass(frozen=True, eq=False)
+class SlidingSpecification:
+    """What is given for a sliding path.
+
+    Attributes
+    ----------
+    targets : ndarray, shape (steps,)
+        Normal targets; one number is the target of all steps.
+    friction : FrictionLaw
+    lateral : ndarray, shape (steps, 2)
+        Lateral targets along x and y; one column is along x alone.
+    control : {"displacements", "forces", "bases"}
+        Whether they are displacements of the indenter (length), forces on it (force),
+        or displacements of the base of a spring (length).
+    spring : float or None
+        Stiffness of the spring, for bases (force/length).
+    coupling : {"neglected", "solved"}
+        Whether tractions leave the pressure as it is, and the pressure the lateral
+        displacement. Where atoms come into contact within a step, they stick as if they
+        had been in contact since its beginning: load in several steps.
+
+    Raises
+    ------
+    ValueError
+        If a target is not finite, the numbers of targets differ, a name is unknown, or
+        the spring is missing.
+    TypeError
+        If friction is no law.
+    """
+
+    targets: Any
+    friction: FrictionLaw
+    lateral: Any
+    control: str = LATERAL_CONTROLS[0]
+    spring: float | None = None
+    coupling: str = COUPLINGS[0]
+
+    def __post_init__(self) -> None:
+        """Check all, and make one pair of lateral targets for each step."""
+        one_of(LATERAL_CONTROLS, control=self.control)
+        one_of(COUPLINGS, coupling=self.coupling)
+        check_spring(self.control, self.spring)
+        check_law(self.friction)
+        lateral = finite_array(self.control, self.lateral)
+        if lateral.ndim == 1:
+            lateral = np.stack([lateral, np.zeros(lateral.shape)], axis=1)
+        if lateral.ndim != 2 or lateral.shape[1] != 2 or not len(lateral):
+            raise ValueError(
+                f"{self.control} must be numbers along x, or rows of two along x and "
+                f"y, got an array of the shape {lateral.shape}"
+            )
+        object.__setattr__(self, "lateral", lateral)
+
+    @property
+    def coupled(self) -> bool:
+        """Whether the coupling of normal and lateral motion is solved for."""
+        return self.coupling != COUPLINGS[0]
+
+    def normal(self, control: Control) -> np.ndarray:
+        """Return the normal targets, one for each step.
+
+        Parameters
+        ----------
+        control : Control
+            Quantity that they prescribe.
+
+        Raises
+        ------
+        ValueError
+            If a target is not finite, or there are neither one nor as many as steps.
+        """
+        targets, count = finite_array(control.plural, self.targets), len(self.lateral)
+        if targets.shape not in ((), (count,)):
+            raise ValueError(
+                f"give one of {control.plural} for all {count} {self.control}, or one "
+                f"for each, got {targets.size}"
+            )
+        return np.broadcast_to(targets, count)
+
+
+def check_spring(control: str, spring: float | None) -> None:
+    """Raise an error unless a path that moves a base, and only it, has a spring.
+
+    Parameters
+    ----------
+    control : str
+        One of `LATERAL_CONTROLS`.
+    spring : float or None
+        Stiffness, None if it is not given (force per length).
+
+    Raises
+    ------
+    ValueError
+    """
+    if (control == "bases") != (spring is not None):
+        raise ValueError(
+            "bases need a spring, the stiffness between base and indenter, and only "
+            f"they do, got {'none' if spring is None else 'one'} for {control}"
+        )
+    if spring is not None:
+        positive(spring=spring)
