@@ -15,6 +15,7 @@ from ase_roughcontact.elasticity import (
     Viscoelastic,
     named_materials,
 )
+from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.config import DEFAULT_RADIUS
@@ -140,6 +141,11 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
             adhesion = _local_adhesion(scene, wall, radius, spacing)
         except MemoryError as error:
             raise MemoryError(f"[heterogeneity] {error}") from error
+    fft = {}
+    if scene.solver.engine is not None:
+        fft["engine"] = scene.solver.engine
+        with problems.of("solver"):
+            RealFFT2((1, 1), **fft)
     problems.check()
     given = "hardness" in scene.interaction.parameters
     is_tip = alone and cell is None
@@ -151,6 +157,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
             spacing=pixel,
             periodic=scene.substrate.periodic or cell is not None,
             heterogeneity=adhesion,
+            fft=fft,
         ),
         symbol=substrate.symbol,
         hardness=wall.hardness if given else hardness,

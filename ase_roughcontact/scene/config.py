@@ -241,6 +241,7 @@ class SolverConfig(Section):
     accuracy: float | str = "normal"
     fmax: float | None = None
     max_steps: int = 10_000
+    engine: str | None = None
 
 
 @dataclass(frozen=True)

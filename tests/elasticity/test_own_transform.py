@@ -12,6 +12,7 @@ from ase_roughcontact.elasticity import FreeHalfSpace, Isotropic
 from ase_roughcontact.elasticity.fft import ENGINES, Blocking, RealFFT2
 from ase_roughcontact.elasticity.fft_backends import BlockTransform
 from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
+from ase_roughcontact.scene import Scene
 
 SOLID = Isotropic(1.0, 0.3)
 SPHERE = rc.RoughSphere(40.0)
@@ -75,6 +76,24 @@ def test_contacts_use_the_given_engine_alone(wall, coupling):
     with patch.dict(ENGINES, {"numpy": NumpyTransform}, clear=True):
         steps = steps_under(wall, coupling, engine="numpy")
     assert all(step.converged for step in steps)
+
+
+def test_a_scene_names_the_engine():
+    text = """
+    [substrate]
+    contact_modulus = 80.0
+    [sphere]
+    radius = "5 nm"
+    [path]
+    values = ["10 nN", "20 nN"]
+    [solver]
+    engine = "numpy"
+    """
+    with patch.dict(ENGINES, {"numpy": NumpyTransform}, clear=True):
+        own = list(Scene.parse(text).relax())
+    usual = list(Scene.parse(text.replace("numpy", "pyfftw")).relax())
+    for found, expected in zip(own, usual, strict=True):
+        assert found.contact_area == pytest.approx(expected.contact_area, rel=1e-8)
 
 
 def test_atoms_that_stick_use_the_given_engine_alone():

@@ -145,6 +145,7 @@ HUGE = "9" * 400  # beyond all floats
         ("solver", 'accuracy = "exact"', "unknown accuracy 'exact'"),
         ("solver", "fmax = -1.0", "fmax must be a finite number > 0, got -1.0"),
         ("solver", "max_steps = 0", "max_steps must be an integer >= 1, got 0"),
+        ("solver", 'engine = "pyfft"', "unknown engine 'pyfft'; .*'pyfftw'"),
         ("solver", 'optimizer = "LFBGS"', "unknown optimizer 'LFBGS'; .*'LBFGS'"),
     ],
 )

@@ -73,6 +73,7 @@ KEYS = {
     "solver.accuracy": (0.001, "accuracy.error", 1e-3, 1e-4),
     "solver.fmax": (1e-05, "fmax", 1e-5 * MODULUS * GPA * A0**2, 1e-6),
     "solver.max_steps": (77, "solver.max_steps", 77, 78),
+    "solver.engine": ("pyfftw", lambda s: s.problem.fft["engine"], "pyfftw", "ducc0"),
 }
 SCENE = defaultdict(dict)
 for key, (value, *_) in KEYS.items():
