@@ -141,7 +141,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
             adhesion = _local_adhesion(scene, wall, radius, spacing)
         except MemoryError as error:
             raise MemoryError(f"[heterogeneity] {error}") from error
-    fft = {}
+    fft: dict[str, Any] = {}
     if scene.solver.engine is not None:
         fft["engine"] = scene.solver.engine
         with problems.of("solver"):
