@@ -16,12 +16,13 @@ from ase_roughcontact._util.units import (
 )
 from ase_roughcontact.cli.common import json_line
 from ase_roughcontact.fitting.curve_checks import curve_checks
-from ase_roughcontact.fitting.curve_files import read_curve
+from ase_roughcontact.fitting.curve_files import read_curve, read_with_times
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.fitting.indentation import (
     IndentationFit,
     fit_indentation,
 )
+from ase_roughcontact.fitting.relaxation import RelaxationFit, fit_relaxation
 from ase_roughcontact.theory.indenters import named_indenter
 
 
@@ -41,6 +42,9 @@ def curve(options: argparse.Namespace) -> int:
     cone ANGLE RADIUS", and the same of pyramids. --thickness is that of an
     incompressible layer that is bonded to a rigid base.
 
+    With --relaxation the approach and the hold after it, at constant height or force,
+    are fitted over the times in the file, with a number of relaxation times.
+
     Exit status: 0 the curve was read, and the fit has converged, 1 it has not, 2 the
     file or an option is invalid.
     """
@@ -54,8 +58,15 @@ def curve(options: argparse.Namespace) -> int:
     given = stiffness, options.sensitivity, options.columns, options.curve_number
     measured = read_curve(options.curve, options.branch, *given)
     checks = curve_checks(measured)
-    fit = None
-    if options.indenter:
+    fit: IndentationFit | RelaxationFit | None = None
+    if options.relaxation and not options.indenter:
+        raise ValueError('--relaxation needs the shape: --indenter "sphere 5 um"')
+    if options.relaxation:
+        shape = named_indenter(options.indenter)
+        held = read_with_times(options.curve, *given)
+        fit = fit_relaxation(*held, shape, options.relaxation)
+        curve_figures.draw_relaxation(fit, options.picture)
+    elif options.indenter:
         fit = fit_indentation(
             measured,
             named_indenter(options.indenter),
@@ -104,9 +115,13 @@ def _rows(measured: ForceCurve) -> list[tuple[str, str, str]]:
     return rows
 
 
-def _line(measured: ForceCurve, checks: list[str], fit: IndentationFit | None) -> str:
+def _line(
+    measured: ForceCurve,
+    checks: list[str],
+    fit: IndentationFit | RelaxationFit | None,
+) -> str:
     """Return what was read, and a fit, as a line of JSON."""
-    nN, nm = UNITS["nN"], UNITS["nm"]
+    nN = UNITS["nN"]
     values: dict[str, Any] = {
         "points": len(measured.force),
         "largest_force": float(measured.force.max()) / nN,
@@ -120,20 +135,48 @@ def _line(measured: ForceCurve, checks: list[str], fit: IndentationFit | None) -
     units = dict.fromkeys(("largest_force", "lowest_force", "free_force"), "nN")
     units |= {"noise": "nN", "spring_constant": "N/m"}
     if fit is not None:
-        unit = pressure_unit(fit.contact_modulus)
-        deepest = float(fit.indentation[fit.compared].max())
-        values |= {
-            "indenter": fit.indenter.name,
-            "contact_modulus": fit.contact_modulus / UNITS[unit],
-            "contact_modulus_error": fit.contact_modulus_error / UNITS[unit],
-            "contact_depth": fit.contact_depth / nm,
-            "contact_depth_error": fit.contact_depth_error / nm,
-            "largest_indentation": deepest / nm,
-            "residual": fit.noise / nN,
-            "converged": fit.converged,
-        }
+        values |= {"indenter": fit.indenter.name, "converged": fit.converged}
         values["warnings"] = [*checks, *fit.warnings]
-        units |= dict.fromkeys(("contact_modulus", "contact_modulus_error"), unit)
-        names = ("contact_depth", "contact_depth_error", "largest_indentation")
-        units |= dict.fromkeys(names, "nm") | {"residual": "nN"}
+        fitted, fitted_units = (
+            _relaxed(fit) if isinstance(fit, RelaxationFit) else _indented(fit)
+        )
+        values, units = values | fitted, units | fitted_units
     return json_line(values, units)
+
+
+def _moduli(fit: IndentationFit | RelaxationFit) -> tuple[dict, dict[str, str]]:
+    """Return the contact modulus, its error, contact depth and residual, and units."""
+    unit = pressure_unit(fit.contact_modulus)
+    values = {
+        "contact_modulus": fit.contact_modulus / UNITS[unit],
+        "contact_modulus_error": fit.contact_modulus_error / UNITS[unit],
+        "contact_depth": fit.contact_depth / UNITS["nm"],
+        "residual": fit.noise / UNITS["nN"],
+    }
+    units = dict.fromkeys(("contact_modulus", "contact_modulus_error"), unit)
+    return values, units | {"contact_depth": "nm", "residual": "nN"}
+
+
+def _indented(fit: IndentationFit) -> tuple[dict, dict[str, str]]:
+    """Return the results of an indentation fit, and their units."""
+    values, units = _moduli(fit)
+    deepest = float(fit.indentation[fit.compared].max())
+    values["contact_depth_error"] = fit.contact_depth_error / UNITS["nm"]
+    values["largest_indentation"] = deepest / UNITS["nm"]
+    names = ("contact_depth_error", "largest_indentation")
+    return values, units | dict.fromkeys(names, "nm")
+
+
+def _relaxed(fit: RelaxationFit) -> tuple[dict, dict[str, str]]:
+    """Return the results of a fit over time, and their units."""
+    values, units = _moduli(fit)
+    unit = units["contact_modulus"]
+    values |= {
+        "instantaneous_modulus": fit.instantaneous_modulus / UNITS[unit],
+        "relaxation_moduli": fit.relaxation_moduli.tolist(),
+        "relaxation_times": fit.relaxation_times.tolist(),
+        "relaxation_times_errors": fit.relaxation_times_errors.tolist(),
+    }
+    times = ("relaxation_times", "relaxation_times_errors")
+    units |= {"instantaneous_modulus": unit} | dict.fromkeys(times, "s")
+    return values, units

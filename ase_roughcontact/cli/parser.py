@@ -252,6 +252,13 @@ def _add_curve(parser: argparse.ArgumentParser) -> None:
     )
     text = "largest indentation that is fitted"
     parser.add_argument("--deepest", metavar="LENGTH", default="", help=text)
+    parser.add_argument(
+        "--relaxation",
+        metavar="TERMS",
+        type=int,
+        default=0,
+        help="number of relaxation times of a fit of approach and hold over time",
+    )
     text = "of a layer on a rigid base"
     parser.add_argument("--thickness", metavar="LENGTH", default="", help=text)
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""Figures of a measured force curve as it was read, and of an indentation fit."""
+"""Figures of a measured force curve as it was read, and of fits of an indenter."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.fitting.curve_checks import contact_point
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.fitting.indentation import IndentationFit
+from ase_roughcontact.fitting.relaxation import RelaxationFit
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import (
     BLUE,
@@ -86,6 +87,31 @@ def draw_indentation(fit: IndentationFit, file: Path) -> None:
         upper.set_ylabel("force (nN)")
         middle.set_ylabel("force (nN)")
         lower.set_ylabel("residual (nN)")
+        letter(panels)
+        legend_below(figure, [upper])
+
+
+def draw_relaxation(fit: RelaxationFit, file: Path) -> None:
+    """Draw the forces of an approach and a hold over time, their fit, and residuals.
+
+    Parameters
+    ----------
+    fit : RelaxationFit
+    file : path
+    """
+    with written(file, 3.8) as figure:
+        panels = figure.subplots(2, 1, height_ratios=(3, 1.3), sharex=True)
+        upper, lower = panels
+        everywhere = np.ones(len(fit.time), bool)
+        _draw_points(upper, fit.time, fit.force / _NN, everywhere)
+        label = f"{fit.indenter.name}, {len(fit.relaxation_times)} relaxation times"
+        upper.plot(fit.time, fit.fitted / _NN, color=BLUE, lw=1.5, label=label)
+        residual = (fit.fitted - fit.force) / _NN
+        lower.plot(fit.time, residual, ".", color=BLUE, ms=2)
+        lower.axhline(0.0, color="black", lw=0.5)
+        upper.set_ylabel("force (nN)")
+        lower.set_ylabel("residual (nN)")
+        lower.set_xlabel("time (s)")
         letter(panels)
         legend_below(figure, [upper])
 

@@ -65,6 +65,11 @@ class _Part:
     kind: str | None
     found: dict[str, FloatArray]
 
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return len(next(iter(self.found.values()), ()))
+
 
 @dataclass(frozen=True, eq=False)
 class _Measurement:
@@ -144,34 +149,10 @@ def read_curve(
     """
     given = _given(stiffness, sensitivity)
     read = _without_holds(_measurement(file, given, heads, curve, _NAMES))
-    found, known = read.joined(), read.stiffness
-    force, depth, bend = (found.get(k) for k in ("force", "depth", "deflection"))
-    if bend is not None and force is not None and np.ptp(bend) > 0.0:
-        # a slope, as either may have another zero
-        slope = float(np.polyfit(bend, force, 1)[0])
-        known = _checked(file, slope, known)
-    if known is not None:
-        if force is None and bend is not None:
-            force = known * bend
-        if bend is None and force is not None:
-            bend = force / known
-    if depth is None and bend is not None and "distance" in found:
-        depth = -(found["distance"] + bend)
-    if depth is None:
-        depth = found.get("indentation")
-    if force is None or depth is None:
-        raise ValueError(_incomplete(file, read))
-    kinds = [part.kind for part in read.parts]
     turn = None
-    if None not in kinds:
-        turn = sum(
-            len(part.found["force" if "force" in part.found else "deflection"])
-            for part in read.parts
-            if part.kind == "approach"
-        )
-    whole = ForceCurve(
-        depth, force, math.inf if known is None else known, turn, read.remarks
-    )
+    if all(part.kind is not None for part in read.parts):
+        turn = sum(part.count for part in read.parts if part.kind == "approach")
+    whole = _force_curve(file, read, turn)
     return whole if branch is None else _only(file, whole, branch)
 
 
@@ -222,6 +203,71 @@ def read_in_time(
         unit = "nN" if kind == "force" else "nm"
         raise ValueError(_missing(file, read.table, f"time (s) and {kind} ({unit})"))
     return found["time"], found[kind]
+
+
+def read_with_times(
+    file: PathName,
+    stiffness: float | None = None,
+    sensitivity: str = "",
+    heads: Sequence[str] = (),
+    curve: int | str | None = None,
+) -> tuple[FloatArray, ForceCurve]:
+    """Read approach and hold of a force curve with the times in the file.
+
+    Parameters
+    ----------
+    file, stiffness, sensitivity, heads, curve
+        See `read_curve`.
+
+    Returns
+    -------
+    time : ndarray, shape (k,)
+        s.
+    curve : ForceCurve
+        Without what is before the approach, and without the retraction.
+
+    Raises
+    ------
+    ValueError
+        If there are no times, see also `read_curve`.
+    """
+    given = _given(stiffness, sensitivity)
+    read = _measurement(file, given, heads, curve, _NAMES_IN_TIME)
+    kinds = [part.kind for part in read.parts]
+    if "approach" not in kinds:
+        raise ValueError(
+            f"{file} does not say which of its points are the approach and the hold: "
+            "give a column branch (approach, hold, retraction)"
+        )
+    end = kinds.index("retraction") if "retraction" in kinds else len(kinds)
+    read = replace(read, parts=read.parts[kinds.index("approach") : end])
+    found = read.joined()
+    if "time" not in found:
+        raise ValueError(_missing(file, read.table, "time (s)"))
+    return found["time"], _force_curve(file, read, len(found["time"]))
+
+
+def _force_curve(file: PathName, read: _Measurement, turn: int | None) -> ForceCurve:
+    """Return depths and forces of a measurement as far as they follow from it."""
+    found, known = read.joined(), read.stiffness
+    force, depth, bend = (found.get(k) for k in ("force", "depth", "deflection"))
+    if bend is not None and force is not None and np.ptp(bend) > 0.0:
+        # a slope, as either may have another zero
+        slope = float(np.polyfit(bend, force, 1)[0])
+        known = _checked(file, slope, known)
+    if known is not None:
+        if force is None and bend is not None:
+            force = known * bend
+        if bend is None and force is not None:
+            bend = force / known
+    if depth is None and bend is not None and "distance" in found:
+        depth = -(found["distance"] + bend)
+    if depth is None:
+        depth = found.get("indentation")
+    if force is None or depth is None:
+        raise ValueError(_incomplete(file, read))
+    stiffness = math.inf if known is None else known
+    return ForceCurve(depth, force, stiffness, turn, read.remarks)
 
 
 def _given(stiffness: float | None, sensitivity: str) -> Calibration:
@@ -357,11 +403,10 @@ def _without_holds(read: _Measurement) -> _Measurement:
         if part.kind != "hold":
             kept.append(part)
             continue
-        count = len(next(iter(part.found.values()), ()))
         when = "between" if kept else "before"
         remarks.append(
-            f"a hold of {count} points {when} the branches is left out: use a path in "
-            "time for it"
+            f"a hold of {part.count} points {when} the branches is left out; fits over "
+            "time keep it"
         )
     if not kept:
         raise ValueError("the curve has neither an approach nor a retraction")

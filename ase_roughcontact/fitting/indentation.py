@@ -21,6 +21,10 @@ from ase_roughcontact._util.printing import Printed, number, table
 from ase_roughcontact._util.units import UNITS, pressure_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve
+from ase_roughcontact.fitting.residual_runs import (
+    points_per_value,
+    systematic_residuals,
+)
 from ase_roughcontact.theory.indenters import Indenter
 
 # Number of contact points of a scan, and of depths on which a model is interpolated.
@@ -31,10 +35,6 @@ _FEWEST = 5
 _CHOICES = 10
 # Change of parameters for derivatives, relative to their scale.
 _CHANGE = 1e-6
-# Residuals of one sign in a row: mean relative to its standard error that is no noise.
-_SYSTEMATIC = 6.0
-# Part of the largest force from which such a mean matters.
-_MATTERS = 0.01
 # Range of the forces relative to their noise that shows a contact.
 _RISES = 10.0
 # Part of the radius of a paraboloid up to which the contact may reach.
@@ -307,8 +307,7 @@ class _Model:
         noise = math.sqrt(float(residual @ residual) / degrees)
         jacobian = np.transpose(rows)
         inverse = np.linalg.pinv(jacobian)
-        runs = 1 + int(np.sum(np.diff(np.sign(residual)) != 0.0))
-        alike = max(len(residual) / (2.0 * runs), 1.0)
+        alike = points_per_value(residual)
         deviations = noise * np.sqrt(alike * np.sum(inverse**2, axis=1))
         errors = scales[: self._count] * deviations
         fit = IndentationFit(
@@ -358,16 +357,6 @@ def _warnings(fit: IndentationFit) -> list[str]:
             "depth, or fit a scene with layer_thickness"
         )
     residual = (fit.fitted - fit.curve.force)[fit.compared]
-    changes = np.flatnonzero(np.diff(np.sign(residual)))
-    runs = np.split(residual, changes + 1)
-    means = [(float(run.mean()), len(run)) for run in runs]
-    mean, count = max(means, key=lambda each: abs(each[0]) * math.sqrt(each[1]))
     largest = float(fit.force[fit.compared].max())
-    systematic = abs(mean) * math.sqrt(count) > _SYSTEMATIC * fit.curve.noise
-    if systematic and abs(mean) > _MATTERS * largest:
-        warnings.append(
-            f"the fit is {mean / UNITS['nN']:+.3g} nN off on {count} points in a row: "
-            "this is not the indenter on an elastic solid (adhesion, another shape, a "
-            "layer, creep), and the error does not contain it"
-        )
+    warnings += systematic_residuals(residual, fit.curve.noise, largest)
     return warnings
