@@ -13,6 +13,7 @@ from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.optimize.names import optimizer_names
 from ase_roughcontact.results.record import units_of
 from ase_roughcontact.scene.optimizers import compare_on
+from ase_roughcontact.scene.plan import with_files_of
 
 # Units of the columns of a comparison of optimizers.
 _UNITS_OF_OPTIMIZERS = {
@@ -38,7 +39,8 @@ def plan(options: argparse.Namespace) -> int:
     given = checked_scene(options)
     scene, described = given.planned, given.path.describe(given.bodies)
     count = given.path.expected_count(given.bodies)
-    planned, unit = scene.plan().repeated(count), report.target_unit(scene)
+    planned = with_files_of(given, scene.plan()).repeated(count)
+    unit = report.target_unit(scene)
     if options.json:
         for step in planned.steps:
             write(json_line(asdict(step), units_of() | {"target": unit}))

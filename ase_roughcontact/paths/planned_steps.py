@@ -14,10 +14,14 @@ import numpy as np
 from ase_roughcontact._util.printing import duration, entries, number, table
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.paths.kept_frames import number_of_frames
 from ase_roughcontact.results.record import size_of
 
-# Size of an atom in a trajectory, and of a step in the one for viewing (bytes).
-_BYTES_PER_ATOM, _BYTES_OF_VIEW = 100, 120_000
+# Sizes of a number in a frame and in a state, of the description of a frame and of the
+# columns of a step, and of a frame for viewing (bytes).
+_SINGLE, _DOUBLE = 4, 8
+_DESCRIPTION, _COLUMNS = 4_000, 2_000
+_BYTES_OF_VIEW = 120_000
 # Number of steps that a plan lists; each of them stands for several of longer paths.
 _MOST_LISTED = 500
 
@@ -77,6 +81,10 @@ class Plan:
         zero if none is.
     repeated_step : bool
         Whether one step stands for all of a path whose sizes are not known.
+    keep : {"thinned", "all", "last"}
+        Frames that the trajectory keeps.
+    fields_of_frame, fields_of_state : int
+        Numbers of an atom in a frame, and in the state of the restart file.
     """
 
     steps: tuple[PlannedStep, ...]
@@ -85,6 +93,9 @@ class Plan:
     advice: str = ""
     domain: int = 0
     repeated_step: bool = False
+    keep: str = "thinned"
+    fields_of_frame: int = 2
+    fields_of_state: int = 4
 
     def repeated(self, count: int) -> Plan:
         """Return the plan of a path whose steps are about as large as these."""
@@ -94,13 +105,25 @@ class Plan:
         return replace(self, steps=steps, repeated_step=True)
 
     @property
-    def files(self) -> float:
-        """Size of the trajectories (bytes)."""
-        return sum(
-            step.count * (_BYTES_PER_ATOM * size_of(step.window) + _BYTES_OF_VIEW)
-            for step in self.steps
-            if step.window
-        )
+    def count(self) -> int:
+        """Number of steps that can be calculated."""
+        return sum(step.count for step in self.steps if step.window)
+
+    @property
+    def frames(self) -> float:
+        """Largest size of the frames, also of those for viewing (bytes)."""
+        if not self.count:
+            return 0.0
+        atoms = sum(s.count * size_of(s.window) for s in self.steps if s.window)
+        size = _SINGLE * self.fields_of_frame * atoms / self.count
+        size += _DESCRIPTION + _BYTES_OF_VIEW
+        return number_of_frames(self.keep, self.count) * size
+
+    @property
+    def restart(self) -> float:
+        """Size of the restart file (bytes)."""
+        atoms = max((size_of(s.window) for s in self.steps if s.window), default=0)
+        return _DOUBLE * self.fields_of_state * atoms + _COLUMNS * self.count
 
     @property
     def memory(self) -> float:
@@ -161,12 +184,18 @@ class Plan:
         return [
             *parts,
             f"In all about {duration(max(time, 1.0))}, about "
-            f"{self.files / 1e9:.1g} GB of files, and {most} {memory:.2g} GB of the "
-            f"{free:.2g} GB of memory that are free{enough}.",
+            f"{_size(self.frames)} of frames (sweep.traj, view.traj), "
+            f"{_size(self.restart)} to resume (sweep.restart.npz), and {most} "
+            f"{memory:.2g} GB of the {free:.2g} GB of memory that are free{enough}.",
             "",
             "Left out:",
             entries(("-", reason) for reason in self.left_out),
         ]
+
+
+def _size(size: float) -> str:
+    """Return a size of files as printed."""
+    return f"{size / 1e9:.2g} GB" if size >= 1e8 else f"{size / 1e6:.2g} MB"
 
 
 def thinned(

@@ -12,6 +12,9 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.contact import Problem
+from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
+from ase_roughcontact.contact.history import HistoryEntry, entry_of
+from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH, TRACTION_DEPTH
 from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.results.limits import LEAST_EDGE_ZONE
@@ -160,6 +163,7 @@ def plan_of(scene: Any) -> Plan:
     if scene.scan is not None:
         left_out = *left_out, COPIES_LEFT_OUT
     plan = replace(plan, steps=tuple(steps), left_out=left_out)
+    plan = with_files_of(scene, plan)
     if not plan.domain:
         return plan
     change = scene.grid_change
@@ -167,3 +171,38 @@ def plan_of(scene: Any) -> Plan:
     larger = plan_of(scene.with_values({"roughness.domain": f"{side} a0"}))
     advice = f"give the roughness a domain of {side} a0 or more"
     return replace(plan, advice=larger.advice or advice)
+
+
+def with_files_of(scene: Any, plan: Plan) -> Plan:
+    """Return a plan with the sizes of the files that a `Scene` writes."""
+    return replace(
+        plan,
+        keep=scene.output.keep,
+        fields_of_frame=_fields_of_frame(scene),
+        fields_of_state=_fields_of_state(scene),
+    )
+
+
+def _history(scene: Any) -> list[HistoryEntry]:
+    """Return what the surface of a scene keeps of earlier steps."""
+    names = [PLASTIC_DEPTH] if scene.wall.permanent else []
+    if scene.friction:
+        names += [*LATERAL, *[TRACTION_DEPTH] * scene.friction.coupled]
+    if (creep := scene.solid.creep) is not None:
+        names += [CREEP_PRESSURE] * len(creep.times) + [PRESSURE_RATE]
+    return [entry_of(name) for name in names]
+
+
+def _fields_of_frame(scene: Any) -> int:
+    """Return the numbers of an atom in a frame: pressure, displacement and history."""
+    return 2 + sum(entry.in_frames for entry in _history(scene))
+
+
+def _fields_of_state(scene: Any) -> int:
+    """Return the numbers of an atom in the restart file.
+
+    Pressure and displacement, pressures of two earlier states, history, and the depths
+    that pressures of the past cause.
+    """
+    depths = 0 if scene.solid.creep is None else len(scene.solid.creep.times)
+    return 4 + len(_history(scene)) + depths

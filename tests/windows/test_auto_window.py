@@ -312,7 +312,8 @@ def test_frames_of_different_sizes_can_be_read_and_restored(tmp_path):
         restored = rc.restore(frame, 1.0)
         restored.calc = rc.RoughContact(rough_sphere(), 1.0, SOFT[0], load=0.0)
         state = restored.calc.state(restored)
-        assert state.normal_force == pytest.approx(record.normal_force, rel=1e-9)
+        # in single precision
+        assert state.normal_force == pytest.approx(record.normal_force, rel=1e-4)
 
 
 def test_unknown_window_is_an_error():

@@ -301,12 +301,14 @@ def test_a_plan_of_a_cantilever_has_the_force_that_it_can_exert():
 
 def test_a_plan_counts_time_and_the_files_of_all_steps(run, capsys):
     command, folder, _ = run
-    size = sum(each.stat().st_size for each in folder.glob("*.traj"))
+    frames = sum(each.stat().st_size for each in folder.glob("*.traj"))
+    restart = (folder / "sweep.restart.npz").stat().st_size
     assert main(["plan", command[1]]) == 0
     planned = capsys.readouterr().out
     assert "Path of 2 s" in planned
-    (found,) = re.findall(r"([\d.e-]+) GB of\s+files", planned)
-    assert 1.0 < 1e9 * float(found) / size < 6.0
+    sizes = re.findall(r"([\d.]+)\s+MB\s+(?:of\s+frames|to\s+resume)", planned)
+    for found, size in zip(sizes, (frames, restart), strict=True):
+        assert 1.0 < 1e6 * float(found) / size < 6.0
 
 
 def test_a_run_is_printed_drawn_and_continued(run):
