@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 import warnings
 
-# Modules whose lines are skipped: ASE calls the package, and is called by it.
+# Beginnings of the names of modules that are skipped: ASE calls the package, and the
+# package calls ASE.
 _SKIPPED = "ase_roughcontact.", "ase."
 
 

@@ -1,4 +1,4 @@
-"""Packages of extras, which are imported when they are needed."""
+"""Imports of packages from extras when they are needed."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ def imported(module: str, extra: str, need: str, instead: str = "") -> Any:
     Parameters
     ----------
     module : str
+        Name of the module.
     extra : str
-        Name of the extra that installs it.
+        Name of the extra that installs the module.
     need : str
-        What needs it, such as ``"completion needs shtab"``.
+        Reason for the import, such as ``"completion needs shtab"``.
     instead : str
-        What else helps.
+        Other advice, which is appended to the error.
 
     Raises
     ------
     ImportError
-        If it is not installed, with how to install it.
+        If the module is not installed. The error tells how to install it.
     """
     try:
         return import_module(module)
@@ -39,7 +40,7 @@ def imported(module: str, extra: str, need: str, instead: str = "") -> Any:
 
 @contextmanager
 def silenced() -> Iterator[None]:
-    """Keep what a library warns of and logs off the terminal; errors are raised."""
+    """Suppress warnings and log messages of a library; errors are still raised."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:

@@ -1,4 +1,4 @@
-"""Files: written by one process, completely or not at all, and named in errors."""
+"""Safe writing of files: by one process, completely or not at all, named in errors."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ _NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP}
 
 @contextmanager
 def locked(file: PathName) -> Iterator[None]:
-    """Keep other processes from writing a file, as long as this one lives.
+    """Lock a file against other processes until the end of the context or process.
 
-    The lock is on a file beside it, ``file.lock``, removed in the end. A file system
-    without locks is reported by a `RuntimeWarning`.
+    The lock is on the file ``file.lock`` in the same folder, which is removed at the
+    end. On a file system without locks, a `RuntimeWarning` is given.
 
     Raises
     ------
@@ -55,16 +55,19 @@ def locked(file: PathName) -> Iterator[None]:
                 stacklevel=2,
             )
         if not free:
-            raise RuntimeError(f"another run is writing {os.fspath(file)}")
+            raise RuntimeError(
+                f"another run is writing {os.fspath(file)}: wait for its end, or give "
+                "another name"
+            )
         yield
 
 
 @contextmanager
 def lock(name: PathName) -> Iterator[bool]:
-    """Lock a file until the end of the context, or of this process however it ends.
+    """Lock a file until the end of the context, or of this process for any reason.
 
-    The file is created, and removed in the end, unless it was replaced. Yields whether
-    neither another process nor another thread had locked it.
+    The file is created, and removed at the end, unless it was replaced. The context
+    yields true if no other process or thread holds the lock.
 
     Raises
     ------
@@ -77,7 +80,7 @@ def lock(name: PathName) -> Iterator[bool]:
     with open(name, "ab") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # the process that held the lock may have removed the file meanwhile
+            # the last process with the lock may have removed the file meanwhile
             free = _is_file(name, file)
         except BlockingIOError:
             free = False
@@ -102,7 +105,7 @@ def check_is_there(name: PathName, file: IO[Any]) -> None:
 
 
 def _is_file(name: PathName, file: IO[Any]) -> bool:
-    """Return whether an open file is still the one of a name."""
+    """Return whether a name still belongs to an open file."""
     try:
         return os.path.samestat(os.fstat(file.fileno()), os.stat(name))
     except FileNotFoundError:
@@ -111,7 +114,7 @@ def _is_file(name: PathName, file: IO[Any]) -> bool:
 
 @contextmanager
 def replaced(file: PathName) -> Iterator[str]:
-    """Write a new file, whose name is yielded, that replaces another when complete.
+    """Yield the name of a new file that replaces another one when it is complete.
 
     A symbolic link is replaced, not followed.
     """
@@ -128,7 +131,7 @@ def replaced(file: PathName) -> Iterator[str]:
 
 @contextmanager
 def named_in_errors(file: PathName) -> Iterator[None]:
-    """Name a file in the errors that occur while it is written."""
+    """Add the name of a file to errors that occur while the file is written."""
     try:
         yield
     except OSError as error:
@@ -153,9 +156,9 @@ def table_writer(
 ) -> Iterator[Callable[[Mapping[str, Any]], None]]:
     """Replace a CSV file by a new one, and yield a function that writes a further row.
 
-    `columns` are their heads by their names: ``"height (Å)"``. The first rows may be
-    read from the old file; missing values are empty, others are left out. A table
-    without rows is removed in the end. A symbolic link is refused.
+    The mapping `columns` has heads, such as ``"height (Å)"``, by name. The first rows
+    may be read from the old file. Missing values are empty; values without a column are
+    left out. A table without rows is removed at the end. A symbolic link is refused.
     """
     refuse_link(file)
     with closed_at_end(file) as stack:
@@ -196,7 +199,7 @@ def write_table(
 
 @contextmanager
 def closed_at_end(file: PathName) -> Iterator[ExitStack]:
-    """Return a stack whose closing names a file in its errors."""
+    """Yield a stack that names a file in errors when the stack is closed."""
     stack = ExitStack()
     try:
         yield stack
@@ -206,23 +209,23 @@ def closed_at_end(file: PathName) -> Iterator[ExitStack]:
 
 
 def check_replaced(file: Path, mark: bytes) -> None:
-    """Raise `ValueError` if a file has no folder, or would be lost.
+    """Raise `ValueError` if a file has no folder, or another file would be lost.
 
-    A file may be replaced if it is empty, contains the mark of those that the package
-    writes, or is a link, which is replaced itself.
+    A file may be replaced if it is empty, contains the mark of the package's files, or
+    is a link, which is replaced itself.
     """
     if not file.parent.is_dir():
         raise ValueError(f"there is no folder {file.parent} for {file.name}")
     kept = file.is_symlink() or not file.is_file() or file.stat().st_size == 0
     if not kept and mark not in file.read_bytes():
         raise ValueError(
-            f"{file} was not written by ase-roughcontact, or by an earlier version, "
-            "and would be overwritten: give another name, or delete it"
+            f"{file} was not written by this version of ase-roughcontact and would be "
+            "overwritten: give another name, or delete it"
         )
 
 
 def check_different(**files: PathName) -> None:
-    """Raise `ValueError` if two files, by what they are for, are one."""
+    """Raise `ValueError` if two files, named for their purpose, are the same."""
     found: dict[Path, str] = {}
     for name, file in files.items():
         other = found.setdefault(Path(file).resolve(), name)
@@ -236,6 +239,6 @@ def refuse_link(file: PathName) -> None:
     """Raise `OSError` if a file is a symbolic link."""
     if Path(file).is_symlink():
         raise OSError(
-            f"{os.fspath(file)} is a symbolic link, and what it points to would be "
-            "changed: remove the link, or name the file itself"
+            f"{os.fspath(file)} is a symbolic link, and its target would be changed: "
+            "remove the link, or name the file itself"
         )

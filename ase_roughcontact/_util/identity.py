@@ -1,8 +1,8 @@
-"""Identity of a calculation: the same values and contents, whatever their files' names.
+"""Identity of a calculation: equal values and file contents, for any file names.
 
-Databases of ensembles, folders of results and resumed paths compare what a calculation
-depends on by these functions. Numbers are the same if twelve digits are, so that other
-rounding errors on another machine are no difference; arrays and files if all bytes are.
+Databases of ensembles, folders of results and resumed paths compare calculations by
+these functions. Numbers are the same if twelve digits agree, so that rounding errors of
+another machine do not matter. Arrays and files are the same if all bytes agree.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-# Time since a change of a file during which another one may have the same time (ns).
-_RECENT = 2_000_000_000
+# Longest time between two changes of a file that may have the same time stamp (ns).
+_CLOCK_RESOLUTION = 2_000_000_000
 
 
 def identity(values: Mapping[str, Any]) -> str:
@@ -31,7 +31,7 @@ def canonical(value: Any) -> Any:
     """Return JSON types that are equal if, and only if, two values are the same.
 
     Values are text, numbers, truth values, None, arrays, paths of files, and dicts or
-    sequences of these. The contents stand for a file, if it exists.
+    sequences of these. A file that exists is represented by its contents.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def digest(contents: bytes) -> str:
 def differences(old: Any, new: Any, name: str = "") -> list[str]:
     """Return one line for each value that differs between two nested dicts.
 
-    The name of the dicts is part of the dotted names of what is in them.
+    Values have dotted names, which begin with the given one.
     """
     if not (isinstance(old, dict) and isinstance(new, dict)):
         same = canonical(old) == canonical(new)
@@ -79,12 +79,12 @@ def differences(old: Any, new: Any, name: str = "") -> list[str]:
 def digest_of_file(file: Path) -> str:
     """Return a hash of the contents of a file, which is read again if it changed.
 
-    The time of modification can be set by any program. The time of change can't, but
-    two changes within the resolution of the clock have the same one: it is not relied
-    on while it is recent.
+    A change is found by the time of change, since any program can set the time of
+    modification. Two changes within the resolution of the clock have the same time: a
+    file that changed recently is read again.
     """
     status = file.stat()
-    if abs(time.time_ns() - status.st_ctime_ns) < _RECENT:
+    if abs(time.time_ns() - status.st_ctime_ns) < _CLOCK_RESOLUTION:
         return digest(file.read_bytes())
     return _digest_of(file, status.st_ino, status.st_size, status.st_ctime_ns)
 

@@ -1,8 +1,8 @@
-"""Operations on large arrays, by blocks of rows that threads share.
+"""Operations on large arrays, in blocks of rows that threads share.
 
 A function decorated with `rowwise` is written in plain NumPy, as for whole arrays. It
-is called with blocks of their rows, small enough for the cache of a processor. Sums are
-added in the order of the blocks: they do not depend on the number of threads.
+is called with blocks of rows that fit into the cache of a processor. Results are added
+in the order of the blocks, so that sums do not depend on the number of threads.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ import numpy as np
 
 from ase_roughcontact._util.threads import available_threads, split, thread_map
 
-#: Array elements per block: larger blocks leave the cache of a processor, and smaller
-#: ones are dominated by the overhead of NumPy's calls.
+#: Number of array elements per block. Larger blocks leave the cache of a processor;
+#: smaller blocks are dominated by the overhead of NumPy's calls.
 BLOCK_SIZE = 131072
-# Length of vectors up to which BLAS does not start threads, 10 000 for OpenBLAS.
-_SINGLE_THREAD = 8192
+# Length of vectors for which BLAS does not start threads, which OpenBLAS does above
+# 10 000.
+_SINGLE_THREAD_LENGTH = 8192
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -30,14 +31,14 @@ def rowwise(
 ) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Decorate a function of arrays so that threads run it on blocks of their rows.
 
-    The arrays among the arguments, also those within lists and tuples, must have equal
-    numbers of rows; the first argument must be one of them. Other arguments are passed
-    on unchanged. The function may write to the rows it is given.
+    All arrays in the arguments, and in lists and tuples of the arguments, must have
+    equal numbers of rows. The first argument must be an array, or contain one first.
+    Other arguments are passed on unchanged. The function may write to the rows.
 
     Parameters
     ----------
     combine : ufunc, optional
-        How to combine the results for the blocks, numbers or tuples of numbers:
+        Function that combines the results for the blocks, numbers or tuples of numbers:
         ``np.add``, ``np.maximum`` ... By default the function returns nothing.
     """
 
@@ -48,7 +49,7 @@ def rowwise(
             while not isinstance(first, np.ndarray):  # the first of nested lists
                 first = first[0]
             size = BLOCK_SIZE * (2 if first.itemsize <= 4 else 1)  # of equal memory
-            if first.size <= size:  # as is: small arrays are worth no more
+            if first.size <= size:  # blocks of small arrays do not pay
                 return function(*args, **kwargs)
             blocks = split(len(first), size * len(first) // first.size)
             results: list[Any] = thread_map(
@@ -79,15 +80,16 @@ def _block(argument: Any, rows: slice) -> Any:
 def inner(a: np.ndarray, b: np.ndarray) -> float:
     """Return ``a . b`` in one thread.
 
-    BLAS is called for pieces that are too short for it to start threads of its own,
-    whose number would change the result.
+    BLAS is called for pieces that are too short for threads of its own, as the number
+    of these threads would change the result.
     """
     a, b = a.reshape(-1), b.reshape(-1)
-    if a.size <= _SINGLE_THREAD:
+    length = _SINGLE_THREAD_LENGTH
+    if a.size <= length:
         return float(a @ b)
-    whole = a.size // _SINGLE_THREAD * _SINGLE_THREAD
-    rows = a[:whole].reshape(-1, 1, _SINGLE_THREAD)
-    columns = b[:whole].reshape(-1, _SINGLE_THREAD, 1)
+    whole = a.size // length * length
+    rows = a[:whole].reshape(-1, 1, length)
+    columns = b[:whole].reshape(-1, length, 1)
     return float((rows @ columns).sum(dtype=float) + a[whole:] @ b[whole:])
 
 
@@ -110,7 +112,7 @@ def norm(a: np.ndarray) -> float:
 
 @rowwise(np.maximum)
 def max_abs(a: np.ndarray) -> float:
-    """Return ``max |a|``; NaN if an entry is."""
+    """Return ``max |a|``; NaN if an entry is NaN."""
     return float(max(a.max(), -a.min()))
 
 
@@ -151,11 +153,12 @@ def linear_combination(
     terms : list of (float, ndarray)
         Arrays of floats of one shape.
     out : ndarray, optional
-        Array for the result, which may be the first term; by default a new one.
+        Array for the result, which may be the first term; by default a new array.
 
     Returns
     -------
     ndarray
+        The sum.
     """
     result = np.empty_like(terms[0][1]) if out is None else out
     if result is terms[0][1] and terms[0][0] == 1.0:

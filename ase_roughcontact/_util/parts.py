@@ -1,12 +1,13 @@
-"""Packages that can be left out, found by their folders.
+"""Optional parts: packages that can be deleted, found by their folders.
 
-No package below the command line imports them by name. The ``__init__`` of each part
-has a table ``SHOWN``: the names that other packages show as theirs, with the module
-of the part that defines them::
+No package below the command line imports a part by name. The ``__init__`` of each part
+has a table ``SHOWN``: names that other packages offer as their own, with the module of
+the part that defines them::
 
     SHOWN = {"plot": {"plot_loop": "figures"}}
 
-lets ``ase_roughcontact.plot.plot_loop`` be the function of the module ``figures``.
+makes the function of the module ``figures`` available as
+``ase_roughcontact.plot.plot_loop``.
 """
 
 from __future__ import annotations
@@ -16,16 +17,17 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any
 
+# Name of this package.
 _PACKAGE = "ase_roughcontact"
 # Packages that are parts.
 _PARTS = ("fitting", "foundation", "tradeoff")
-# Package in which each folder is a part.
+# Package with one part in each folder.
 _KINDS = "path_kinds"
 
 
 @cache
 def found_parts() -> tuple[str, ...]:
-    """Return the parts that are there, as names within the package."""
+    """Return the names of the existing parts within the package."""
     folders = import_module(_PACKAGE).__path__
     packages = {each.name for each in iter_modules(folders) if each.ispkg}
     found = [name for name in _PARTS if name in packages]
@@ -38,17 +40,17 @@ def found_parts() -> tuple[str, ...]:
 
 @cache
 def shown_by(package: str) -> dict[str, str]:
-    """Return the names of parts that a package shows, with their modules.
+    """Return the names from parts that a package offers, with their modules.
 
     Parameters
     ----------
     package : str
-        Name within ``ase_roughcontact``, such as ``"plot"``.
+        Name of a package within ``ase_roughcontact``, such as ``"plot"``.
 
     Returns
     -------
     dict of str to str
-        Whole names of the modules by the names.
+        Full names of modules, by the offered names.
     """
     found = {}
     for part in found_parts():
@@ -59,21 +61,22 @@ def shown_by(package: str) -> dict[str, str]:
 
 
 def import_shown(package: str, name: str) -> Any:
-    """Return a name of a part that a package shows.
+    """Return an object of a part that a package offers.
 
     Parameters
     ----------
     package, name : str
-        See `shown_by`.
+        Names of the package and of the object; see `shown_by`.
 
     Returns
     -------
     object
+        The object.
 
     Raises
     ------
     AttributeError
-        If no part that is there has this name for the package.
+        If no existing part has this name for the package.
     """
     modules = shown_by(package)
     if name not in modules:

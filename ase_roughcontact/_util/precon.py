@@ -29,7 +29,7 @@ class ConstantPrecon(Precon):
         """Return the product of P, or of its inverse, and vectors of shape (N, 3)."""
 
     def make_precon(self, atoms: Atoms, reinitialize: bool | None = None) -> None:
-        """Do nothing: the stiffness is that at rest."""
+        """Do nothing: the preconditioner does not depend on the positions."""
 
     def Pdot(self, x: np.ndarray) -> np.ndarray:  # noqa: N802
         """Apply P to a vector of shape (3 N,)."""

@@ -1,4 +1,4 @@
-"""Printed tables and text: in colour and as wide as the screen on terminals only."""
+"""Printing of tables and text, on terminals in colour and as wide as the screen."""
 
 from __future__ import annotations
 
@@ -18,22 +18,25 @@ if TYPE_CHECKING:  # rich is imported when something is printed
     from rich.console import Console
     from rich.padding import Padding
 
-# Width of text that is not printed on a terminal.
+# Width of text that is not printed on a terminal (characters).
 _WIDTH = 80
-# Range of numbers that are printed without an exponent.
-_SMALL, _LARGE = 1e-3, 1e7
+# Smallest number that is printed without an exponent.
+_MIN_DECIMAL = 1e-3
+# Number from which on an exponent is printed.
+_MAX_DECIMAL = 1e7
+# Duration of a year (s).
 _YEAR = 365.25 * 86400.0
-# Time above which years are printed (s).
-_LONG = 100.0 * _YEAR
+# Longest duration that is printed in hours (s).
+_MAX_HOURS = 100.0 * _YEAR
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number with a number of significant digits; "-" if it is unknown."""
+    """Return a number as text with significant digits; "-" if it is not known."""
     if math.isnan(value):
         return "-"
     if isinstance(value, int) or value == 0.0 or math.isinf(value):
         return f"{value:g}" if isinstance(value, float) else str(value)
-    if not _SMALL <= abs(value) < _LARGE:
+    if not _MIN_DECIMAL <= abs(value) < _MAX_DECIMAL:
         return f"{value:.{digits - 1}e}"
     decimals = digits - 1 - math.floor(math.log10(abs(value)))
     return f"{value:.{max(decimals, 0)}f}"
@@ -41,7 +44,7 @@ def number(value: float, digits: int = 4) -> str:
 
 def duration(seconds: float) -> str:
     """Return a time (s) as hours, minutes and seconds, or as years if very long."""
-    if seconds > _LONG:
+    if seconds > _MAX_HOURS:
         return f"{seconds / _YEAR:.2g} years"
     return str(timedelta(seconds=round(seconds)))
 
@@ -70,7 +73,7 @@ def note(text: str, indent: int = 0, style: str = "") -> Padding:
 
 
 def show(*parts: Any) -> None:
-    """Print texts and tables on the standard output, as wide as a terminal is."""
+    """Print texts and tables on the standard output, in the width of a terminal."""
     if sys.stdout.isatty():
         terminal().print(*parts, sep="\n")
         sys.stdout.flush()
@@ -79,10 +82,10 @@ def show(*parts: Any) -> None:
 
 
 def write(text: str) -> None:
-    """Print a text on the standard output as it is.
+    """Print a text on the standard output without changes.
 
     If the reader of a pipe has closed it, as ``head`` does, nothing more is printed,
-    and the error output says so: what is calculated is not lost.
+    the error output says so, and the calculation goes on.
     """
     if not _printed(text, sys.stdout):
         write_error(
@@ -92,14 +95,14 @@ def write(text: str) -> None:
 
 
 def write_error(text: str) -> None:
-    """Print a text on the error output, unless nobody reads it."""
+    """Print a text on the error output, if it is still read."""
     _printed(text, sys.stderr)
 
 
 def _printed(text: str, stream: TextIO) -> bool:
-    """Print a text, and return whether it could be read.
+    """Print a text, and return whether the stream is still read.
 
-    If the reader of a pipe has closed it, the stream leads nowhere from then on.
+    If the reader of a pipe has closed it, further output of the stream is discarded.
     """
     try:
         print(text, file=stream, flush=True)
@@ -113,7 +116,7 @@ def _printed(text: str, stream: TextIO) -> bool:
 def plain(*parts: Any) -> str:
     """Return texts and tables as text of at most 80 columns, without colours."""
     text = io.StringIO()
-    # neither FORCE_COLOR nor a notebook changes it
+    # not changed by FORCE_COLOR or a notebook
     options = {"force_terminal": False, "force_jupyter": False, "color_system": None}
     _console(file=text, width=_WIDTH, **options).print(*parts, sep="\n")
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
@@ -123,7 +126,7 @@ def plain(*parts: Any) -> str:
 def terminal() -> Console:
     """Return the console of the standard output, a terminal.
 
-    What is printed by it appears above a bar that it shows.
+    Text that is printed by this console appears above its progress bar.
     """
     return _console()
 

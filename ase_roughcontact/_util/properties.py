@@ -10,18 +10,18 @@ from ase.calculators.calculator import Calculator
 
 
 class PropertiesCalculator(Calculator):
-    """Calculator whose `get_property` also returns properties of its own.
+    """Calculator with further properties, which `get_property` returns.
 
-    `results` has the properties that ASE defines, and no others, as
-    ``SinglePointCalculator(atoms, **results)`` requires. A subclass sets `own_results`
-    in its method `calculate`, together with them.
+    The dict `results` has only properties that ASE defines, as
+    ``SinglePointCalculator(atoms, **results)`` requires. The method `calculate` of a
+    subclass sets `results` and `own_results`.
 
     Attributes
     ----------
     own_properties : list of str
-        Names of the other properties.
+        Names of the further properties.
     own_results : dict
-        Their values in the last calculation.
+        Values of the further properties in the last calculation, by name.
     """
 
     own_properties: ClassVar[list[str]] = []
@@ -35,16 +35,17 @@ class PropertiesCalculator(Calculator):
         Parameters
         ----------
         name : str
-            One of `implemented_properties` or `own_properties`.
+            Name in `implemented_properties` or `own_properties`.
         atoms : Atoms, optional
-            By default those of the last calculation.
+            Atoms; by default the atoms of the last calculation.
         allow_calculation : bool
-            Whether it may be calculated; else it is None if it is not known.
+            Whether the property may be calculated. If not, it is None if it is not
+            known.
 
         Returns
         -------
         object
-            A copy, if it is an array.
+            Value of the property; a copy if it is an array.
         """
         if name not in self.own_properties:
             return super().get_property(name, atoms, allow_calculation)

@@ -1,7 +1,7 @@
-"""One way by which parts are found by their names: those of the package and others.
+"""Registries of parts, such as walls and friction laws, by their names.
 
-A part of one's own is known as soon as it is defined or added, so that scene files of a
-Python script can name it.
+A user's own part is registered when it is defined or added. Scene files that a Python
+script reads can then name it.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ class Registry(dict[str, T]):
     Parameters
     ----------
     what : str
-        What the parts are, for errors: "kind of interaction".
+        Name of the sort in errors, such as "kind of interaction".
     parts : mapping of str to object, optional
-        The first parts.
+        Parts that are registered at the start.
     """
 
     def __init__(self, what: str, parts: Mapping[str, T] | None = None) -> None:
@@ -36,12 +36,12 @@ class Registry(dict[str, T]):
         Raises
         ------
         ValueError
-            If there is none, with the most similar name and all names.
+            If there is no such part; the error has the most similar name and all names.
         """
         return lookup(name, self, self.what)
 
     def add(self, name: str, part: Any) -> None:
-        """Add a class; the definition of a class may be repeated, as in a notebook.
+        """Register a class; its definition may be repeated, as in a notebook.
 
         Raises
         ------
@@ -60,14 +60,14 @@ class Registry(dict[str, T]):
 class Registered:
     """Base class of parts that a scene file can choose by ``kind``.
 
-    The definition of a subclass with a `kind` adds it to the registry of its sort.
+    The definition of a subclass with a `kind` adds the subclass to its registry.
 
     Attributes
     ----------
     registry : Registry
-        The parts of the same sort by their kind.
+        Parts of the same sort by their kind.
     kind : str
-        Name in scene files; a class without one is not in the registry.
+        Name in scene files; a class without a kind is not registered.
     parameters : mapping of str to Parameter
         Keys in scene files, with units, defaults and limits; by default none.
     """

@@ -1,4 +1,4 @@
-"""Tables of text: columns that do not fit the screen are left out, and named."""
+"""Tables of text that leave out, and name, columns that do not fit the screen."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # rich is imported when something is printed
     from rich.console import Console, ConsoleOptions
 
-# Spaces between two columns.
-_GAP = 2
+# Number of spaces between two columns.
+_COLUMN_SPACES = 2
 
 
 @dataclass(frozen=True)
@@ -20,10 +20,10 @@ class Columns:
     Attributes
     ----------
     heads : tuple of str
-        Headings, with the unit on a second line. Columns without one are never left
-        out, such as marks, and so is the first one.
+        Headings, with the unit on a second line. The first column, and columns without
+        a heading, such as marks, are never left out.
     widths : tuple of int
-        Least width of each column.
+        Smallest width of each column (characters).
     left : int
         Number of the first columns that are aligned at the left. The last one of them
         is wrapped.
@@ -44,7 +44,7 @@ class Columns:
         return tuple(kept)
 
     def left_out(self, kept: Sequence[int], width: int) -> str:
-        """Return a line that names the columns that are not kept; empty if all are."""
+        """Return a line with the names of the columns that are left out, or ""."""
         names = [
             head.splitlines()[0]
             for column, head in enumerate(self.heads)
@@ -64,11 +64,11 @@ class Columns:
         """Return a table of rich with the columns that are kept."""
         from rich.table import Table
 
-        padding = (0, _GAP, 0, 0)
-        found = Table(box=None, show_header=header, padding=padding, pad_edge=False)
+        padding = (0, _COLUMN_SPACES, 0, 0)
+        drawn = Table(box=None, show_header=header, padding=padding, pad_edge=False)
         for i in kept:
             wrapped = i == self.left - 1
-            found.add_column(
+            drawn.add_column(
                 self.heads[i],
                 justify="left" if i < self.left else "right",
                 min_width=None if wrapped else self.widths[i],
@@ -76,22 +76,24 @@ class Columns:
                 overflow="fold",
             )
         for row in rows:
-            found.add_row(*(row[i] for i in kept))
-        return found
+            drawn.add_row(*(row[i] for i in kept))
+        return drawn
 
     def _total(self, kept: Sequence[int]) -> int:
-        return sum(self.widths[i] for i in kept) + _GAP * (len(kept) - 1)
+        """Return the width of some columns."""
+        return sum(self.widths[i] for i in kept) + _COLUMN_SPACES * (len(kept) - 1)
 
 
 class Table:
-    """A table that is printed at once, as wide as its entries.
+    """Table that is printed as a whole, in the width of its entries.
 
     Parameters
     ----------
     heads : sequence of str
-        Headings, such as ``"load (nN)"``, whose unit is printed below the name. Without
-        any, no line is printed for them.
+        Headings, such as ``"load (nN)"``; the unit is printed below the name. If all
+        are empty, there is no line of headings.
     rows : sequence of sequences of str
+        Entries of each row.
     left : int
         Number of the first columns that are aligned at the left. The last one of them
         is wrapped.
@@ -112,7 +114,8 @@ class Table:
     ) -> Iterator[Any]:
         """Yield the table, below a line that names the columns that do not fit."""
         kept = self._columns.fitting(options.max_width)
-        if missing := self._columns.left_out(kept, options.max_width):
+        missing = self._columns.left_out(kept, options.max_width)
+        if missing:
             yield missing
         yield self._columns.drawn(kept, self._rows, any(self._columns.heads))
 
@@ -123,9 +126,9 @@ class TableRows:
     Parameters
     ----------
     heads : sequence of str
-        Headings, as of `Table`.
+        Headings, see `Table`.
     widths : sequence of int
-        Of the longest usual entry of each column.
+        Length of the longest usual entry of each column (characters).
     """
 
     def __init__(self, heads: Sequence[str], widths: Sequence[int]) -> None:
@@ -145,12 +148,13 @@ class TableRows:
         if new and (missing := self._columns.left_out(kept, width)):
             yield missing
         longest = [max(self._columns.widths[i], len(cells[i])) for i in kept]
-        if sum(longest) + _GAP * (len(kept) - 1) <= width:
+        if sum(longest) + _COLUMN_SPACES * (len(kept) - 1) <= width:
             yield self._columns.drawn(kept, [cells], header=new)
             return
         if new:
             yield self._columns.drawn(kept, [], header=True)
-        yield (" " * _GAP).join(cells[i] for i in kept)  # numbers of extreme size
+        # numbers of extreme size
+        yield (" " * _COLUMN_SPACES).join(cells[i] for i in kept)
 
 
 @dataclass(frozen=True)

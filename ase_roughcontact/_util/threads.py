@@ -1,7 +1,7 @@
-"""Threads: how many to use, and a map of a function over them.
+"""Number of threads, and a map of a function over items by several threads.
 
-Threads pay since NumPy and the Fourier transforms release the interpreter's lock while
-they calculate.
+NumPy and the Fourier transforms release the interpreter's lock while they calculate, so
+that threads are useful.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from ase_roughcontact._util.validation import integer
 S = TypeVar("S")
 T = TypeVar("T")
 
-# The thread pool starts threads on demand, up to this number.
+# Largest number of threads of the pool, which starts them on demand.
 _MAX_THREADS = 256
 
+# Number of threads that `threads` sets; zero stands for the default.
 _threads: ContextVar[int] = ContextVar("threads", default=0)
 # Whether the present thread runs a function of `thread_map`.
 _inside: ContextVar[bool] = ContextVar("inside", default=False)
@@ -47,10 +48,11 @@ def processors() -> int:
 
 
 def available_threads() -> int:
-    """Return the number set by `threads`, by ``OMP_NUM_THREADS``, or of processors.
+    """Return the number of threads to use.
 
-    The variable may have a number for each level of nested parallelism, as in ``4,2``:
-    the first one counts.
+    It is set by `threads` or by ``OMP_NUM_THREADS``, and by default the number of
+    processors. If the variable has a number for each level of nested parallelism, as in
+    ``4,2``, the first one counts.
     """
     first = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
     default = int(first) if first.isdecimal() and int(first) else processors()
@@ -68,9 +70,9 @@ def threads(count: int) -> Iterator[None]:
 
 
 def split(length: int, longest: int) -> list[slice]:
-    """Cut a length into pieces of about equal length, an even number if more than one.
+    """Cut a length into pieces of about equal length, up to `longest`.
 
-    `longest` is an upper bound to their length.
+    There is one piece, or an even number of pieces.
     """
     count = 1
     if length > longest:
@@ -81,8 +83,8 @@ def split(length: int, longest: int) -> list[slice]:
 def thread_map(function: Callable[[S], T], items: list[S], threads: int) -> list[T]:
     """Return ``[function(item) for item in items]``, calculated by several threads.
 
-    The calling thread takes part, and is counted. Within a function that is mapped,
-    another map uses the present thread only.
+    The calling thread is one of them. A map within a function that is mapped uses the
+    present thread only.
     """
     count = 1 if _inside.get() else min(threads, len(items))
     if count == 1:

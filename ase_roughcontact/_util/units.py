@@ -12,17 +12,31 @@ from ase_roughcontact._util.validation import lookup
 
 #: Value of each unit of length, as written in files and scenes, in Å.
 LENGTHS: dict[str, float] = {
-    **{"m": 1e10, "cm": 1e8, "mm": 1e7, "nm": 10.0, "pm": 0.01},
-    **dict.fromkeys(("um", "\u00b5m", "\u03bcm"), 1e4),  # micro sign, Greek letter mu
-    # letter A with ring, Angstrom sign
-    **dict.fromkeys(("A", "Angstrom", "\u00c5", "\u212b"), 1.0),
+    "m": 1e10,
+    "cm": 1e8,
+    "mm": 1e7,
+    "nm": 10.0,
+    "pm": 0.01,
+    "um": 1e4,
+    "\u00b5m": 1e4,  # micro sign
+    "\u03bcm": 1e4,  # Greek letter mu
+    "A": 1.0,
+    "Angstrom": 1.0,
+    "\u00c5": 1.0,  # letter A with ring
+    "\u212b": 1.0,  # Angstrom sign
 }
 
-_NANO = 1e-9 * J / m
+# One nanonewton (eV/Å).
+_NANONEWTON = 1e-9 * J / m
 #: Units of force in ASE's unit, eV/Å.
 FORCES: dict[str, float] = {
-    **{"nN": _NANO, "pN": 1e-3 * _NANO, "N": 1e9 * _NANO, "eV/Å": 1.0},
-    **dict.fromkeys(("uN", "\u00b5N", "\u03bcN"), 1e3 * _NANO),
+    "nN": _NANONEWTON,
+    "pN": 1e-3 * _NANONEWTON,
+    "N": 1e9 * _NANONEWTON,
+    "eV/Å": 1.0,
+    "uN": 1e3 * _NANONEWTON,
+    "\u00b5N": 1e3 * _NANONEWTON,  # micro sign
+    "\u03bcN": 1e3 * _NANONEWTON,  # Greek letter mu
 }
 
 #: Units of pressure in ASE's unit, eV/Å^3.
@@ -32,20 +46,34 @@ PRESSURES: dict[str, float] = {
     "MPa": 1e-3 * GPa,
     "GPa": GPa,
     "TPa": 1e3 * GPa,
-    **dict.fromkeys(("eV/Å^3", "eV/Å³"), 1.0),
+    "eV/Å^3": 1.0,
+    "eV/Å³": 1.0,
 }
 
 #: Units of works of adhesion and of stiffnesses in ASE's unit, eV/Å^2.
 WORKS: dict[str, float] = {
-    **dict.fromkeys(("J/m^2", "J/m²", "N/m", "nN/nm"), J / m**2),
-    **dict.fromkeys(("mJ/m^2", "mJ/m²", "mN/m", "pN/nm"), 1e-3 * J / m**2),
-    **dict.fromkeys(("eV/Å^2", "eV/Å²"), 1.0),
+    "J/m^2": J / m**2,
+    "J/m²": J / m**2,
+    "N/m": J / m**2,
+    "nN/nm": J / m**2,
+    "mJ/m^2": 1e-3 * J / m**2,
+    "mJ/m²": 1e-3 * J / m**2,
+    "mN/m": 1e-3 * J / m**2,
+    "pN/nm": 1e-3 * J / m**2,
+    "eV/Å^2": 1.0,
+    "eV/Å²": 1.0,
 }
 
 #: Units of times in seconds.
 TIMES: dict[str, float] = {
-    **{"s": 1.0, "ms": 1e-3, "ns": 1e-9, "min": 60.0, "h": 3600.0},
-    **dict.fromkeys(("us", "\u00b5s", "\u03bcs"), 1e-6),
+    "s": 1.0,
+    "ms": 1e-3,
+    "ns": 1e-9,
+    "min": 60.0,
+    "h": 3600.0,
+    "us": 1e-6,
+    "\u00b5s": 1e-6,  # micro sign
+    "\u03bcs": 1e-6,  # Greek letter mu
 }
 
 #: Units of frequencies in hertz.
@@ -63,7 +91,11 @@ UNITS: dict[str, float] = {
     **TIMES,
     **FREQUENCIES,
     **ANGLES,
-    **dict.fromkeys(("", "Å^2", "eV", "eV/s", "bytes"), 1.0),
+    "": 1.0,
+    "Å^2": 1.0,
+    "eV": 1.0,
+    "eV/s": 1.0,
+    "bytes": 1.0,
     "nm²": 100.0,
     "GB": 1e9,
 }
@@ -82,11 +114,11 @@ def quantity(
     name : str
         Name of the quantity, for errors.
     text : str
-        Such as ``"3 nm"``.
+        Text, such as ``"3 nm"``.
     units : mapping
         Values of the units, such as `LENGTHS`.
     example : str
-        Unit that an error gives as an example; by default a usual one.
+        Unit of the example in an error; by default a common unit.
 
     Raises
     ------
@@ -126,25 +158,28 @@ def with_unit(value: float, unit: str) -> str:
     return f"{value / UNITS[unit]:.4g} {unit}"
 
 
-# Units in which columns are printed, by their unit.
-_PRINTED = {"eV/Å^2": "N/m", "eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
-
-
-# Typical pressure in a contact, relative to the modulus, and least value in its unit.
-_PRESSURE, _LEAST = 0.01, 0.1
+# Units in which columns are printed, by the unit of the column.
+_PRINTED_UNITS = {"eV/Å^2": "N/m", "eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
+# Typical pressure in a contact, relative to the contact modulus.
+_TYPICAL_PRESSURE = 0.01
+# Smallest value of a pressure in its printed unit.
+_MIN_PRINTED_PRESSURE = 0.1
 
 
 def pressure_unit(value: float) -> str:
     """Return GPa, MPa, kPa or Pa for a pressure (eV/Å^3)."""
-    units = ("GPa", "MPa", "kPa", "Pa")
-    return next((each for each in units if value >= _LEAST * PRESSURES[each]), "kPa")
+    for unit in ("GPa", "MPa", "kPa", "Pa"):
+        if value >= _MIN_PRINTED_PRESSURE * PRESSURES[unit]:
+            return unit
+    return "kPa"
 
 
 def printed_unit(unit: str, modulus: float = math.inf) -> str:
     """Return the unit in which values of a column are printed.
 
-    That of pressures is GPa, or less for a solid of small contact modulus (eV/Å^3).
+    Pressures are printed in GPa, or in a smaller unit for a solid with a small contact
+    modulus (eV/Å^3).
     """
     if unit == "eV/Å^3":
-        return pressure_unit(_PRESSURE * modulus)
-    return _PRINTED.get(unit, unit)
+        return pressure_unit(_TYPICAL_PRESSURE * modulus)
+    return _PRINTED_UNITS.get(unit, unit)

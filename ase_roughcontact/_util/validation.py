@@ -1,4 +1,4 @@
-"""Checks of arguments, with error messages that say what is expected."""
+"""Checks of arguments, with errors that give the expected and the given value."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ Point: TypeAlias = tuple[float, float]
 LARGEST = 1e30
 # Largest number of grid points along x or y: more do not fit into any memory.
 _MAX_POINTS = 10**9
+# Types of numbers.
 _NUMBERS = (int, float, np.integer, np.floating)
-# Similarity from which a known name is suggested for an unknown one.
-_SIMILAR = 0.6
-# Shortens values in messages.
+# Smallest similarity of a known name that is suggested for an unknown one.
+_MIN_SIMILARITY = 0.6
+# Representation of values in messages, shortened.
 _shortened = reprlib.Repr()
 _shortened.maxstring = _shortened.maxother = _shortened.maxlong = 100
 
@@ -37,6 +38,7 @@ def shown(value: Any) -> str:
 
 
 def _number(value: Any) -> bool:
+    """Return whether a value is a finite number."""
     if isinstance(value, bool) or not isinstance(value, _NUMBERS):
         return False
     try:
@@ -68,7 +70,7 @@ def boolean(**values: Any) -> None:
 
 
 def check_poisson(**values: Any) -> None:
-    """Raise `ValueError` for a value that is no Poisson's ratio."""
+    """Raise `ValueError` for a value that can't be a Poisson's ratio."""
     kind = "above -1 and at most 1/2"
     _check(values, kind, lambda value: -1.0 < value <= 0.5)
 
@@ -80,7 +82,7 @@ def _check(values: dict[str, Any], kind: str, holds: Callable[[Any], bool]) -> N
 
 
 def instance_of(kind: type | tuple[type, ...], **values: Any) -> None:
-    """Raise `TypeError` for a value that is not an instance of a class, or of one."""
+    """Raise `TypeError` for a value that is not an instance of the given classes."""
     kinds = kind if isinstance(kind, tuple) else (kind,)
     for name, value in values.items():
         if not isinstance(value, kinds):
@@ -106,7 +108,7 @@ def one_of(known: Sequence[str], **values: Any) -> None:
 
 
 def check_options(options: Any) -> None:
-    """Raise `ValueError` if a field of a dataclass is no number; it may be infinite."""
+    """Raise `ValueError` if a field of a dataclass is not a number or infinity."""
     for name, value in vars(options).items():
         if not (
             _number(value) or (isinstance(value, float) and abs(value) == math.inf)
@@ -115,22 +117,22 @@ def check_options(options: Any) -> None:
 
 
 def positive_array(name: str, value: Any) -> FloatArray:
-    """Return numbers as an array; raise `ValueError` unless all are finite and > 0."""
+    """Return numbers as an array; raise `ValueError` if one is not finite and > 0."""
     return _checked_array(name, value, "finite and > 0", lambda array: array > 0)
 
 
 def nonnegative_array(name: str, value: Any) -> FloatArray:
-    """Return numbers as an array; raise `ValueError` unless all are finite and >= 0."""
+    """Return numbers as an array; raise `ValueError` if one is not finite and >= 0."""
     return _checked_array(name, value, "finite and >= 0", lambda array: array >= 0)
 
 
 def finite_array(name: str, value: Any) -> FloatArray:
-    """Return numbers as an array; raise `ValueError` unless all are finite."""
+    """Return numbers as an array; raise `ValueError` if one is not finite."""
     return _checked_array(name, value, "finite", np.isfinite)
 
 
 def increasing_array(name: str, value: Any) -> FloatArray:
-    """Return edges of bins as an array; raise `ValueError` unless they increase."""
+    """Return edges of bins as an array; raise `ValueError` if they do not increase."""
     edges = finite_array(name, value)
     if edges.ndim != 1 or len(edges) < 2 or not (np.diff(edges) > 0.0).all():
         raise ValueError(
@@ -157,14 +159,14 @@ def _checked_array(
 
 
 def unmasked(values: Any) -> NDArray[Any]:
-    """Return values as an array, with NaN in place of those that are masked."""
+    """Return values as an array, with NaN in place of masked values."""
     if np.ma.is_masked(values):
         return values.astype(np.float64).filled(np.nan)
     return np.asarray(values)
 
 
 def check_matrix(array: np.ndarray) -> None:
-    """Raise `ValueError` unless an array of heights is one of rows of real numbers."""
+    """Raise `ValueError` if an array of heights is not a matrix of real numbers."""
     if array.ndim != 2 or not array.size or array.dtype.kind not in "iuf":
         raise ValueError(
             "heights must be a two-dimensional array of real numbers, got shape "
@@ -180,9 +182,9 @@ def height_array(heights: Any) -> FloatArray:
 
 
 def check_heights(array: np.ndarray) -> None:
-    """Raise `ValueError` unless an array is a matrix of finite real numbers.
+    """Raise `ValueError` if an array is not a matrix of finite real numbers.
 
-    They are also refused above `LARGEST`.
+    Numbers above `LARGEST` are refused, too.
     """
     check_matrix(array)
     wrong = int(array.size - np.count_nonzero(np.abs(array) <= LARGEST))
@@ -195,7 +197,7 @@ def check_heights(array: np.ndarray) -> None:
 
 
 def integer(name: str, value: Any, least: int) -> int:
-    """Return `value` as an int; raise `ValueError` if it is below the least one."""
+    """Return an integer as int; raise `ValueError` if it is below the least value."""
     if isinstance(value, (bool, np.ndarray)):
         value = None
     try:
@@ -208,7 +210,7 @@ def integer(name: str, value: Any, least: int) -> int:
 
 
 def grid_shape(shape: Any) -> tuple[int, int]:
-    """Return `shape` as two ints; raise `ValueError` unless it is two integers >= 1."""
+    """Return a shape as two ints; raise `ValueError` if they are not >= 1."""
     try:
         n, m = shape
         valid = n == int(n) >= 1 and m == int(m) >= 1
@@ -226,7 +228,7 @@ def grid_shape(shape: Any) -> tuple[int, int]:
 def window(
     shape: Any, spacing: Any, origin: Any
 ) -> tuple[tuple[int, int], float, tuple[float, float]]:
-    """Return shape, spacing and origin of a grid as plain numbers, after checks."""
+    """Return shape, spacing and origin of a grid as plain numbers, checked."""
     positive(spacing=spacing)
     try:
         x, y = origin
@@ -249,15 +251,15 @@ def surface(**values: Any) -> None:
 
 def unknown(name: str, known: Sequence[str], what: str) -> str:
     """Return the error message for an unknown name, with the most similar known one."""
-    similar = get_close_matches(name[:100], known, n=1, cutoff=_SIMILAR)
+    similar = get_close_matches(name[:100], known, n=1, cutoff=_MIN_SIMILARITY)
     hint = f"; did you mean {similar[0]!r}?" if similar else "."
-    alike = dict.fromkeys(normalize("NFKC", name) for name in known)
-    known_names = ", ".join(alike) or "none"
+    distinct = dict.fromkeys(normalize("NFKC", name) for name in known)
+    known_names = ", ".join(distinct) or "none"
     return f"unknown {what} {shown(name)}{hint} Known: {known_names}"
 
 
 def lookup(name: Any, choices: Mapping[str, Any], what: str) -> Any:
-    """Return the choice of a name, or raise `ValueError` with the closest name."""
+    """Return the value of a name; raise `ValueError` with the closest known name."""
     if name not in choices:
         raise ValueError(unknown(str(name), list(choices), what))
     return choices[name]

@@ -1,14 +1,14 @@
-r"""The past of a viscoelastic contact, as pressures that its surface remembers.
+r"""History of a viscoelastic contact: one pressure for each term of the creep series.
 
 A creep compliance of several terms (see `elasticity.creep`) displaces the surface by
 
 .. math:: u = -G * \left(p + \sum_k q_k\right), \qquad \theta_k \dot q_k = J_k p - q_k .
 
 Over a time step with a pressure that is linear in time,
-:math:`q_k' = e_k q_k + c_k p + d_k p'`. The first two terms are known before the step:
-they are kept in `State.history`, and their depths :math:`G * q_k` in `State.depths`,
-which the step lowers the surface by. The last one makes the solid softer by
-:math:`1 + \sum_k d_k`.
+:math:`q_k' = e_k q_k + c_k p + d_k p'`. The first two terms are known before the step.
+Their sum is kept in `State.history`, and its depth, the convolution with :math:`G`, in
+`State.depths`; the surface is lowered by these depths in the step. The last term
+increases the compliance of the solid by the factor :math:`1 + \sum_k d_k`.
 """
 
 from __future__ import annotations
@@ -25,43 +25,44 @@ from ase_roughcontact.elasticity.creep import Creep, CreepStep
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import carried
 
-#: Beginning of the names of the pressures ``q_k``.
+#: Prefix of the names of the pressures ``q_k``.
 CREEP_PRESSURE = declare(HistoryEntry("creep_pressure_", "eV/Å^3")).name
 #: Rate of the pressure in the last time step.
 PRESSURE_RATE = declare(HistoryEntry("pressure_rate", "eV/Å^3/s")).name
-# Duration of a step, relative to a time of the series, below which means over the step
-# are series, as closed forms lose digits.
-_SHORT = 1e-3
+# Duration of a step, relative to a retardation time, below which means over the step
+# are power series, as closed forms lose digits.
+_MAX_SERIES_DURATION = 1e-3
 
 
 def creep_pressures(history: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the pressures of the terms that a history has, by key."""
+    """Return the pressures ``q_k`` of a history, by key."""
     return {k: q for k, q in history.items() if k.startswith(CREEP_PRESSURE)}
 
 
 def check_past(state: State, creep: Creep | None) -> None:
-    """Raise `ValueError` if a surface has the past of another solid."""
+    """Raise `ValueError` if a surface has the history of another solid."""
     if creep_pressures(state.history) and state.creep != creep:
         raise ValueError(
             f"the surface has crept in a solid with {state.creep or 'another series'}, "
-            f"but this solid has {creep or 'no creep'}: use the former solid, or start "
+            f"but this solid has {creep or 'no creep'}: use the same solid, or start "
             "from new atoms"
         )
 
 
 def before_step(state: State, step: CreepStep) -> State:
-    r"""Return a state as a time step finds it, with :math:`e_k q_k + c_k p`.
+    r"""Return the state from which a time step starts, with :math:`e_k q_k + c_k p`.
 
     Parameters
     ----------
     state : State
-        At the end of the last step.
+        State at the end of the last step.
     step : CreepStep
+        Coefficients of the time step.
 
     Returns
     -------
     State
-        Its displacement is the one that its pressure causes over the step.
+        State with the displacement that its pressure causes over the step.
     """
     aged = _changed(state, step.decay, step.old)
     if state.displacement is None:
@@ -70,9 +71,9 @@ def before_step(state: State, step: CreepStep) -> State:
 
 
 def after_step(state: State, step: CreepStep) -> State:
-    r"""Return a relaxed state with the history at its time, :math:`q_k'`.
+    r"""Return a relaxed state with the history :math:`q_k'` at the end of the step.
 
-    Its displacement is that of the instantaneous solid.
+    The displacement is the displacement of the instantaneous solid.
     """
     if state.displacement is not None:
         state = replace(state, displacement=state.displacement / step.compliance)
@@ -80,17 +81,19 @@ def after_step(state: State, step: CreepStep) -> State:
 
 
 def with_depths(state: State, halfspace: HalfSpace) -> State:
-    """Return a state whose depths are known: one FFT pair for each that is not.
+    """Return a state with all depths; each missing depth costs one FFT pair.
 
     Parameters
     ----------
     state : State
+        The state.
     halfspace : HalfSpace
-        Of the instantaneous solid, on the window of the state.
+        Half space of the instantaneous solid, on the window of the state.
 
     Returns
     -------
     State
+        State with the depths of all pressures ``q_k``.
     """
     depths = dict(state.depths)
     for key, pressure in creep_pressures(state.history).items():
@@ -100,29 +103,31 @@ def with_depths(state: State, halfspace: HalfSpace) -> State:
 
 
 def past_of(state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Return the sums of the pressures and of their depths, which must be known."""
-    keys, none = creep_pressures(state.history), np.zeros(state.window.shape)
-    pressure = sum((state.history[key] for key in keys), none)
-    return pressure, sum((state.depths[key] for key in keys), none)
+    """Return the sum of the pressures ``q_k`` and the sum of their depths."""
+    keys, zeros = creep_pressures(state.history), np.zeros(state.window.shape)
+    pressure = sum((state.history[key] for key in keys), zeros)
+    return pressure, sum((state.depths[key] for key in keys), zeros)
 
 
 def creep_energy(state: State, creep: Creep) -> float:
-    r"""Return the energy that the pressures of the past store, per area of a cell.
+    r"""Return the energy stored by the pressures ``q_k``, per area of a cell.
 
-    .. math:: \tfrac{1}{2} \sum_i \sum_k q_k\, G * q_k / J_k,
+    .. math:: \tfrac{1}{2} \sum_i \sum_k q_k\, G * q_k / J_k
 
-    in addition to that of the instantaneous solid under the present pressure.
+    is stored in addition to the energy of the instantaneous solid under the present
+    pressure.
 
     Parameters
     ----------
     state : State
-        At the end of a step, with displacement and depths.
+        State at the end of a step, with displacement and depths.
     creep : Creep
+        Creep compliance of the solid.
 
     Returns
     -------
     float
-        Energy per area.
+        Stored energy (energy per area).
     """
     energy = 0.0
     for k, compliance in enumerate(creep.compliances):
@@ -146,7 +151,7 @@ def dissipation_rate(state: State, creep: Creep) -> float:
     Returns
     -------
     float
-        Energy per area and time.
+        Dissipated power (energy per area and time).
     """
     terms = _dashpots(state, creep)
     return float(sum(rate * np.vdot(flow, depth) for rate, _, flow, depth in terms))
@@ -157,8 +162,8 @@ def dissipated_energy(
 ) -> float:
     r"""Return the energy that a time step dissipates per area of a cell.
 
-    It is the integral of `dissipation_rate`, exact for a pressure that is linear in
-    time, with which :math:`r_k = J_k p - q_k` is
+    This is the integral of `dissipation_rate`. It is exact for a pressure that is
+    linear in time, where :math:`r_k = J_k p - q_k` changes as
 
     .. math:: r_k(t) = r_k + f_k(t) (r_k' - r_k), \qquad
               f_k(t) = \frac{1 - e^{-t/\theta_k}}{1 - e^{-\Delta t/\theta_k}} .
@@ -166,15 +171,17 @@ def dissipated_energy(
     Parameters
     ----------
     before, after : State
-        At the end of the last step and of this one, with displacement and depths.
+        States at the end of the last step and of this step, with displacement and
+        depths.
     creep : Creep
+        Creep compliance of the solid.
     elapsed : float
         Duration of the step, positive (time).
 
     Returns
     -------
     float
-        Energy per area.
+        Dissipated energy (energy per area).
     """
     energy = 0.0
     terms = zip(_dashpots(before, creep), _dashpots(after, creep), strict=True)
@@ -190,9 +197,9 @@ def dissipated_energy(
 def _dashpots(
     state: State, creep: Creep
 ) -> Iterator[tuple[float, float, np.ndarray, np.ndarray]]:
-    """Yield factor of the power, rate, pressure and its depth of each term.
+    """Yield factor of the power, rate, pressure and depth of the pressure, by term.
 
-    The pressures are ``r_k``, and at last ``p`` of the flow, if there is one.
+    The pressures are ``r_k``; the last one is ``p`` if there is a flow.
     """
     pressure, depth = state.pressure, _depth(state)
     for k, (value, time) in enumerate(zip(creep.compliances, creep.times, strict=True)):
@@ -205,8 +212,11 @@ def _dashpots(
 
 
 def _means(x: float) -> tuple[float, float, float]:
-    """Return the means of (1 - f)^2, 2 f (1 - f) and f^2 over a step of x times."""
-    if x < _SHORT:
+    """Return the means of (1 - f)^2, 2 f (1 - f) and f^2 over a step.
+
+    The duration x of the step is in units of the retardation time.
+    """
+    if x < _MAX_SERIES_DURATION:
         return (4.0 - x) / 12.0, 1.0 / 3.0, (4.0 + x) / 12.0
     reached, mean = -math.expm1(-x), -math.expm1(-x) / x
     first = (1.0 - mean) / reached
@@ -221,7 +231,7 @@ def _key(term: int) -> str:
 def _changed(state: State, decay: np.ndarray, weights: np.ndarray) -> State:
     """Return a state with the history ``decay_k q_k + weight_k p``, and its depths.
 
-    Its displacement is that of the instantaneous solid.
+    The displacement of the given state is the displacement of the instantaneous solid.
     """
     depth = None if state.displacement is None else _depth(state)
     history, depths = dict(state.history), {}
@@ -235,7 +245,7 @@ def _changed(state: State, decay: np.ndarray, weights: np.ndarray) -> State:
 
 
 def _depth(state: State) -> np.ndarray:
-    """Return the depth ``G * p`` on the window, if the displacement is known."""
+    """Return the depth ``G * p`` on the window; the state must have a displacement."""
     if state.displacement is None:
         raise ValueError("the displacement of the state is not known")
     n, m = state.window.shape

@@ -1,4 +1,4 @@
-"""A contact problem: solid, wall and indenter on a lattice, without a state."""
+"""Contact problem: solid, wall and indenter on a lattice, without a state."""
 
 from __future__ import annotations
 
@@ -30,24 +30,28 @@ from ase_roughcontact.topography.known import Topography, topography_of
 class Problem:
     """Solid, wall and indenter, and the lattice of the surface atoms.
 
-    A window of this lattice, a `Box` of indices counted from the atom next to the
-    indenter's axis, makes a `Contact`. Lengths, pressures and energies are in any
-    consistent system of units.
+    The method `contact` returns the `Contact` of a window of this lattice, which is a
+    `Box` of indices counted from the atom next to the indenter's axis. Lengths,
+    pressures and energies are in any consistent system of units.
 
     Parameters
     ----------
     indenter : Surface
+        Shape of the indenter.
     solid : ElasticSolid
+        Elastic or viscoelastic solid of the substrate.
     wall : Interaction
+        Interaction of the surfaces.
     spacing : float
         Distance of neighbouring atoms (length).
     periodic : bool
-        Whether the half space repeats the window; by default it is free.
+        Whether boundaries are periodic, with the period of the window; by default they
+        are free.
     offset : (float, float)
         Position of the atom of index (0, 0) relative to the indenter's axis (length).
     heterogeneity : Heterogeneity, optional
-        Local work of adhesion relative to that of an attractive wall; by default it is
-        the same everywhere.
+        Local work of adhesion relative to the work of adhesion of an attractive wall;
+        by default it is uniform.
     fft : mapping
         Options of the transforms; see `RealFFT2`.
 
@@ -57,7 +61,7 @@ class Problem:
         If the local work of adhesion varies under a wall without attraction, the solid
         has another spacing, or a user's wall contradicts itself; see `check_wall`.
     TypeError
-        If a part is of another kind.
+        If an argument has the wrong type.
     """
 
     indenter: Surface
@@ -70,7 +74,7 @@ class Problem:
     fft: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check that the parts fit together."""
+        """Check the parts and their combination."""
         surface(indenter=self.indenter)
         instance_of(ElasticSolid, solid=self.solid)
         instance_of(Interaction, wall=self.wall)
@@ -88,21 +92,19 @@ class Problem:
 
     @cached_property
     def topography(self) -> Topography:
-        """What is known about the indenter: its radius, periods and wavelengths."""
+        """Properties of the indenter, such as its radius, periods and wavelengths."""
         return topography_of(self.indenter)
 
     def origin(self, window: Box) -> tuple[float, float]:
         """Return the position of the first atom of a window from the axis (length)."""
-        x, y = (
-            start * self.spacing + offset
-            for start, offset in zip(window.start, self.offset, strict=True)
-        )
-        return x, y
+        (i, j), (x, y) = window.start, self.offset
+        return i * self.spacing + x, j * self.spacing + y
 
     def window(self, shape: tuple[int, int], origin: tuple[float, float]) -> Box:
-        """Return the window of a shape whose first atom is at a position (length)."""
-        i, j = (lattice_index(x, self.spacing) for x in origin)
-        return Box((i, j), shape)
+        """Return the window of a shape with the first atom at a position (length)."""
+        x, y = origin
+        start = lattice_index(x, self.spacing), lattice_index(y, self.spacing)
+        return Box(start, shape)
 
     def heights(self, window: Box) -> np.ndarray:
         """Return the heights of the indenter above a window, shape (n, m) (length)."""
@@ -111,7 +113,7 @@ class Problem:
         )
 
     def halfspace(self, shape: tuple[int, int], padded: bool = False) -> HalfSpace:
-        """Return the half space under a window, with its padding if that is kept."""
+        """Return the half space under a window, with or without padding atoms."""
         kind: type[HalfSpace] = FreeHalfSpace if padded else ReducedHalfSpace
         if self.periodic:
             kind = PeriodicHalfSpace
@@ -124,19 +126,21 @@ class Problem:
         *,
         padded: bool = False,
     ) -> Contact:
-        """Return half space, heights and wall on a window.
+        """Return the contact on a window.
 
         Parameters
         ----------
         window : Box
+            The window.
         plastic_depth : ndarray, shape (n, m), optional
             Depth by which the surface has flowed in earlier steps (length).
         padded : bool
-            Whether the displacement has the padding of a free half space.
+            Whether the displacement includes the padding of a free half space.
 
         Returns
         -------
         Contact
+            Half space, heights and wall on the window.
         """
         adhesion = None
         if self.heterogeneity is not None:
@@ -152,13 +156,12 @@ class Problem:
         )
 
     def todict(self) -> dict[str, Any]:
-        """Return the parts of the problem as they describe themselves.
+        """Return the parts of the problem as dicts, for files.
 
         Returns
         -------
         dict
-            Results of their methods `todict`. Spacing and offset are left to the
-            lattice.
+            Results of the parts' methods `todict`. Spacing and offset are not included.
         """
         solid = self.solid.todict()
         if isinstance(self.solid, Isotropic):
