@@ -138,7 +138,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         for name in ("normal_force", scene.area_column, "area_error", "converged")
     )
     along = np.geomspace(forces.min() / _EXTENT, _EXTENT * forces.max(), _POINTS)
-    hertz, rough = scene.hertz_area(along), reference.rough_area(along)
+    hertz, rough = scene.bodies.hertz_area(along), reference.rough_area(along)
     spheres = reference.smooth, *reference.limits
     adhesive = {c.label: c.contact_area(along) for c in spheres if c.pull_off_force}
     factor = scene.wall.asperity_factor
@@ -163,7 +163,8 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     with written(file, 5.4) as figure:
         upper, lower = panels = figure.subplots(2, 1, sharex=True)
         upper.plot(along / NN, hertz / _NM2, color=plot.GREY, lw=1)
-        loads, values = forces / NN, (areas / _NM2, scene.hertz_area(forces) / _NM2)
+        loads = forces / NN
+        values = areas / _NM2, scene.bodies.hertz_area(forces) / _NM2
         bars = errors / _NM2
         plot.plot_area(upper, loads, values[0], absolute, converged, bars, label)
         plot.plot_curve(lower, loads, *values, relative, converged, smooth, bars, label)
@@ -178,9 +179,9 @@ def _draw_flat(reference: Reference, steps: Sequence[Any], file: Path) -> None:
     """Draw area, mean gap and stiffness of a rough flat against nominal pressure."""
     scene: Any = reference.scene
     shown = [step for step in steps if _is_compressive(step)]
-    pressure = _column(shown, "normal_force") / scene.nominal_area
+    pressure = _column(shown, "normal_force") / scene.bodies.nominal_area
     area, error = (_column(shown, n) for n in (scene.area_column, "area_error"))
-    modulus, nominal = scene.contact_modulus, scene.nominal_area
+    modulus, nominal = scene.contact_modulus, scene.bodies.nominal_area
     with written(file, 6.0) as figure:
         panels = upper, middle, lower = figure.subplots(3, 1)
         scale = scene.rough.rms_slope * modulus
@@ -298,7 +299,7 @@ def _title(scene: Scene, step: Any, branch: str) -> str:
     is_zero = abs(step.normal_force) <= step.tolerance
     lines = [f"{_short(0.0 if is_zero else step.normal_force / UNITS['nN'])} nN"]
     if scene.is_flat:
-        pressure = step.normal_force / scene.nominal_area
+        pressure = step.normal_force / scene.bodies.nominal_area
         unit = pressure_unit(pressure)
         lines = [f"{_short(pressure / UNITS[unit])} {unit}"]
     if scene.path.in_time:

@@ -211,10 +211,11 @@ def _flat_columns(
     def derived(head: str, text_of: Callable[[Any], str]) -> TableColumn:
         return TableColumn(head, text_of, lambda step: _NO_RATIO)
 
+    nominal = scene.bodies.nominal_area
     found = [
         column("nominal_pressure", "p"),
         column("mean_gap", "gap", 3),
-        derived("A/A_0", lambda s: _ratio(getattr(s, area), scene.nominal_area, 3)),
+        derived("A/A_0", lambda s: _ratio(getattr(s, area), nominal, 3)),
         derived("Persson", expected),
         derived("kappa", lambda s: _ratio(getattr(s, area) * scale, s.normal_force)),
         column("contact_stiffness", "k", 3),

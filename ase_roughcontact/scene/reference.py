@@ -114,7 +114,7 @@ class Reference:
         force = unmasked(normal_force).astype(float)
         smallest = math.inf if self.rough_above is None else self.rough_above
         valid = (force > 0.0) & (force >= smallest)
-        area = self.scene.predicted_area(np.where(valid, force, 1.0))
+        area = self.scene.bodies.predicted_area(np.where(valid, force, 1.0))
         return np.where(valid, area, np.nan)
 
 
@@ -139,7 +139,7 @@ def reference_for(scene: Scene) -> Reference:
 
 def _flat(scene: Scene) -> Reference:
     """Return the theory of rough flats."""
-    nm, area = UNITS["nm"], scene.nominal_area
+    nm, area = UNITS["nm"], scene.bodies.nominal_area
     explanation = (
         "Persson, A/A_0 = erf(sqrt(2) p/(h' E*)), and A = kappa p A_0/(h' E*) at "
         f"small pressures, with the rms slope h' = {scene.rough.rms_slope:.4g} and the "

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 from ase import Atoms
@@ -18,7 +18,9 @@ from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.control import LOAD, Control
+from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.loading.path_atoms import ProblemAtoms, relaxer_of
 from ase_roughcontact.paths.follow import follow
 from ase_roughcontact.paths.kept_frames import KEPT
@@ -48,22 +50,10 @@ from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.windows.memory import check_memory, check_roughness
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
-Value = TypeVar("Value")
-
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = UNITS["nN"]
 # Least side of the atoms before a window is chosen.
 _FIRST_SIDE = 8
-
-
-class _OfBodies(Generic[Value]):
-    """Attribute of a scene that is one of its `bodies`, where it is described."""
-
-    def __init__(self, value_of: Callable[[Bodies], Value]) -> None:
-        self._value_of = value_of
-
-    def __get__(self, scene: Any, owner: type) -> Value:
-        return self._value_of(scene.bodies) if scene else self  # type: ignore
 
 
 @dataclass(frozen=True)
@@ -119,39 +109,62 @@ class Scene(SceneFile):
 
     @cached_property
     def bodies(self) -> Bodies:
-        """Solid, indenter and wall, and theory for them; see `build` for errors."""
+        """Solid, indenter and wall, and theory for them; see `build` for errors.
+
+        What they are is known to the scene itself, too: the properties below. Areas by
+        theory, labels and all else are attributes of the bodies alone.
+        """
         return build(self)
 
-    #: Atomic spacing a0 (Å), that of the forces between atoms if they are given.
-    spacing = _OfBodies(lambda bodies: bodies.spacing)
-    #: Elastic solid below the surface.
-    solid = _OfBodies(lambda bodies: bodies.solid)
-    #: Interaction between the indenter and the atoms.
-    wall = _OfBodies(lambda bodies: bodies.wall)
-    #: Contact modulus E* of the solid's far field (eV/Å^3).
-    contact_modulus = _OfBodies(lambda bodies: bodies.contact_modulus)
-    #: Hardness of the surface (eV/Å^3); NaN if it is not known.
-    hardness = _OfBodies(lambda bodies: bodies.hardness)
-    #: Radius of the sphere (Å); of a whole tip that of curvature of the scan.
-    radius = _OfBodies(lambda bodies: bodies.radius)
-    #: `SelfAffine` or `HeightMap`; None for a smooth sphere and a whole tip.
-    rough = _OfBodies(lambda bodies: bodies.rough)
-    #: Surface of the indenter, a `RoughSphere`.
-    surface = _OfBodies[Any](lambda bodies: bodies.problem.indenter)
-    #: Work of adhesion relative to that of the wall; None if it is uniform.
-    local_adhesion = _OfBodies(lambda bodies: bodies.problem.heterogeneity)
-    #: Whether the half space repeats.
-    periodic = _OfBodies(lambda bodies: bodies.problem.periodic)
-    #: Scan that is a whole tip, for which the radius in the file is infinity.
-    whole_tip = _OfBodies(lambda bodies: bodies.whole_tip)
-    #: Whether the indenter is nominally flat, without a sphere.
-    is_flat = _OfBodies(lambda bodies: bodies.is_flat)
-    #: Nominal contact area of a rough flat; NaN for other indenters (Å^2).
-    nominal_area = _OfBodies(lambda bodies: bodies.nominal_area)
-    #: Contact areas of a smooth sphere; see `Bodies.hertz_area`.
-    hertz_area = _OfBodies(lambda bodies: bodies.hertz_area)
-    #: Contact areas by theory; see `Bodies.predicted_area`.
-    predicted_area = _OfBodies(lambda bodies: bodies.predicted_area)
+    @property
+    def spacing(self) -> float:
+        """Atomic spacing a0 (Å), of the forces between atoms if they are given."""
+        return self.bodies.spacing
+
+    @property
+    def solid(self) -> ElasticSolid:
+        """Elastic solid below the surface."""
+        return self.bodies.solid
+
+    @property
+    def wall(self) -> Interaction:
+        """Interaction between the indenter and the atoms."""
+        return self.bodies.wall
+
+    @property
+    def contact_modulus(self) -> float:
+        """Contact modulus E* of the far field of the solid (eV/Å^3)."""
+        return self.bodies.contact_modulus
+
+    @property
+    def hardness(self) -> float:
+        """Hardness of the surface (eV/Å^3); NaN if it is not known."""
+        return self.bodies.hardness
+
+    @property
+    def radius(self) -> float:
+        """Radius of the sphere, or of curvature of a whole tip (Å)."""
+        return self.bodies.radius
+
+    @property
+    def rough(self) -> Any:
+        """`SelfAffine` or `HeightMap`; None for a smooth sphere and a whole tip."""
+        return self.bodies.rough
+
+    @property
+    def surface(self) -> Any:
+        """Surface of the indenter, on the grid of the atoms."""
+        return self.bodies.problem.indenter
+
+    @property
+    def whole_tip(self) -> HeightMap | None:
+        """Scan that is a whole tip, for which the radius in the file is infinity."""
+        return self.bodies.whole_tip
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether the indenter is nominally flat, without a sphere."""
+        return self.bodies.is_flat
 
     @property
     def scan(self) -> HeightMap | None:
@@ -175,7 +188,7 @@ class Scene(SceneFile):
     def expected_areas(self) -> np.ndarray:
         """Contact areas (Å^2) of a smooth sphere without adhesion at the targets."""
         if self.control == LOAD:
-            return self.hertz_area(np.maximum(self.targets, 0.0))
+            return self.bodies.hertz_area(np.maximum(self.targets, 0.0))
         depths = self.control.depths(self.targets)
         return np.pi * self.radius * np.maximum(depths, 0.0)
 

@@ -287,7 +287,7 @@ def _theory(best: Scene, targets: Sequence[float], exact: _Answers) -> list[Choi
     if best.control != LOAD or best.wall.attractive:
         return []
     label = best.bodies.labelled("Hertz" if best.rough is None else "Eq. (4)")
-    areas = np.asarray(best.predicted_area(targets))
+    areas = np.asarray(best.bodies.predicted_area(targets))
     error = replace(exact, values=areas).error(exact)
     return [Choice("theory", label, error, 0.0)]
 

@@ -103,7 +103,7 @@ def finest_grid(best: Scene) -> Scene:
 
 def with_one_field(*scenes: Scene) -> tuple[Scene, ...]:
     """Return scenes with the period of the last one's local work of adhesion."""
-    adhesion = scenes[-1].local_adhesion
+    adhesion = scenes[-1].bodies.problem.heterogeneity
     field = None if adhesion is None else adhesion.pattern
     if not isinstance(field, SelfAffine):
         return scenes
@@ -131,7 +131,7 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
     if best.radius < math.inf:
         yield "boundary", "free", free
     if best.radius < math.inf and best.control == LOAD:
-        largest = float(best.hertz_area(best.targets.max()))
+        largest = float(best.bodies.hertz_area(best.targets.max()))
         diameter = 2.0 * math.sqrt(largest / math.pi) / best.spacing
         for ratio in _CELLS:
             side = _MULTIPLE * math.ceil(ratio * diameter / _MULTIPLE)

@@ -51,9 +51,11 @@ def evaluate():
         raise RuntimeError(f"{DATABASE}: {converged} steps converged, not {expected}")
     order = np.lexsort([steps["target"], steps["seed"]])
     areas = steps["contact_area"][order].reshape(SEEDS, len(loads))
-    hertz, predicted = scene.hertz_area(loads), scene.predicted_area(loads)
+    bodies = scene.bodies
+    hertz, predicted = bodies.hertz_area(loads), bodies.predicted_area(loads)
     smooth = np.geomspace(loads[0], loads[-1], 50)
-    eq4 = smooth / NANONEWTON, scene.predicted_area(smooth) / scene.hertz_area(smooth)
+    relative = bodies.predicted_area(smooth) / bodies.hertz_area(smooth)
+    eq4 = smooth / NANONEWTON, relative
     options = {"theory": {"Eq. (4)": eq4}, "label": f"mean of {SEEDS} spheres"}
     with style():
         figure, axes = plt.subplots()

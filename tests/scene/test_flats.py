@@ -62,14 +62,16 @@ def test_area_and_gap_of_a_wave_are_those_of_westergaard(wave, part):
     scene = Scene.parse(SCENE.replace('"100 MPa"', f'"{part * full} MPa"'))
     scene.check()
     (step,) = scene.relax()
-    pressure = step.normal_force / scene.nominal_area
+    pressure = step.normal_force / scene.bodies.nominal_area
     assert pressure == pytest.approx(part * full * UNITS["MPa"])
     assert step.nominal_pressure == pytest.approx(pressure)
     # both agree for the elastic contact of a hard wall
     conductance = 2.0 * step.contact_stiffness / scene.contact_modulus
     assert step.conductance == pytest.approx(conductance, rel=1e-3)
     fraction = 2.0 / math.pi * math.asin(math.sqrt(part))
-    assert step.continuum_area / scene.nominal_area == pytest.approx(fraction, abs=0.01)
+    assert step.continuum_area / scene.bodies.nominal_area == pytest.approx(
+        fraction, abs=0.01
+    )
     # mean gap by K. L. Johnson, Contact Mechanics (1985), section 13.2
     a = math.sin(math.pi * fraction / 2.0) ** 2
     gap = AMPLITUDE * (1.0 - a + a * math.log(a)) * UNITS["nm"]
@@ -105,7 +107,7 @@ def test_the_figure_of_a_flat_has_the_columns_of_the_table(wave, monkeypatch):
     steps = list(scene.relax())
     assert draw(reference_for(scene), steps, Path(), shown=[]) == ["curve.png"]
     upper, middle, lower = figures[0].axes
-    nominal, nm, unit = scene.nominal_area, UNITS["nm"], UNITS["N/m"]
+    nominal, nm, unit = scene.bodies.nominal_area, UNITS["nm"], UNITS["N/m"]
     area, error = (
         np.array([getattr(s, name) for s in steps]) / nominal
         for name in (scene.area_column, "area_error")
@@ -132,7 +134,7 @@ def fraction_and_error(heights, pressure):
     text = SCENE.replace("= true", f"= {is_mirrored}").replace("100 MPa", pressure)
     scene = Scene.parse(text)
     (step,) = scene.relax(validity="ignore")
-    nominal = scene.nominal_area
+    nominal = scene.bodies.nominal_area
     assert nominal == pytest.approx(400.0 * heights.size)  # no line is left out
     return step.continuum_area / nominal, step.area_error / nominal
 
@@ -199,7 +201,9 @@ def test_pixels_that_are_no_squares_give_the_area_of_westergaard(wave, pixel, tu
     assert scene.spacing <= 10.0 * min(pixel) * (1.0 + 1e-9)
     (step,) = scene.relax(scan_errors=False)
     fraction = 2.0 / math.pi * math.asin(math.sqrt(part))
-    assert step.continuum_area / scene.nominal_area == pytest.approx(fraction, abs=0.01)
+    assert step.continuum_area / scene.bodies.nominal_area == pytest.approx(
+        fraction, abs=0.01
+    )
     gap = 0.75 + 0.25 * math.log(0.25)
     assert step.mean_gap == pytest.approx(gap * AMPLITUDE * UNITS["nm"], rel=0.02)
 

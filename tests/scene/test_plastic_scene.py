@@ -92,12 +92,12 @@ def test_theory_is_plastic_where_the_contact_is():
     loads = np.array([1e-3, 1.0, 1e3]) * UNITS["nN"]
     plastic = plastic_area(loads, rough.wall.hardness)
     for scene in (rough, smooth):
-        assert_allclose(scene.predicted_area(loads)[-1], plastic[-1], rtol=1e-6)
+        assert_allclose(scene.bodies.predicted_area(loads)[-1], plastic[-1], rtol=1e-6)
         assert "hardness of 0.369 GPa" in reference_for(scene).explanation
-    elastic = smooth.predicted_area(loads)[0]
-    assert_allclose(elastic, smooth.hertz_area(loads[0]))
-    softer = rough.predicted_area(loads[1])
-    harder = scene_of(interaction="hardness = 100.0").predicted_area(loads[1])
+    elastic = smooth.bodies.predicted_area(loads)[0]
+    assert_allclose(elastic, smooth.bodies.hertz_area(loads[0]))
+    softer = rough.bodies.predicted_area(loads[1])
+    harder = scene_of(interaction="hardness = 100.0").bodies.predicted_area(loads[1])
     assert harder < softer <= plastic[1] * (1 + 1e-9)
 
 

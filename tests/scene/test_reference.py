@@ -36,7 +36,7 @@ def test_without_adhesion_the_theory_is_hertz():
     assert reference.rough_above is None
     assert (hertz.name, hertz.pull_off_force) == ("Hertz", 0.0)
     area = hertz.contact_area([-1.0, 0.0, 2.0])
-    np.testing.assert_array_equal(area[1:], scene.hertz_area([0.0, 2.0]))
+    np.testing.assert_array_equal(area[1:], scene.bodies.hertz_area([0.0, 2.0]))
     assert np.isnan(area[0])
     depth, force = hertz.curve(10.0)
     expected = 4 / 3 * scene.contact_modulus * np.sqrt(scene.radius) * depth**1.5
@@ -102,7 +102,7 @@ def test_equation_4_with_adhesion_is_not_shown_below_its_range():
     smallest = reference.rough_above
     area = reference.rough_area(smallest * np.array([-1.0, 0.99, 1.0, 9.0]))
     assert list(np.isnan(area)) == [True, True, False, False]
-    assert area[3] == scene.predicted_area(9.0 * smallest)
+    assert area[3] == scene.bodies.predicted_area(9.0 * smallest)
     assert "too small below about" in reference.explanation
 
 

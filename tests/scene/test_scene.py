@@ -37,9 +37,9 @@ def test_the_built_in_scene_explains_every_key():
 def test_adhesion_increases_the_predicted_area_unless_flats_adhere():
     def predicted(work):
         interaction = f'[interaction]\nkind = "adhesive"\nwork_of_adhesion = {work}\n'
-        return Scene.parse(SMALL + interaction).predicted_area(1.0)
+        return Scene.parse(SMALL + interaction).bodies.predicted_area(1.0)
 
-    assert predicted(0.05) > Scene.parse(SMALL).predicted_area(1.0)
+    assert predicted(0.05) > Scene.parse(SMALL).bodies.predicted_area(1.0)
     assert np.isnan(predicted(9.5))
 
 

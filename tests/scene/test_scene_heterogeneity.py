@@ -16,9 +16,9 @@ RANDOM = "[heterogeneity]\nrms = 0.3\nshort_wavelength = '8 Å'\nseed = 5\n"
 
 def test_random_field_in_spacings_is_that_of_its_seed(tmp_path):
     scene = Scene.parse(TEXT + RANDOM)
-    field = scene.local_adhesion.pattern
+    field = scene.bodies.problem.heterogeneity.pattern
     assert (field.short_wavelength, field.long_wavelength) == (8.0, 64.0)
-    assert (scene.local_adhesion.rms, field.seed) == (0.3, 5)
+    assert (scene.bodies.problem.heterogeneity.rms, field.seed) == (0.3, 5)
     assert Scene.parse(scene.toml) == scene
     other = scene.with_values({"heterogeneity.seed": 6})
     forces = [
@@ -35,9 +35,9 @@ def test_random_field_in_spacings_is_that_of_its_seed(tmp_path):
 def test_default_period_holds_the_window_of_a_long_range(wall, period):
     text = TEXT.replace("exponential", wall).replace("= 60.0", "= 600.0")
     scene = Scene.parse(text + RANDOM)
-    assert scene.local_adhesion.pattern.side == period * scene.spacing
+    assert scene.bodies.problem.heterogeneity.pattern.side == period * scene.spacing
     given = scene.with_values({"heterogeneity.domain": 128.0})
-    assert given.local_adhesion.pattern.side == 128.0 * scene.spacing
+    assert given.bodies.problem.heterogeneity.pattern.side == 128.0 * scene.spacing
 
 
 def test_file_is_a_map_of_the_work_of_adhesion(tmp_path):
@@ -45,7 +45,7 @@ def test_file_is_a_map_of_the_work_of_adhesion(tmp_path):
     np.savetxt(tmp_path / "w.txt", values)
     text = TEXT + "[heterogeneity]\nfile = 'w.txt'\n"
     scene = Scene.parse(text, str(tmp_path / "my.toml"))
-    factors = scene.local_adhesion.factors((4, 4), 2.0, (-4.0, -4.0))
+    factors = scene.bodies.problem.heterogeneity.factors((4, 4), 2.0, (-4.0, -4.0))
     np.testing.assert_allclose(factors, values / 8.5, rtol=1e-12)
     assert scene.files == [str(tmp_path / "w.txt")]
 

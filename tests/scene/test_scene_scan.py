@@ -98,7 +98,7 @@ def test_theory_for_a_scan_is_that_of_its_statistics(folder):
     assert rough.rms_slope == statistics.rms_slope
     kappa, light = scene.bodies.kappa_repulsive, 1e-4
     area = light * kappa / (statistics.rms_slope * scene.contact_modulus)
-    assert scene.predicted_area(light) == pytest.approx(area, rel=0.02)
+    assert scene.bodies.predicted_area(light) == pytest.approx(area, rel=0.02)
     assert reference_for(scene).rough_above == 0.0
 
 

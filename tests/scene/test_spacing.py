@@ -32,13 +32,13 @@ def scene(substrate='material = "PDMS"', radius='"10 um"', kind='"hard"', more="
 )
 def test_the_contact_of_a_smooth_sphere_has_a_radius_of_about_60_spacings(substrate):
     soft = scene(substrate)
-    radius = np.sqrt(soft.hertz_area(soft.targets[0]) / np.pi)
+    radius = np.sqrt(soft.bodies.hertz_area(soft.targets[0]) / np.pi)
     assert 40.0 < radius / soft.spacing < 90.0
     assert soft.plan().steps[0].memory < 0.5e9
     assert "fits the contact" in bodies(soft)["solid"]
     (step,) = soft.relax()
     assert step.continuum_area == pytest.approx(
-        soft.hertz_area(step.normal_force), rel=1e-3
+        soft.bodies.hertz_area(step.normal_force), rel=1e-3
     )
 
 
