@@ -8,7 +8,8 @@ the window in each direction.
 Large grids are transformed in blocks of rows and blocks of columns, in buffers that fit
 the cache of a processor. A convolution transforms each block of columns forward,
 multiplies it and transforms it back before it turns to the next one, so that the
-spectrum of the padded grid is never stored as a whole.
+spectrum of the padded grid is never stored as a whole. Several fields, such as
+tractions along x and y, are multiplied by a matrix for each wave in the same way.
 """
 
 from __future__ import annotations
@@ -369,7 +370,7 @@ class RealFFT2:
         return out
 
     def _blocks_of(self, rows: int) -> list[slice]:
-        """Return the blocks of a number of rows, those of the window if it has it."""
+        """Return the blocks into which a number of rows is cut."""
         if rows == self.window[0]:
             return self._row_blocks
         return split(rows, len(self._buffers[0].rows))

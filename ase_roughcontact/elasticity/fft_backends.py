@@ -51,6 +51,11 @@ class BlockTransform(ABC):
     in_blocks : bool
         Whether large grids are cut into blocks that fit the cache of a processor, which
         threads share. Otherwise the buffers hold the whole grid.
+
+    Raises
+    ------
+    ValueError
+        Where a class is defined, if another class has its name.
     """
 
     engine: ClassVar[str] = ""

@@ -1,5 +1,7 @@
 """Transforms of windows against numpy's transforms of whole grids."""
 
+import pickle
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -93,6 +95,34 @@ def test_results_do_not_depend_on_the_number_of_threads(window, dtype, engine):
         results.append(fft.filter(values, one))
     assert_array_equal(results[1], results[0])
     assert_array_equal(results[2], results[0])
+
+
+@every_engine
+def test_a_pickled_transform_is_the_same(engine):
+    fft = transform((5, 6), (9, 12), engine, threads=2, dtype="float32")
+    copy = pickle.loads(pickle.dumps(fft))
+    for name in ("window", "grid", "engine", "dtype", "threads", "blocking"):
+        assert getattr(copy, name) == getattr(fft, name)
+    values, one = random((5, 6)), fft.multiplier(np.ones((9, 7)))
+    assert_array_equal(copy.filter(values, one), fft.filter(values, one))
+
+
+@every_engine
+@pytest.mark.parametrize("cut", [False, True], ids=["whole", "blocks"])
+@pytest.mark.parametrize("shape", [(5, 7), (9, 15), (3, 4)])
+@pytest.mark.parametrize("imaginary", [False, True])
+def test_fields_are_multiplied_by_a_matrix_for_each_wave(engine, cut, shape, imaginary):
+    options = {"threads": 3, "blocking": blocks()} if cut else {}
+    fft, rng = transform((5, 7), (9, 15), engine, **options), np.random.default_rng(3)
+    fields = rng.normal(size=(2, 5, 7))
+    kernels = np.fft.rfft2(rng.normal(size=(3, 2, 9, 15)))
+    matrix = kernels.imag if imaginary else kernels.real
+    spectra = np.fft.rfft2(fields, (9, 15))
+    products = np.einsum("lknm,knm->lnm", matrix * (1j if imaginary else 1.0), spectra)
+    expected = np.fft.irfft2(products, (9, 15))[:, : shape[0], : shape[1]]
+    found = fft.filter_fields(fields, matrix, shape, imaginary=imaginary)
+    assert_allclose(found, expected, atol=1e-12)
+    assert fft.pairs == 3
 
 
 @every_engine
