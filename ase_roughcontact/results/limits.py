@@ -248,9 +248,8 @@ CHECKS = (
     ),
     Check(
         "largest pressure/bound of the hardness > 1",
-        "the hardness of a material is not known, and no material of the table is "
-        f"harder than {LARGEST_RELATIVE_HARDNESS:.3g} E*: give hardness, infinity for "
-        "a rubber",
+        "hardness not known, and no material of the table is harder than "
+        f"{LARGEST_RELATIVE_HARDNESS:.3g} E*: give it, infinity for a rubber",
         lambda s: float(s.fields.pressure.max()) / s.options.hardness_bound,
     ),
     Check(
