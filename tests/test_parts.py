@@ -1,4 +1,4 @@
-"""Each part of the package can be deleted with its tests: the rest works without it."""
+"""Parts of the package are found by their folders; each can be deleted."""
 
 import os
 import re
@@ -14,9 +14,8 @@ from ase_roughcontact._util.parts import found_parts, shown_by
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "ase_roughcontact"
-# What is deleted with a part: the command that is made of it, and parts that build on
-# it with what is deleted with them.
-FITS = ("fitting", "cli/fit.py")
+# What is deleted with a part: its commands, and parts that build on it with theirs.
+FITS = ("fitting", "cli/fit.py", "cli/curve.py")
 DELETED_WITH = {
     "fitting": FITS,
     "foundation": ("foundation",),
@@ -26,7 +25,7 @@ DELETED_WITH = {
     "tradeoff": ("tradeoff", "cli/tradeoff.py"),
 }
 # How tests call a part, beside its folder and the names of its ``SHOWN``.
-WORDS = {"fitting": ['"fit"'], "path_kinds/sliding": ["sliding_contacts"]}
+WORDS = {"fitting": ['"fit"', '"curve"'], "path_kinds/sliding": ["sliding_contacts"]}
 # Tests of the pages and examples, which show all parts, and of the layout.
 OF_ALL = (
     "test_architecture",
@@ -54,6 +53,43 @@ sys.exit(pytest.main([*sys.argv[1:], "-q", "-p", "no:cacheprovider"]))
 """
 
 
+# A kind of path in a folder of its own.
+KIND = """
+from dataclasses import dataclass
+import numpy as np
+from ase_roughcontact.scene.path_kind import PathKind
+
+@dataclass(frozen=True)
+class Twice(PathKind):
+    kind = "twice"
+    control = "penetration"
+    depth: float = 0.0
+
+    def targets(self, bodies):
+        return np.array([self.depth, self.depth])
+"""
+# What a scene file knows of it.
+USE = """
+from ase_roughcontact.scene import Scene, Twice
+
+scene = Scene.parse('[path]\\nkind = "twice"\\ndepth = 0.2')
+assert isinstance(scene.path, Twice)
+print(*scene.targets)
+"""
+
+
+def test_a_folder_of_a_kind_of_path_is_found_by_scenes(tmp_path):
+    unused = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / PACKAGE, tmp_path / PACKAGE, ignore=unused)
+    folder = tmp_path / PACKAGE / "path_kinds" / "twice"
+    folder.mkdir()
+    (folder / "__init__.py").write_text('SHOWN = {"scene": {"Twice": "scene"}}\n')
+    (folder / "scene.py").write_text(KIND)
+    (tmp_path / "use.py").write_text(USE)
+    done = run(tmp_path, "use.py")
+    assert (done.returncode, done.stdout) == (0, "0.2 0.2\n"), done.stderr
+
+
 def copied(folder, part):
     """Copy the package and its tests without a part."""
     unused = shutil.ignore_patterns("__pycache__")
@@ -68,16 +104,21 @@ def copied(folder, part):
         shutil.rmtree(folder / "tests" / deleted, ignore_errors=True)
 
 
-def passes(folder, *tests):
-    """Whether all modules in a folder can be imported, and some tests pass."""
-    (folder / "check.py").write_text(CHECK)
-    done = subprocess.run(
-        [sys.executable, "check.py", *tests],
+def run(folder, script, *arguments):
+    """Run a script in a folder with the package in it."""
+    return subprocess.run(
+        [sys.executable, script, *arguments],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(folder)},
         capture_output=True,
         text=True,
     )
+
+
+def passes(folder, *tests):
+    """Whether all modules in a folder can be imported, and some tests pass."""
+    (folder / "check.py").write_text(CHECK)
+    done = run(folder, "check.py", *tests)
     return done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
 
 
