@@ -168,6 +168,12 @@ def test_forces_of_the_wall_bound_the_tolerance_of_any_optimizer():
     assert "fmax" in step.message
 
 
+def test_message_of_a_step_has_forces_with_their_unit():
+    atoms = atoms_of("repulsive", fixed=True)
+    (step,) = rc.load_path(atoms, [1.0], FIRE, fmax=50.0, window="unchecked")
+    assert f"{step.max_force:.3g} eV/Å" in step.message
+
+
 def test_a_finished_path_that_is_resumed_sets_the_load(tmp_path):
     options = {"output": rc.Output(trajectory=tmp_path / "a.traj", resume=True)}
     for _ in range(2):

@@ -194,7 +194,7 @@ def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
             [
                 "the (100) surface of W is not known: its crystal is neither fcc",
                 "give spacing; the elastic constants of 'W'",
-                "those of Ag, Al, Au, Cu, Ge, Ni, Si: give them, or, of an isotropic",
+                "or one of Ag, Al, Au, Cu, Ge, Ni, Si",
                 "; [substrate] shape must be",
             ],
         ),
