@@ -22,13 +22,15 @@ from ase_roughcontact.topography.noise import deviation
 
 # Standard deviations of the offsets of lines beyond which one is a bad line.
 _FAR = 8.0
-# Number of points along a scar, and of lines across, at least and at most.
+# Least number of points along a scar for each line across, and most lines.
 _LENGTH, _WIDTH = 8, 3
 # A scar is higher than these multiples of the standard deviation of differences of
 # neighbouring lines, of the largest such feature along y, and of the median along x.
 _DIFFERENCES, _ACROSS, _MEDIANS = 3.0, 2.0, 6.0
-# Part of the largest height that is rounding.
-_ROUNDING = 1e-9
+# Signs of scars, and of heights that are clipped: high and low.
+_SIGNS = (1.0, -1.0)
+# Part of the range of the heights that is negligible.
+_LEAST = 1e-6
 # Largest number of runs of lines that are named.
 _MOST_NAMES = 8
 # Number of equal largest heights that are clipped, and over the mean number of points
@@ -68,12 +70,13 @@ class BadLines:
         constant, repeated = not_recorded(heights)
         rest = np.where(constant | repeated, np.nan, heights)
         steps = median_steps(rest)
-        rounding = _ROUNDING * float(np.nanmax(abs(heights), initial=0.0))
-        difference = max(deviation(np.diff(rest, axis=1)), rounding)
+        known = heights[~np.isnan(heights)]
+        least = _LEAST * float(np.ptp(known)) if known.size else 0.0
+        difference = max(deviation(np.diff(rest, axis=1)), least)
         offset = _offset(steps, difference)
         level = np.append(0.0, np.nan_to_num(steps).cumsum())
         scars = _scars(np.where(offset, np.nan, rest - level), difference)
-        highest, lowest = (_clipped(sign * rest) for sign in (1.0, -1.0))
+        highest, lowest = (_clipped(sign * rest) for sign in _SIGNS)
         return cls(
             _numbers(constant),
             _numbers(repeated),
@@ -193,21 +196,19 @@ def _offset(steps: FloatArray, difference: float) -> NDArray[np.bool_]:
 def _scars(heights: FloatArray, difference: float) -> NDArray[np.bool_]:
     """Return which points are on parts of lines that are off on both sides."""
     found = np.zeros(heights.shape, bool)
-    n, m = heights.shape
-    if min(n, m) < _LENGTH:
-        return found
-    for width in range(1, _WIDTH + 1):
-        for sign in (1.0, -1.0):
-            along, across = (
-                _stroke(sign * each, width) for each in (heights, heights.T)
-            )
-            strokes = _runs(along)
+    for width in range(1, min(_WIDTH, min(heights.shape) // _LENGTH) + 1):
+        length = width * _LENGTH
+        across = max(
+            float(_runs(_stroke(sign * heights.T, width), length).max(initial=0.0))
+            for sign in _SIGNS
+        )
+        for sign in _SIGNS:
+            along = _stroke(sign * heights, width)
+            usual = float(np.median(_runs(along, length)))
             threshold = max(
-                _DIFFERENCES * difference,
-                _ACROSS * float(_runs(across).max(initial=0.0)),
-                _MEDIANS * float(np.median(strokes)),
+                _DIFFERENCES * difference, _ACROSS * across, _MEDIANS * usual
             )
-            scar = ndimage.binary_opening(along > threshold, np.ones((_LENGTH, 1)))
+            scar = ndimage.binary_opening(along > threshold, np.ones((length, 1)))
             for line in range(width):
                 found[:, 1 + line : 1 + line + scar.shape[1]] |= scar
     return found
@@ -228,9 +229,9 @@ def _stroke(heights: FloatArray, width: int) -> FloatArray:
     return np.where(stroke > abs(before - after), stroke, 0.0)
 
 
-def _runs(strokes: FloatArray) -> FloatArray:
-    """Return the smallest value along x of the points of a scar."""
-    smallest: FloatArray = ndimage.minimum_filter1d(strokes, _LENGTH, axis=0)
+def _runs(strokes: FloatArray, length: int) -> FloatArray:
+    """Return the smallest value along x of the points of a scar of a length."""
+    smallest: FloatArray = ndimage.minimum_filter1d(strokes, length, axis=0)
     return smallest
 
 

@@ -33,9 +33,10 @@ class LineProfile:
     def statistics(self, unit: str | None = None) -> tuple[float, float]:
         r"""Return the rms height (Å) and the rms slope along the line.
 
-        The straight line that fits best is subtracted. Both are averages over the
-        places, :math:`\langle h^2 \rangle = \int h^2 dx / L` with the trapezoidal
-        rule and :math:`\langle h'^2 \rangle = \sum \Delta h^2 / \Delta x / L`.
+        The straight line that fits the points best is subtracted. Both are exact
+        averages over the straight lines between the points,
+        :math:`\langle h^2 \rangle = \sum (h_k^2 + h_k h_{k+1} + h_{k+1}^2) \Delta x_k
+        / 3L` and :math:`\langle h'^2 \rangle = \sum \Delta h_k^2 / (\Delta x_k L)`.
 
         Parameters
         ----------
@@ -58,7 +59,8 @@ class LineProfile:
         x = self.places[known] * LENGTHS[place_unit]
         z = z - np.polyval(np.polyfit(x, z, 1), x)
         steps, length = np.diff(x), float(np.ptp(x))
-        height = np.trapezoid((z - z.mean()) ** 2, x) / length
+        squares = (z[:-1] ** 2 + z[:-1] * z[1:] + z[1:] ** 2) / 3.0
+        height = (squares * steps).sum() / length
         slope = (np.diff(z) ** 2 / steps).sum() / length
         return math.sqrt(height), math.sqrt(slope)
 

@@ -79,6 +79,8 @@ class TipFit:
         allows, and at most half as wide as the radius of curvature in it. The radius is
         that of the better fit.
         """
+        if min(np.multiply(heights.shape, spacing)) < 2.0 * (margin + max(spacing)):
+            return cls(at_edge=True)
         i, j = np.rint(np.divide(highest(-heights, spacing, margin), spacing))
         x = spacing[0] * (np.arange(heights.shape[0], dtype=float) - i)
         y = spacing[1] * (np.arange(heights.shape[1], dtype=float) - j)

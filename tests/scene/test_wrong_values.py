@@ -77,6 +77,7 @@ SWITCHES = {
     *("substrate.anisotropic", "substrate.rigid_base", "substrate.sliding"),
     *("substrate.periodic", "roughness.random_amplitudes", "topography.periodic"),
     *("topography.transpose", "topography.remove_outliers", "heterogeneity.periodic"),
+    "topography.remove_bad_lines",
     *("heterogeneity.random_amplitudes", "interaction.permanent"),
 }
 

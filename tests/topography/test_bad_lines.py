@@ -179,3 +179,10 @@ def test_points_that_are_removed_do_not_tilt_the_scan():
     scan[2, 3] += 100.0
     level = scanned(scan, detrend="plane", remove_outliers=True)
     np.testing.assert_allclose(lower_side(level), -flat, atol=5e-3)
+
+
+def test_features_of_a_small_scan_are_no_scars():
+    x, y = np.indices((41, 33)) - 8.0
+    for width in (2.0, 4.0, 6.0):
+        bump = np.exp(-(x**2 + y**2) / (2.0 * width**2))
+        assert list(BadLines.of(bump).described()) == []
