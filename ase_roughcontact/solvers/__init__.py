@@ -19,7 +19,7 @@ there one exact convolution in an outer step corrects the circulant model of the
 space, for which `hard.complementarity` solves the contact problem.
 `hard.starting_pressure` is the first guess, `hard.bounds` keeps pressures between zero
 and the hardness, and `hard.linear_support` is the load or spring of the indenter.
-`optimality` measures how far any pressure is from the solution.
+`optimality` gives the residuals of the contact conditions for any pressure.
 
 **Soft walls.** `soft.newton` is the outer loop, on coarser grids first. Each step
 (`soft.newton_step`, with its line search) solves Newton's equations
@@ -31,9 +31,9 @@ preconditioner. `soft.energy` is the energy with its derivatives, and
 `lateral.friction_problem`, which `gcr` solves, too. The coupling with the normal
 problem is part of the kind of path that slides.
 
-**In common.** `relaxation` has what solvers take and return: each is a generator of
-`Relaxation`, which a `SolverRelaxer` runs up to the tolerance; the outcome is a `Run`.
-`options` are their settings. Of a relaxed state, `response` has the derivatives to the
-height and to parameters (contact stiffness, fits), and `conductance` the conductance of
-the contact.
+**In common.** `relaxation` has the inputs and results of solvers: each solver is a
+generator of `Relaxation`, which a `SolverRelaxer` runs up to the tolerance; the outcome
+is a `Run`. `options` are the settings of solvers, `status` is the reason for their end.
+For a relaxed state, `response` calculates the derivatives with the height and with
+parameters (contact stiffness, fits), and `conductance` the conductance of the contact.
 """

@@ -1,4 +1,4 @@
-"""Contacts on coarser grids and on parts of a window."""
+"""Contacts on coarser grids, and on parts of a window."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from ase_roughcontact.elasticity.lattice import Box
 
 
 def can_coarsen(contact: Contact, coarsest: int) -> bool:
-    """Return whether a grid of twice the spacing has at least `coarsest` atoms.
+    """Return whether a grid of twice the spacing has at least `coarsest` atoms a side.
 
-    Along the shorter side; a periodic grid must have an even number of atoms, too.
+    A periodic grid must also have even numbers of atoms.
     """
     shape = contact.halfspace.shape
     divisible = not contact.halfspace.periodic or all(n % 2 == 0 for n in shape)
@@ -21,7 +21,7 @@ def can_coarsen(contact: Contact, coarsest: int) -> bool:
 def coarsen(contact: Contact) -> Contact:
     """Return the contact on every other atom, at twice the spacing.
 
-    The energy per area of the wall stays the same, and with it pressure and stiffness.
+    Energy per area, pressure and stiffness of the wall stay the same.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def coarsen(contact: Contact) -> Contact:
     Returns
     -------
     Contact
-        On a window of ``((n + 1)//2, (m + 1)//2)`` atoms.
+        Contact on a window of ``((n + 1)//2, (m + 1)//2)`` atoms.
     """
     heights = np.ascontiguousarray(contact.heights[::2, ::2])
     halfspace = contact.halfspace
@@ -50,12 +50,12 @@ def refine(values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     values : ndarray, shape ((n + 1)//2, (m + 1)//2)
         Values on the grid of `coarsen`.
     shape : (int, int)
-        ``(n, m)``.
+        Shape ``(n, m)`` of the fine grid.
 
     Returns
     -------
     ndarray, shape (n, m)
-        Constant beyond the last point.
+        Values on the fine grid, constant beyond the last coarse point.
     """
     for axis in (0, 1):
         coarse = np.moveaxis(values, axis, 0)
@@ -80,8 +80,8 @@ def reachable(
     """Return the smallest window of a contact with a repulsive wall.
 
     A surface under pressure is nowhere above its plane, so that an atom can touch only
-    where the undeformed gap is within the range of the wall. On a free half space the
-    window may be cropped to these atoms without an effect on the result.
+    if its undeformed gap is within the range of the wall. On a free half space,
+    cropping the window to these atoms does not change the result.
 
     Parameters
     ----------
@@ -90,12 +90,12 @@ def reachable(
     height : float
         Height of the indenter, or a lower bound (length).
     pressure : ndarray, shape (n, m), optional
-        The window also contains the atoms under this pressure.
+        Pressure; the window also contains the atoms under this pressure.
 
     Returns
     -------
     Box
-        Contains at least the atom below the lowest point of the indenter.
+        The window, with at least the atom below the lowest point of the indenter.
     """
     near = contact.heights + height < contact.interaction.cutoff
     if pressure is not None:

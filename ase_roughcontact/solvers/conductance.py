@@ -1,15 +1,15 @@
 r"""Electrical or thermal conductance through a region of contact.
 
-The potential in a solid whose surface conducts in a region S alone, and the normal
-displacement of a half space under a rigid punch with the footprint S, solve the same
-equations. With the stiffness :math:`K_S` of the punch on a half space of the contact
-modulus :math:`E^*`, and the resistivities of both bodies,
+The potential in a solid that conducts through a region S of its surface only, and the
+normal displacement of a half space under a rigid punch with the footprint S, solve the
+same equations. With the stiffness :math:`K_S` of the punch on a half space of the
+contact modulus :math:`E^*`, and the resistivities of both bodies, the conductance is
 
 .. math:: C = \frac{2}{E^*} \frac{K_S}{\rho_1 + \rho_2}.
 
-It follows from the region alone, whatever wall and solid have made it. A flow from the
-surface into a solid of uniform resistivity spreads as the stress in an isotropic half
-space, also where the solid is a crystal or has layers.
+It depends only on the region, not on wall and solid. A flow from the surface into a
+solid of uniform resistivity spreads like the stress in an isotropic half space, also if
+the solid is elastically a crystal or has layers.
 
 References
 ----------
@@ -31,16 +31,16 @@ def region_conductance(halfspace: HalfSpace, region: np.ndarray) -> float:
     Parameters
     ----------
     halfspace : HalfSpace
-        Grid and boundary; the solid does not matter.
+        Half space with the grid and the boundaries; its solid does not matter.
     region : ndarray of bool, shape (n, m)
         Cells that conduct.
 
     Returns
     -------
     float
-        A length, 4 a for a circle of radius a on a fine grid. On a periodic half space
-        it is the conductance of one cell, in series with the bulk: infinite if the
-        whole cell conducts. Without a contact it is zero.
+        Conductance (length), 4 a for a circle of radius a on a fine grid, and zero for
+        an empty region. On a periodic half space it is the conductance of the region in
+        one cell in series with the bulk, infinite if the whole cell conducts.
     """
     conductor = halfspace
     if type(halfspace.solid.elastic) is not Isotropic:

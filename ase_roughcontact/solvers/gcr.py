@@ -42,20 +42,20 @@ def gcr(
     Parameters
     ----------
     apply : callable
-        The linear operator ``A``: returns a new array, which is overwritten.
+        Linear operator ``A``, which returns a new array; this array is overwritten.
     precondition : callable
         Approximate inverse of the operator, which may vary from call to call.
     residual : ndarray
-        Right-hand side; on return what is left of it.
+        Right-hand side, which is overwritten by the residual of the solution.
     tolerance : float
         Norm of the residual at which to stop.
     max_steps : int
-        Maximum number of steps.
+        Largest number of steps.
 
     Returns
     -------
     ndarray or float
-        The solution; 0.0 if no step was made.
+        Solution; 0.0 if no step was made.
     """
     directions: list[np.ndarray] = []
     images: list[np.ndarray] = []  # orthonormal

@@ -1,11 +1,11 @@
-r"""Conditions of contact with a hard wall, and how far a pressure is from them.
+r"""Conditions of contact with a hard wall, and the residuals of a pressure.
 
 With the gap :math:`g = Z + h + G p`,
 
 .. math:: g \ge 0, \qquad p \ge 0, \qquad g p = 0,
 
-and with a hardness :math:`H` of the wall :math:`p \le H`, and :math:`g \le 0` where
-:math:`p = H`.
+are the conditions. A hardness :math:`H` of the wall adds :math:`p \le H`, and
+:math:`g \le 0` where :math:`p = H`.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ class OptimalityResiduals:
     Attributes
     ----------
     gap_in_contact : float
-        Largest magnitude of the gap of an atom under pressure, with a hardness of one
-        below it (length).
+        Largest magnitude of the gap of an atom under a pressure below the hardness
+        (length).
     penetration : float
         Largest overlap of an atom without pressure (length).
     tension : float
         Largest negative pressure (pressure).
     opening_at_hardness : float
-        Largest gap of an atom under the hardness (length); zero without one.
+        Largest gap of an atom under the hardness (length); zero without a hardness.
     excess : float
         Largest pressure above the hardness (pressure).
     load_error : float
@@ -54,9 +54,9 @@ def optimality_residuals(
     Parameters
     ----------
     contact : Contact
-        The wall counts as hard.
+        Contact; the wall counts as hard.
     pressure : ndarray, shape (n, m)
-        Pressure on the window, its mean included.
+        Pressure on the window, including its mean.
     height : float
         Height of the indenter (length).
     load : float, optional
@@ -65,6 +65,7 @@ def optimality_residuals(
     Returns
     -------
     OptimalityResiduals
+        Residuals of the conditions.
     """
     halfspace = contact.halfspace
     gap = height + contact.heights - halfspace.displacement(pressure)

@@ -1,4 +1,4 @@
-"""Options of the solvers; the guide has a table of what was measured for them."""
+"""Options of the solvers; the guide has a table of measured steps for them."""
 
 from __future__ import annotations
 
@@ -14,22 +14,23 @@ class NewtonKrylovOptions:
     Attributes
     ----------
     coarsest : int
-        Windows are not coarsened below this number of atoms along their shorter side.
+        Smallest number of atoms along the shorter side of a coarsened window.
     max_load_change : float
-        Change of a repulsive wall's load, relative to the new one, above which a
-        start on coarser grids replaces the given start.
+        Largest change of the load of a repulsive wall, relative to the new load, at
+        which the given start is used; otherwise coarser grids give a start.
     max_indenter_move : float
-        The same for walls with attraction: the distance by which the change of load
-        would move the indenter, in spacings. Their state depends on the start.
+        Largest distance, in spacings, by which a change of load may move the indenter
+        for the given start to be used with a wall with attraction, where the state
+        depends on the start.
     forcing : float
-        Residual of the linear system that its solution may leave, relative to the
-        residual of the state.
+        Largest residual of the solution of a linear system, relative to the residual of
+        the state.
     history : int
         Number of earlier increments that are combined with the present one under walls
         with attraction.
     largest_gap : float
         Largest overlap with a hard wall, or gap of an atom under its reaction, in
-        spacings, whatever the tolerance of the force.
+        spacings, for any tolerance of the force.
     """
 
     coarsest: int = 32
@@ -51,16 +52,16 @@ class ActiveSetOptions:
     Attributes
     ----------
     coarsest : int
-        Windows are not coarsened below this number of atoms along their shorter side.
+        Smallest number of atoms along the shorter side of a coarsened window.
     largest_gap : float
-        Largest gap in contact or overlap of a result, in spacings, whatever the
-        tolerance of the force.
+        Largest gap in contact or overlap of a result, in spacings, for any tolerance of
+        the force.
     contraction : float
-        Violation of the contact conditions that the solution for the model may leave,
-        relative to the present one.
+        Largest violation of the contact conditions by the solution for the model,
+        relative to the present violation.
     slow_contraction : float
-        If the violation has decreased by less than this factor, the correction is
-        combined with the last one.
+        Ratio of the present violation to the last one, above which a correction is
+        combined with the last correction.
     """
 
     coarsest: int = 64

@@ -1,4 +1,4 @@
-"""Relaxation of a contact: what solvers take and return, and how they are run."""
+"""Relaxation of a contact: states and results of solvers, and runs of a solver."""
 
 from __future__ import annotations
 
@@ -26,9 +26,11 @@ from ase_roughcontact.solvers.status import (
     Status,
 )
 
-# Largest error of a relaxed state, relative to the largest force of the wall on atoms,
-# and, for rounding, in units of E* a0^2.
-_LARGEST_ERROR, _ROUNDING = 0.01, 1e-13
+# Largest force left in a relaxed state, relative to the largest force of the wall on an
+# atom.
+_MAX_RELATIVE_ERROR = 0.01
+# Rounding error of a force, in units of E* a0^2.
+_FORCE_ROUNDING = 1e-13
 
 P = ParamSpec("P")
 
@@ -38,7 +40,7 @@ Start: TypeAlias = "tuple[np.ndarray, float]"
 
 @dataclass(frozen=True)
 class Relaxation:
-    """State of a relaxation.
+    """Step of a solver, with its pressure, height and status.
 
     Attributes
     ----------
@@ -51,10 +53,10 @@ class Relaxation:
     error : float
         Largest force on an atom, or on the indenter unless its height is fixed.
     status : Status
-        Whether `error` is within the tolerance, or why there is no further step.
+        Convergence of `error` to the tolerance, or why there is no further step.
     pairs : float
-        Forward and inverse FFT pairs since the last state, normalised to one pair on
-        the grid of the half space; see `counts_pairs`.
+        Number of forward and inverse FFT pairs since the last step, normalised to pairs
+        on the grid of the half space; see `counts_pairs`.
     """
 
     pressure: np.ndarray
@@ -78,7 +80,7 @@ class Relaxation:
 def counts_pairs(
     solver: Callable[P, Iterator[Relaxation]],
 ) -> Callable[P, Generator[Relaxation, None, None]]:
-    """Decorate a solver, so that its states have the FFT pairs that they cost."""
+    """Decorate a solver, so that each `Relaxation` has its number of FFT pairs."""
 
     @wraps(solver)
     def counting(
@@ -94,7 +96,7 @@ def counts_pairs(
                 return
             spent = transformed_points() - before
             yield replace(state, pairs=spent / points)
-            del state  # its memory is needed
+            del state  # frees memory
 
     return counting
 
@@ -106,23 +108,25 @@ class Run:
     Attributes
     ----------
     state : State
+        Final state.
     fields : ContactState
         Energy, forces and fields of the state.
     support : Support
-        What held the indenter.
+        Load and springs on the indenter.
     energy : float
         Energy of solid, wall, load and springs.
     max_force : float
         Largest force on an atom, or on the indenter if it is free.
     unbalanced : float
-        Magnitude of the force on the indenter if it is free, else zero.
+        Magnitude of the force on the indenter if it is free, otherwise zero.
     status : Status
-        Whether the solver has converged, or why it has not.
+        Convergence of the solver, or why it has not converged.
     iterations : int
+        Number of steps.
     pairs : float
-        FFT pairs; see `Relaxation`.
+        Number of FFT pairs; see `Relaxation`.
     tolerance : float
-        Largest force that it allowed.
+        Largest force that the solver could leave.
     constrained : bool
         Whether constraints held atoms of the surface.
     """
@@ -169,12 +173,12 @@ class Run:
 
 @dataclass(frozen=True)
 class SolverRelaxer:
-    """Relaxes a contact by a solver whose unknown is the pressure.
+    """Relaxation of a contact by a solver for the pressure.
 
     Attributes
     ----------
     solver : callable
-        Generator function as `newton_krylov`.
+        Generator function, such as `newton_krylov`.
     options : optional
         Options of the solver.
     """
@@ -196,20 +200,23 @@ class SolverRelaxer:
         Parameters
         ----------
         contact : Contact
-            On the window of the state.
+            Contact on the window of the state.
         state : State
-            Its height is that of the indenter, or the first one under a load.
+            Initial state, with the height of the indenter, or the first one under a
+            load.
         support : Support
+            Load and springs on the indenter.
         tolerance : float
             Largest force that may be left on an atom.
         max_steps : int
             Largest number of steps of the solver.
         start : (ndarray, float), optional
-            Pressure and height from which to start in place of those of the state.
+            Initial pressure and height, by default from the state.
 
         Returns
         -------
         Run
+            Outcome, with the final state.
         """
         if start is None:
             pressure, force, _ = starting_point(contact, state, support)
@@ -220,7 +227,7 @@ class SolverRelaxer:
         last, pairs, steps = None, 0.0, 0
         status = Status.of(is_relaxed(contact, pressure, force, tolerance))
         states = self.states(contact, support, tolerance, pressure, height)
-        with closing(states):  # frees its arrays
+        with closing(states):  # frees the arrays of the solver
             while not status.final and steps < max_steps:
                 found = next(states, None)
                 if found is None:
@@ -251,9 +258,9 @@ class SolverRelaxer:
         pressure: np.ndarray | None,
         height: float,
     ) -> Generator[Relaxation, None, None]:
-        """Yield the states of the solver, one for each step.
+        """Yield the steps of the solver.
 
-        The solver goes on with a smaller tolerance if the one given is not small
+        The solver goes on with a smaller tolerance if the given tolerance is not small
         compared to the forces of the wall; see `is_relaxed`.
         """
         options = {} if self.options is None else {"options": self.options}
@@ -275,7 +282,8 @@ class SolverRelaxer:
             if state is None or not state.converged:
                 return
             pressure, height = state.pressure, state.height
-            # at most half of the last one, down to the least that `is_relaxed` requires
+            # at most half of the last tolerance, and not below half of the limit of
+            # `is_relaxed` or 0.5 % of the error
             tolerance = 0.5 * max(largest_error(contact, pressure), 0.01 * state.error)
 
 
@@ -290,18 +298,20 @@ def is_relaxed(
     Parameters
     ----------
     contact : Contact
+        The contact.
     pressure : ndarray, shape (n, m), or float, or None
         Pressure on the window, or its largest magnitude; None stands for zero.
     force : float
         Largest remaining force.
     tolerance : float
-        The force must be smaller, and at most 1 % of the largest force of the wall on
-        an atom: a tolerance above these forces, or above the load, would be reached by
-        a surface that is not relaxed.
+        Tolerance of the force. The force must also be at most 1 % of the largest force
+        of the wall on an atom, as a surface that is not relaxed would reach a tolerance
+        above these forces or above the load.
 
     Returns
     -------
     bool
+        Whether the force is below the tolerance and this limit.
     """
     return force < tolerance and force <= largest_error(contact, pressure)
 
@@ -309,8 +319,8 @@ def is_relaxed(
 def largest_error(contact: Contact, pressure: np.ndarray | float | None) -> float:
     """Return the largest force that a relaxed state may leave; see `is_relaxed`."""
     pressure = 0.0 if pressure is None else max_abs(np.asarray(pressure))
-    least = _ROUNDING * contact.halfspace.contact_modulus
-    return contact.halfspace.cell_area * max(_LARGEST_ERROR * pressure, least)
+    least = _FORCE_ROUNDING * contact.halfspace.contact_modulus
+    return contact.halfspace.cell_area * max(_MAX_RELATIVE_ERROR * pressure, least)
 
 
 def starting_point(
@@ -321,19 +331,22 @@ def starting_point(
     Parameters
     ----------
     contact : Contact
+        The contact.
     state : State
-        Its displacement, if it is known, may include padding.
+        Initial state; its displacement may include padding.
     support : Support
+        Load and springs on the indenter.
 
     Returns
     -------
     pressure : ndarray, shape (n, m), or None
-        None if the surface is flat.
+        Initial pressure; None if the surface is flat.
     force : float
-        Largest force. Under a hard wall it is infinity: whether a state is relaxed is
-        not known before the first step.
+        Largest force. Under a hard wall it is infinity, as it is not known before the
+        first step whether a state is relaxed.
     energy : float
-        Under a hard wall without its energy, and NaN if the displacement is not known.
+        Energy. Under a hard wall it does not include the energy of the wall, and is NaN
+        if the state has no displacement.
     """
     area, (n, m) = contact.halfspace.cell_area, state.pressure.shape
     if contact.interaction.hard:
@@ -358,13 +371,16 @@ def fields_of(contact: Contact, state: State, relaxed: bool = False) -> ContactS
     Parameters
     ----------
     contact : Contact
+        The contact.
     state : State
+        The state.
     relaxed : bool
-        Whether a solver has found the pressure, which a hard wall exerts then.
+        Whether a solver has found the pressure: it is then the reaction of a hard wall.
 
     Returns
     -------
     ContactState
+        Energy, forces and fields.
     """
     displacement = state.displacement
     if displacement is None:
@@ -374,7 +390,7 @@ def fields_of(contact: Contact, state: State, relaxed: bool = False) -> ContactS
 
 
 def checked_start(contact: Contact, start: np.ndarray | None) -> np.ndarray | None:
-    """Return an initial pressure, or raise `ValueError` if it is none of the window."""
+    """Return an initial pressure; raise `ValueError` if it has another shape."""
     if start is None:
         return None
     start, shape = finite_array("start", start), contact.halfspace.shape
@@ -386,24 +402,27 @@ def checked_start(contact: Contact, start: np.ndarray | None) -> np.ndarray | No
 
 
 def force_per_gap(halfspace: HalfSpace) -> float:
-    """Return the force on an atom that closes a gap, per length."""
+    """Return the force on an atom that closes its gap, over the gap (force/length)."""
     return halfspace.cell_area / halfspace.self_compliance
 
 
 def gap_tolerance(halfspace: HalfSpace, tolerance: float, largest_gap: float) -> float:
-    """Return the gap of an atom that a force closes, at most that given in spacings."""
+    """Return the gap that a force on an atom closes, at most `largest_gap` spacings."""
     return min(tolerance / force_per_gap(halfspace), largest_gap * halfspace.spacing)
 
 
 def precision_advice(halfspace: HalfSpace) -> str:
-    """Return the advice against rounding errors in single precision, else nothing."""
+    """Return advice against rounding errors in single precision; otherwise empty."""
     if halfspace.dtype == np.float64:
         return ""
     return "the transforms are in single precision: use fft dtype float64"
 
 
 def indenter_stiffness(contact: Contact) -> float:
-    """Return the stiffness ``2 E* a`` (force per length) of half the window's width."""
+    """Return the stiffness ``2 E* a`` of a contact as wide as half of the window.
+
+    The unit is force per length.
+    """
     n, m = contact.halfspace.shape
     halfspace = contact.halfspace
     return halfspace.contact_modulus * halfspace.spacing * (n * m) ** 0.5

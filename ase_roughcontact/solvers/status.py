@@ -1,6 +1,6 @@
-"""Status of a solution: converged, unfinished, or why there is no further step.
+"""Status of a solution: converged, unfinished, or a reason for the end.
 
-A status is recognised by its kind. Solvers define their own kinds beside them.
+A status is recognised by its kind. Solvers define further kinds of their own.
 """
 
 from __future__ import annotations
@@ -16,20 +16,22 @@ class StatusKind:
     Attributes
     ----------
     reason : str
-        Why a solution is not converged, with names of numbers as in `str.format`. The
-        names ``force_unit`` and ``length_unit`` stand for units, which solvers on
-        arrays do not know.
+        Reason why a solution is not converged, with names of numbers as in
+        `str.format`. The names ``force_unit`` and ``length_unit`` stand for units,
+        which solvers on arrays do not know.
     advice : str
-        What to do; empty without advice.
+        Advice to the user; may be empty.
     """
 
     reason: str
     advice: str = ""
 
 
+#: The solution is within the tolerance.
 CONVERGED = StatusKind("converged")
 #: A further step is possible.
 UNFINISHED = StatusKind("unfinished")
+#: The largest number of steps was reached.
 STEP_LIMIT = StatusKind("not converged after {steps} steps", "allow more steps")
 #: A generator of a solver has ended without a reason.
 ENDED = StatusKind("the solver has ended")
@@ -42,10 +44,11 @@ class Status:
     Attributes
     ----------
     kind : StatusKind
+        Kind of the status.
     numbers : mapping of str to float or str
         Values of the names in the reason of the kind.
     advice : str
-        Advice for this solution, in place of the advice of its kind.
+        Advice for this solution, in place of the advice of the kind.
     """
 
     kind: StatusKind
@@ -73,7 +76,7 @@ class Status:
         return self.text()
 
     def text(self, force_unit: str = "", length_unit: str = "") -> str:
-        """Return why the solution is not converged, with the advice.
+        """Return the reason why the solution is not converged, and the advice.
 
         Parameters
         ----------
@@ -83,7 +86,7 @@ class Status:
         Returns
         -------
         str
-            Empty if the solution is converged, or can be continued.
+            Reason and advice; empty if the solution is converged or can be continued.
         """
         if self.converged or not self.final:
             return ""

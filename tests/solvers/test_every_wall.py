@@ -129,10 +129,10 @@ def test_units_change_neither_the_steps_nor_the_result(name):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"height": np.nan}, "height must be a finite number, got nan"),
-        ({"tolerance": 0.0}, "tolerance must be a finite number > 0, got 0.0"),
-        ({"start": np.zeros((2, 2))}, r"start must have the shape \(32, 32\)"),
-        ({"start": np.full((32, 32), np.nan)}, "start must be finite"),
+        ({"height": np.nan}, "height"),
+        ({"tolerance": 0.0}, "tolerance"),
+        ({"start": np.zeros((2, 2))}, r"start .* \(32, 32\)"),
+        ({"start": np.full((32, 32), np.nan)}, "start"),
     ],
 )
 def test_bad_input_is_refused(name, change, message):
@@ -143,10 +143,10 @@ def test_bad_input_is_refused(name, change, message):
 @pytest.mark.parametrize(
     ("name", "support", "message"),
     [
-        ("hard", constant(-2.0), r"load must be finite and >= 0, got -2"),
-        ("hard", spring(-1.0, 0.0), "load must not decrease with the height"),
-        ("hard", two_springs, "ActiveSet needs a load that is constant or that of a"),
-        ("plastic", constant(60.0), "load 60 .* hardness 0.05 times .* 51.2"),
+        ("hard", constant(-2.0), r"load .* got -2"),
+        ("hard", spring(-1.0, 0.0), "must not decrease"),
+        ("hard", two_springs, "constant load or a linear spring"),
+        ("plastic", constant(60.0), r"60 .* 0\.05 .* 51\.2"),
     ],
 )
 def test_a_support_that_a_wall_cannot_hold_is_refused(name, support, message):
@@ -166,7 +166,7 @@ def test_a_wall_of_the_other_kind_is_refused_with_the_solver_to_use(name):
 def test_height_that_no_load_reaches_is_refused(name):
     contact = make(name, periodic=True)
     height = -contact.heights.mean() - 0.1
-    with pytest.raises(ValueError, match=r"height must be above .* give a load"):
+    with pytest.raises(ValueError, match="give a load"):
         steps(contact, height=height)
     load = 2.0 * np.ptp(contact.heights) * contact.heights.size
     assert solve(contact, load, height).pressure.min() > 0.0

@@ -5,10 +5,9 @@ Find the pressure :math:`p` on the window and the height :math:`Z` of the indent
 .. math:: g = Z + h + G p \ge 0, \qquad p \ge 0, \qquad g p = 0,
 
 where :math:`Z`, the load :math:`a_0^2 \sum p`, or stiffness and end of a spring are
-given, see `linear_support`. With a hardness :math:`H` of
-the wall, :math:`p \le H`, and :math:`g \le 0` where :math:`p = H`. The solution is the
-minimum of the convex energy :math:`\tfrac12 p \cdot G p + (Z + h) \cdot p` over these
-pressures.
+given, see `linear_support`. With a hardness :math:`H` of the wall, :math:`p \le H`, and
+:math:`g \le 0` where :math:`p = H`. The solution is the minimum of the convex energy
+:math:`\tfrac12 p \cdot G p + (Z + h) \cdot p` over these pressures.
 
 1. Without a start, take the pressure of a full contact if nearly all of it is positive.
    Otherwise solve the same contact on every other atom, and so on, to a loose
@@ -16,7 +15,7 @@ pressures.
 2. On a free half space, crop the window to the atoms that the rigid indenter overlaps:
    no other atom can touch.
 3. Solve the contact on this window; see `defect_correction`.
-4. If more atoms can touch at the height that was found, return to 2 with its result.
+4. If more atoms can touch at the resulting height, return to 2 with the result.
 """
 
 from __future__ import annotations
@@ -53,14 +52,15 @@ from ase_roughcontact.solvers.relaxation import (
 )
 from ase_roughcontact.solvers.status import UNFINISHED, Status
 
-# Violation that may be left on coarse grids, in spacings.
-_COARSE_GAP = 0.07
-# Part of the atoms whose pressure in a full contact is positive above which this
+# Largest violation at the end on coarse grids, in spacings.
+_COARSE_VIOLATION = 0.07
+# Smallest fraction of atoms with a positive pressure in a full contact for which this
 # pressure is the start.
-_FULL_CONTACT = 0.8
-# Largest part of the window for which a half space of its own is made.
-_LARGEST_CROP = 0.5
+_MIN_POSITIVE_FRACTION = 0.8
+# Largest fraction of the atoms of a window to which the window is cropped.
+_MAX_CROPPED_FRACTION = 0.5
 
+# Options if none are given.
 _DEFAULTS = ActiveSetOptions()
 
 
@@ -86,12 +86,12 @@ def active_set(
         Energy and force of load and springs on the indenter at a height; the force is
         constant or linear in the height. By default the height is fixed.
     start : ndarray, shape (n, m), optional
-        Initial pressure, up to a constant if periodic. By default it comes from coarser
-        grids.
+        Initial pressure, up to a constant if periodic. By default coarser grids give
+        it.
     tolerance : float
-        Largest force that may be left: the one that closes the gap of an atom in
-        contact, or removes an overlap. In any case gaps in contact and overlaps are at
-        most 1e-6 spacings (see `ActiveSetOptions`).
+        Largest remaining force, which would close the gap of an atom in contact, or
+        remove an overlap. Gaps in contact and overlaps are also at most 1e-6 spacings
+        (see `ActiveSetOptions`).
     options : ActiveSetOptions, optional
         Options of the algorithm.
 
@@ -99,7 +99,7 @@ def active_set(
     ------
     Relaxation
         The start, and the state after each step. The last one is converged, or has a
-        message. All carry the load up to rounding errors.
+        message. All of them carry the load up to rounding errors.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def active_set(
 
 
 def _check(contact: Contact, height: float, fixed: bool, tolerance: float) -> None:
-    """Raise `ValueError` if there is no solution that this solver can find."""
+    """Raise `ValueError` if the solver does not support the contact."""
     wall = contact.interaction
     if not wall.purely_hard:
         raise ValueError(f"ActiveSet is for the hard wall, got {wall}")
@@ -146,15 +146,14 @@ def _check(contact: Contact, height: float, fixed: bool, tolerance: float) -> No
 
 
 def check_height(contact: Contact, height: float) -> None:
-    """Raise `ValueError` if a periodic surface is in full contact whatever the load."""
+    """Raise `ValueError` if all loads give full contact of a periodic surface."""
     elastic = not contact.interaction.plastic
     periodic = contact.halfspace.periodic
     full_contact = 0.0 - float(contact.heights.mean())  # not -0
     if periodic and elastic and height <= full_contact:
         raise ValueError(
             f"height must be above {full_contact:g}, at which all of the periodic "
-            f"surface is in contact whatever the load, got {height:g}: give a load "
-            "instead"
+            f"surface is in contact under any load, got {height:g}: give a load instead"
         )
 
 
@@ -171,7 +170,7 @@ def _check_capacity(contact: Contact, load: float) -> None:
 
 
 def _nonnegative(contact: Contact, start: np.ndarray) -> np.ndarray:
-    """Return an initial pressure that is zero out of contact, without its rounding."""
+    """Return an initial pressure without rounding errors, zero out of contact."""
     if contact.halfspace.periodic:
         start = start - start.min()
     return without_rounding(start).clip(0.0)
@@ -190,7 +189,7 @@ def _solve(
     if start is None and load is not None:
         start = _full_contact(contact, load)
     if start is None and can_coarsen(contact, options.coarsest):
-        gap = 2.0 * _COARSE_GAP * halfspace.spacing
+        gap = 2.0 * _COARSE_VIOLATION * halfspace.spacing
         states = _solve(coarsen(contact), support, None, gap, options)
         coarse = deque(states, maxlen=1).pop()
         start = refine(coarse.pressure, halfspace.shape)
@@ -229,10 +228,10 @@ def _solve(
 
 
 def _full_contact(contact: Contact, load: float) -> np.ndarray | None:
-    """Return the pressure of a full contact without its tension.
+    """Return the pressure of a full contact without tensions.
 
-    None if not nearly all of it is elastic; it is not calculated if the load is too
-    small to close all gaps.
+    Return None if too few atoms would be in elastic contact, or the load is too small
+    to close all gaps.
     """
     halfspace, heights = contact.halfspace, contact.heights
     mean = load / (halfspace.cell_area * heights.size)
@@ -243,10 +242,10 @@ def _full_contact(contact: Contact, load: float) -> np.ndarray | None:
     uneven = model.stiffness(heights - heights.mean()) / model.self_compliance
     pressure = (mean - uneven).astype(float)
     elastic = (pressure > 0.0) & (pressure <= contact.interaction.hardness)
-    full = np.count_nonzero(elastic) >= _FULL_CONTACT * pressure.size
+    full = np.count_nonzero(elastic) >= _MIN_POSITIVE_FRACTION * pressure.size
     return pressure.clip(0.0) if full else None
 
 
 def _worthwhile(box: Box, window: Box) -> Box:
-    """Return a box that is small enough to crop the window to it, or the window."""
-    return box if box.size <= _LARGEST_CROP * window.size else window
+    """Return a box if it is small enough to crop the window to it, or the window."""
+    return box if box.size <= _MAX_CROPPED_FRACTION * window.size else window

@@ -6,35 +6,38 @@ import math
 
 import numpy as np
 
-# Relative error of sums and of the limit that is accepted.
-_ROUNDING = 1e-14
+# Relative rounding error of a sum of pressures, or of a pressure at the limit.
+_PRESSURE_ROUNDING = 1e-14
 
 
 def clip_to_sum(values: np.ndarray, total: float, limit: float) -> np.ndarray:
-    """Return the pressure ``clip(values + shift, 0, limit)`` whose sum is given.
+    """Return the pressure ``clip(values + shift, 0, limit)`` with a given sum.
 
-    The shift is found by Newton's method, and by bisection where a step does not end
-    within the bracket, or does not follow one that has halved the missing sum.
+    Newton's method finds the shift. A step of bisection replaces a step of Newton's
+    method that ends outside of the bracket, or follows one that has not halved the
+    missing sum.
 
     Parameters
     ----------
     values : ndarray, shape (n, m)
+        Values before the shift (pressure).
     total : float
-        Between zero and the limit times the number of values.
+        Sum, between zero and the limit times the number of values (pressure).
     limit : float
-        Positive.
+        Largest pressure, positive.
 
     Returns
     -------
     ndarray, shape (n, m)
+        Pressures with this sum.
     """
-    values = values.astype(float) - values.max()  # so that small sums are exact, too
+    values = values.astype(float) - values.max()  # small sums are exact then
     low, high = 0.0, limit - float(values.min())
     shift, last = 0.5 * high, math.inf
     while low < shift < high:
         clipped = _clipped(values, shift, limit)
         missing = total - float(clipped.sum())
-        if abs(missing) <= _ROUNDING * total:
+        if abs(missing) <= _PRESSURE_ROUNDING * total:
             return clipped
         low, high = (shift, high) if missing > 0.0 else (low, shift)
         free = np.count_nonzero((clipped > 0.0) & (clipped < limit))
@@ -50,9 +53,9 @@ def clip_to_sum(values: np.ndarray, total: float, limit: float) -> np.ndarray:
 
 
 def _clipped(values: np.ndarray, shift: float, limit: float) -> np.ndarray:
-    """Return the shifted values between zero and the limit, at it if rounding is."""
+    """Return the shifted values between zero and the limit, rounded to the limit."""
     clipped = np.clip(values + shift, 0.0, limit)
-    clipped[clipped >= (1.0 - _ROUNDING) * limit] = limit
+    clipped[clipped >= (1.0 - _PRESSURE_ROUNDING) * limit] = limit
     return clipped
 
 
@@ -61,28 +64,30 @@ def with_sum(
 ) -> np.ndarray:
     """Return a pressure changed to a given sum.
 
-    Values between the bounds are moved towards one of them. If these do not suffice,
-    all values change; see `clip_to_sum`. Without a limit, the pressure is scaled.
+    Values between the bounds are moved towards one of the bounds. If these values do
+    not suffice, all values change; see `clip_to_sum`. Without a limit, the pressure is
+    scaled.
 
     Parameters
     ----------
     pressure : ndarray, shape (n, m)
-        Between zero and the limit. Overwritten.
+        Pressures between zero and the limit, which are overwritten.
     total, limit : float
-        See `clip_to_sum`; the limit may be infinity.
+        Sum and largest pressure, see `clip_to_sum`; the limit may be infinity.
     push : ndarray, shape (n, m)
-        Added to the pressure if all values change: large where they are to rise first.
-        Not used without a limit.
+        Pressure that is added if all values change, large where values rise first. It
+        is not used without a limit.
 
     Returns
     -------
     ndarray, shape (n, m)
+        Pressures with this sum.
     """
     if limit == math.inf:
         pressure *= total / pressure.sum()
         return pressure
     missing = total - float(pressure.sum())
-    if abs(missing) <= _ROUNDING * total:
+    if abs(missing) <= _PRESSURE_ROUNDING * total:
         return pressure
     share = limit - pressure if missing > 0.0 else pressure.copy()
     share *= (pressure > 0.0) & (pressure < limit)

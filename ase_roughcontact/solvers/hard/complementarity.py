@@ -18,19 +18,20 @@ elastic and :math:`P` in plastic contact, repeat
    to :math:`A` the atoms whose gaps are closest to changing sign.
 2. *Solve* :math:`g + C x + s = 0` in :math:`A` by conjugate gradients, preconditioned
    by the inverse of the model, until a part of the violation is left.
-3. *Exchange*: atoms with pressures beyond the bounds leave :math:`A`, those with gaps
-   of the wrong sign enter it. None changes between open and plastic contact directly:
-   the pressure of many such atoms would overshoot. If no atom changes, continue with 2,
+3. *Exchange*: atoms with pressures beyond the bounds leave :math:`A`, atoms with gaps
+   of the wrong sign enter it. No atom changes between open and plastic contact
+   directly, as the pressure of many such atoms would overshoot. If no atom changes,
+   continue with 2,
 
 until the sets do not change and the violation is small enough. The linear systems are
-solved inexactly, since the sets of the first iterations are wrong anyway. Sets that
-still change after several updates may cycle: from then on each system is solved twice
-as exactly as the last one.
+solved inexactly, since the sets of the first iterations are not final. Sets that still
+change after several updates may cycle: each further system is solved twice as exactly
+as the last one.
 
-All fields are arrays on the box of the model, in its precision and in units of the
-violation; :math:`A` is an array of zeros and ones. Without lists of atoms a step costs
-little more than its two Fourier transforms. Since the change of the pressure is the
-unknown, single precision does not limit the accuracy of the result.
+All fields are arrays on the box of the model, in the precision of the model and in
+units of the violation; :math:`A` is an array of zeros and ones. Without lists of atoms
+a step costs little more than two Fourier transforms. Since the change of the pressure
+is the unknown, single precision does not limit the accuracy of the result.
 
 References
 ----------
@@ -57,18 +58,19 @@ from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.solvers.hard.bounds import with_sum
 
-# Part of the violation that the conjugate gradients leave before an update of the sets.
+# Violation after conjugate gradients relative to the violation before, at which the
+# sets are updated.
 _FORCING = 0.4
-# Number of updates with this part; it is halved at each further one.
+# Number of updates with this ratio, which is halved for each further update.
 _LOOSE_UPDATES = 6
-# Largest number of updates and steps of conjugate gradients.
-_STEPS = 300
-# Atoms that enter the set together carry at most the change of load times this factor.
-_MARGIN = 2
+# Largest number of updates and steps of conjugate gradients together.
+_MAX_STEPS = 300
+# Load that atoms which enter the set together can carry, relative to the missing load.
+_LOAD_FACTOR = 2
 
 
 class ComplementarityProblem:
-    """Contact problem of the model, and its solution so far.
+    """Contact problem of the model, and its present solution.
 
     Parameters
     ----------
@@ -79,14 +81,15 @@ class ComplementarityProblem:
     gap : ndarray, shape (n, m)
         Exact gap of this pressure (length).
     violation : float
-        Largest violation of the contact conditions (length), the unit of length here.
+        Largest violation of the contact conditions (length), which is the unit of
+        length of the fields.
     required_sum : float or None
         Sum of the pressures under a load; None if the height is given.
     hardness : float
         Largest pressure; infinity for an elastic contact.
     yielding : float
-        By how much the indenter on a spring rises per sum of the pressures (length per
-        pressure); zero without a spring.
+        Rise of the indenter on a spring per sum of the pressures (length per pressure);
+        zero without a spring.
     """
 
     def __init__(
@@ -115,7 +118,7 @@ class ComplementarityProblem:
             contact &= ~self._plastic
         self._contact = contact.astype(model.dtype)
         self._height_change = 0.0
-        self._forcing, self._steps = _FORCING, _STEPS  # steps that are left
+        self._forcing, self._steps = _FORCING, _MAX_STEPS  # number of remaining steps
 
     def solve(self, target: float) -> np.ndarray:
         """Return a pressure that satisfies the conditions of contact for the model.
@@ -123,14 +126,15 @@ class ComplementarityProblem:
         Parameters
         ----------
         target : float
-            Violation that may be left, relative to the present one.
+            Largest violation at the end, relative to the present violation.
 
         Returns
         -------
         ndarray, shape (n, m)
-            The result of the last iteration, also if the steps do not suffice.
+            Pressure; the result of the last iteration if the number of steps does not
+            suffice.
         """
-        # with work arrays, also for residual, direction and the results of transforms
+        # work arrays are shared by residual, direction and results of transforms
         self._change, *self._fields = (np.zeros_like(self._contact) for _ in range(4))
         updates = 0
         while True:
@@ -150,9 +154,9 @@ class ComplementarityProblem:
         return field
 
     def _leave_full_contact(self) -> None:
-        """In a full contact at a fixed height, shift the pressure to the next bound.
+        """Shift the pressure to the next bound in a full contact at a fixed height.
 
-        There the model of a periodic surface is singular.
+        The model of a periodic surface is singular there.
         """
         singular = self._model.singular and not self._yielding
         if self._loaded or not (singular and self._contact.all()):
@@ -176,7 +180,7 @@ class ComplementarityProblem:
             linear_combination([(1.0, self._gap), (1.0, opening)], out=self._gap)
 
     def _opened(self, change: np.ndarray, out: np.ndarray) -> np.ndarray:
-        """Return the opening of the gap by a change, with that by the spring."""
+        """Return the opening of the gap by a change, with the rise on a spring."""
         raised = self._yielding and self._yielding * total(change)
         opening = self._model.compliance(change, out)
         if raised:
@@ -184,7 +188,7 @@ class ComplementarityProblem:
         return opening
 
     def _clipped(self, extend: bool = True) -> np.ndarray:
-        """Return the change clipped to the bounds; under a load, of no total."""
+        """Return the change clipped to the bounds, with a sum of zero under a load."""
         clipped = self._within_bounds()
         gained = total(clipped) if self._loaded else 0.0
         if not gained:
@@ -212,16 +216,16 @@ class ComplementarityProblem:
         return clipped
 
     def _available(self, change: np.ndarray, gained: float) -> np.ndarray:
-        """Return by how much pressures in ``A`` can fall, or rise if the total has to.
+        """Return the largest decrease of pressures in ``A``, or increase if required.
 
-        Without a hardness they rise by multiples of themselves.
+        Without a hardness, increases are multiples of the pressures.
         """
         available = self._fields[2]
         if gained > 0.0 or self._plastic is None:
             np.add(self._pressure, change, out=available)
         else:
             np.subtract(self._missing, change, out=available)
-        if self._plastic is not None:  # else there is none out of contact
+        if self._plastic is not None:  # otherwise it is zero out of contact
             available *= self._contact
         return available
 
@@ -232,7 +236,7 @@ class ComplementarityProblem:
             candidates, order = self._plastic.copy(), -self._gap
         else:
             candidates, order = (self._contact == 0.0) & ~self._plastic, self._gap
-        count = _MARGIN * int(lacking * self._unit / self._hardness) + 1
+        count = _LOAD_FACTOR * int(lacking * self._unit / self._hardness) + 1
         gaps = order[candidates]
         if count < gaps.size:
             candidates &= order <= np.partition(gaps, count - 1)[count - 1]
@@ -240,9 +244,9 @@ class ComplementarityProblem:
         self._contact[candidates] = 1.0
 
     def _close_gaps(self, target: float) -> bool:
-        r"""Close the gaps in contact until a set changes; return whether one does.
+        r"""Close the gaps in contact until a set changes; return whether a set changes.
 
-        By conjugate gradients, with the residual :math:`r`, zero out of contact:
+        Conjugate gradients are used, with the residual :math:`r`, zero out of contact:
 
         .. math:: z = C^{-1} r, \quad
                   \beta = \frac{z \cdot r}{(z \cdot r)'}, \quad
@@ -250,8 +254,8 @@ class ComplementarityProblem:
                   \alpha = \frac{z \cdot r}{t \cdot C t}, \quad
                   x \leftarrow x + \alpha t
 
-        Under a load the mean of :math:`z` in contact is subtracted from it, and
-        :math:`s` makes that of :math:`r` zero.
+        Under a load the mean of :math:`z` in contact is subtracted from :math:`z`, and
+        :math:`s` makes the mean of :math:`r` zero.
         """
         count = total(self._contact)
         if not count:
@@ -287,13 +291,20 @@ class ComplementarityProblem:
         )
 
     def _exchange(self, target: float) -> bool:
-        """Update the sets; return whether one has changed."""
-        sets, bounds = (self._contact, self._plastic), (self._pressure, self._missing)
-        shift = self._height_change
-        return _exchange(self._gap, shift, self._change, *sets, *bounds, target)
+        """Update the sets; return whether a set has changed."""
+        return _exchange(
+            self._gap,
+            self._height_change,
+            self._change,
+            self._contact,
+            self._plastic,
+            self._pressure,
+            self._missing,
+            target,
+        )
 
     def _result(self) -> np.ndarray:
-        """Return the new pressure on the window; under a load of its total."""
+        """Return the new pressure on the window, with the required sum under a load."""
         box, window = self._model.box, Box((0, 0), self._window.shape)
         change, old = self._clipped(), self._window[box.slices]
         del self._fields, self._change, self._contact  # their memory is needed
@@ -323,9 +334,9 @@ def _exchange(
     missing: np.ndarray | float,
     target: float,
 ) -> bool:
-    """Update the sets in elastic and plastic contact; return whether one changes."""
+    """Update the sets in elastic and plastic contact; return whether a set changes."""
     inside = contact > 0.0
-    wrong = -height_change - gap  # overlaps; of atoms in plastic contact, gaps
+    wrong = -height_change - gap  # overlaps; gaps of atoms in plastic contact
     if plastic is not None:
         np.negative(wrong, out=wrong, where=plastic)
     enters = wrong > target

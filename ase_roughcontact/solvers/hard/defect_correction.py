@@ -2,17 +2,18 @@ r"""Defect correction for the contact with a hard wall on one grid.
 
 The energy :math:`E(p) = \tfrac12 p \cdot G p + (Z + h) \cdot p` is minimised over
 pressures :math:`p \ge 0`, at a height :math:`Z` or under a load :math:`a_0^2 \sum p`.
-A spring of stiffness k is a uniform compliance in addition to :math:`G`: it is without
-force at Z, and the indenter higher by :math:`a_0^2 \sum p / k`.
+A spring of stiffness k is a uniform compliance in addition to :math:`G`: it has no
+force at the height Z, and a force raises the indenter by :math:`a_0^2 \sum p / k`.
 
 1. Calculate the gap :math:`g = Z + h + G p` by a convolution. Under a load, :math:`Z`
    makes the smallest and the largest gap in contact opposite. Stop if the violation,
-   the largest gap in contact or overlap, is below the tolerance, and the load carried.
-2. Solve the contact problem that has the model :math:`C` in place of :math:`G` for the
+   the largest gap in contact or overlap, is below the tolerance, and the load is
+   carried.
+2. Solve the contact problem with the model :math:`C` in place of :math:`G` for the
    correction :math:`x` of the pressure, to 7 % of the violation; see `complementarity`.
-3. Calculate :math:`G x` by a convolution. If the violation had not decreased to 15 % in
+3. Calculate :math:`G x` by a convolution. If the violation did not decrease to 15 % in
    the step before, minimise the energy over the span of this correction and the last
-   one instead, which makes up for the errors of the model in the longest waves.
+   one instead, which reduces errors of the model in the longest waves.
 
 With a hardness :math:`H` the pressures are bounded by it, too, and atoms at this bound
 may overlap.
@@ -47,18 +48,21 @@ from ase_roughcontact.solvers.relaxation import (
 )
 from ase_roughcontact.solvers.status import CONVERGED, UNFINISHED, Status, StatusKind
 
-# Rounding error of a sum of pressures, relative to it.
-_ROUNDING = 1e-14
-# Violation that the solution for an exact model may leave, in units of its rounding
-# error: nothing else makes another step necessary.
+# Relative rounding error of a sum of pressures.
+_SUM_ROUNDING = 1e-14
+# Largest violation by the solution for an exact model, in units of the rounding error
+# of the model: only rounding errors make another step necessary.
 _EXACT_CONTRACTION = 1000.0
-# Number of steps after which the solver stops unless they have reduced the violation to
-# this part: together they bound the number of steps.
-_PATIENCE, _LEAST_PROGRESS = 10, 0.99
+# Number of steps that must reduce the violation.
+_CHECKED_STEPS = 10
+# Largest ratio of the violations after and before these steps, which bounds the number
+# of steps.
+_MAX_VIOLATION_RATIO = 0.99
 
 
-#: Kinds of a status without a further step.
+#: The pressure or the heights are not finite.
 GAP_NOT_FINITE = StatusKind("the gap is not finite")
+#: The violation does not decrease.
 NO_PROGRESS = StatusKind(
     "no progress in {steps} steps: the violation is {violation:.3g}{length_unit}, not "
     "{tolerance:.3g}{length_unit}",
@@ -78,14 +82,16 @@ def defect_correction(
     Parameters
     ----------
     contact : Contact
-        The wall counts as hard.
+        Contact; the wall counts as hard.
     support : LinearSupport
-        What holds the indenter; its height is ignored if there is a load.
+        Height of the indenter, load on it, or spring; the height is ignored if there is
+        a load.
     start : ndarray, shape (n, m), optional
-        Nonnegative initial pressure.
+        Initial pressure, not negative.
     tolerance : float
         Largest violation that may be left (length).
     options : ActiveSetOptions
+        Options of the solver.
 
     Yields
     ------
@@ -104,7 +110,7 @@ def defect_correction(
 
 
 class _DefectCorrection:
-    """Pressure and opening, and the last correction, in as few arrays as possible."""
+    """Pressure, opening and last correction, in as few arrays as possible."""
 
     def __init__(
         self,
@@ -133,7 +139,8 @@ class _DefectCorrection:
         """Calculate the gap; return the present state."""
         gap = self._contact.heights + self._opening
         touching = self._pressure > 0.0
-        rigid = ~(self._pressure >= self._hardness)  # others may overlap; NaN may not
+        # atoms that must not overlap: not under the hardness (NaN must not, either)
+        rigid = ~(self._pressure >= self._hardness)
         highest = float(gap.max(where=touching, initial=-math.inf))
         lowest = float(gap.min(where=rigid, initial=math.inf))
         if self._total is not None:
@@ -141,7 +148,7 @@ class _DefectCorrection:
             lower = float(gap.min(where=among, initial=math.inf))
             self._height = -(highest + min(lower, highest)) / 2.0
         gap += self._height
-        # the maximum of NumPy returns NaN if there is one
+        # NumPy's maximum is NaN if an error is NaN
         errors = highest + self._height, -lowest - self._height, self._load_violation()
         violation = float(np.max([0.0, *errors]))
         self._violations.append(violation)
@@ -191,17 +198,18 @@ class _DefectCorrection:
         return gap
 
     def _load_violation(self) -> float:
-        """Return the gap of an atom whose force is what the load lacks."""
+        """Return the gap of an atom that the missing load would close."""
         if self._total is None:
             return 0.0
-        missing = abs(self._total - total(self._pressure)) - _ROUNDING * self._total
+        missing = abs(self._total - total(self._pressure))
+        missing -= _SUM_ROUNDING * self._total
         return self._halfspace.self_compliance * max(missing, 0.0)
 
     @property
     def _is_slow(self) -> bool:
-        """Whether the last correction has left too much of the violation."""
-        before, now = self._violations[-2:]
-        return now > self._options.slow_contraction * before
+        """Whether the last correction has hardly decreased the violation."""
+        before, after = self._violations[-2:]
+        return after > self._options.slow_contraction * before
 
     def _status(self) -> Status:
         """Return whether the state is converged, or why there is no further step."""
@@ -210,18 +218,19 @@ class _DefectCorrection:
             return Status(GAP_NOT_FINITE)
         if violation <= self._tolerance:
             return Status(CONVERGED)
-        late, early = self._violations[-_PATIENCE:], self._violations[:-_PATIENCE]
-        if not early or min(late) < _LEAST_PROGRESS * min(early):
+        early = self._violations[:-_CHECKED_STEPS]
+        late = self._violations[-_CHECKED_STEPS:]
+        if not early or min(late) < _MAX_VIOLATION_RATIO * min(early):
             return Status(UNFINISHED)
         numbers = {
-            "steps": _PATIENCE,
+            "steps": _CHECKED_STEPS,
             "violation": violation,
             "tolerance": self._tolerance,
         }
         return Status(NO_PROGRESS, numbers, precision_advice(self._halfspace))
 
     def _solve_model(self, violation: float) -> np.ndarray:
-        """Return the pressure that the model finds."""
+        """Return the pressure that solves the contact problem of the model."""
         gap = self._gap
         model = self._covering_model(gap, violation)
         contraction = self._options.contraction
@@ -240,7 +249,7 @@ class _DefectCorrection:
         return problem.solve(max(0.3 * self._tolerance / violation, contraction))
 
     def _covering_model(self, gap: np.ndarray, violation: float) -> CirculantModel:
-        """Return a model of all atoms that may touch, the last one if it suffices."""
+        """Return a model of all atoms that may touch; the last one if it suffices."""
         if self._model is None or _overlaps_outside(self._model.box, gap):
             near = (self._pressure > 0.0) | (gap < violation)
             box = Box.bounding(near) or Box((0, 0), near.shape)
@@ -249,7 +258,7 @@ class _DefectCorrection:
         return self._model
 
     def _opened(self, pressure: np.ndarray) -> np.ndarray:
-        """Return ``G p``, with that of a spring."""
+        """Return ``G p`` plus the rise of the indenter on a spring."""
         opening = self._halfspace.displacement(pressure)
         scale(opening, opening, -1.0)
         if self._yielding:
@@ -257,7 +266,7 @@ class _DefectCorrection:
         return opening
 
     def _bounded(self, new: np.ndarray, trial: np.ndarray) -> np.ndarray:
-        """Return a pressure between its bounds, at them where that of the trial is."""
+        """Return a pressure between its bounds, at a bound where the trial is."""
         np.clip(new, 0.0, self._hardness, out=new)
         new *= trial > 0.0
         new[trial == self._hardness] = self._hardness

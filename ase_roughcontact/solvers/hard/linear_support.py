@@ -1,8 +1,7 @@
-"""What holds the indenter, as the solver of a hard wall needs it: linear in the height.
+"""Load or spring on the indenter for the solver of a hard wall, linear in the height.
 
-The loads of a `Support` may be any function of the height. `ActiveSet` has the height
-eliminated from its equations, for which they must be constant or those of one linear
-spring where the indenter touches the surface.
+The loads of a `Support` may be any function of the height. In the equations of
+`ActiveSet` the height is eliminated, which needs a constant load or a linear spring.
 """
 
 from __future__ import annotations
@@ -13,8 +12,8 @@ from dataclasses import dataclass
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.contact.support import External
 
-# Relative difference of loads that counts as rounding.
-_ROUNDING = 1e-9
+# Relative rounding error of a load.
+_LOAD_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -24,8 +23,8 @@ class LinearSupport:
     Attributes
     ----------
     height : float
-        Height of the indenter; with a load its initial one, with a spring the height at
-        which the spring is without force (length).
+        Height of the indenter (length). Under a load it is the initial height, with a
+        spring the height at which the spring has no force.
     load : float or None
         Positive constant load (force).
     compliance : float
@@ -40,7 +39,7 @@ class LinearSupport:
     def of(
         cls, contact: Contact, height: float, external: External | None
     ) -> LinearSupport:
-        """Return what holds the indenter where it can touch the surface.
+        """Return the linear support at heights at which the indenter can touch.
 
         Raises
         ------
@@ -52,7 +51,7 @@ class LinearSupport:
         first = 0.0 - float(contact.heights.min())  # not -0
         spacing = contact.halfspace.spacing
         low, high = (-external(z)[1] for z in (first, first + spacing))
-        if math.isclose(low, high, rel_tol=_ROUNDING):
+        if math.isclose(low, high, rel_tol=_LOAD_ROUNDING):
             if not 0.0 <= low < math.inf:
                 raise ValueError(
                     "a hard wall carries no tension: load must be finite and >= 0, "
@@ -73,9 +72,9 @@ class LinearSupport:
         scale = max(abs(load), abs(force))
         if self.compliance:
             scale += (abs(height) + abs(self.height)) / self.compliance
-        if abs(load - force) > _ROUNDING * scale:
+        if abs(load - force) > _LOAD_ROUNDING * scale:
             raise ValueError(
-                "ActiveSet needs a load that is constant or that of a linear spring: "
-                f"at height {height:g} it is {load:g}, but {force:g} is expected from "
-                "the load where the indenter touches the surface first"
+                "ActiveSet needs a constant load or a linear spring: at height "
+                f"{height:g} the load is {load:g}, but {force:g} is expected from the "
+                "height of first contact"
             )

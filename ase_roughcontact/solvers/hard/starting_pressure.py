@@ -1,4 +1,4 @@
-"""Pressures from which the solvers start."""
+"""Initial pressures of the solvers."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ import numpy as np
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.solvers.hard.bounds import with_sum
 
-# Growth of the compliance of springs with the root of the number of atoms in contact,
-# which displace each other: that of a smooth circle is 0.85, and roughness leaves less.
-_GROWTH = 0.3
+# Increase of the compliance of springs per square root of the number of atoms in
+# contact, which displace each other. It is 0.85 for a smooth circle, and smaller for
+# rough contacts.
+_COMPLIANCE_GROWTH = 0.3
 
 
 def initial_pressure(
     contact: Contact, load: float | None, start: np.ndarray | None
 ) -> np.ndarray:
-    """Return an initial pressure for a hard wall; with a load one that carries it.
+    """Return an initial pressure for a hard wall, which carries the load if given.
 
-    Without a start, it is that of independent springs under the load, and zero if the
-    height is given.
+    Without a start, it is the pressure of independent springs under the load, or zero
+    if the height is given.
     """
     hardness, halfspace = contact.interaction.hardness, contact.halfspace
     compliance = halfspace.self_compliance
@@ -41,15 +42,16 @@ def winkler_depth(above: np.ndarray, total: float, compliance: float) -> float:
     """Return the depth at which springs carry a total pressure.
 
     At the depth ``d`` the pressures are ``max(d - h, 0)`` over the compliance of a
-    spring, with the heights ``h`` above the lowest point. Of few atoms it is the given
-    one. Newton's method, which begins with all springs in contact, approaches the depth
-    from above: each step ends with fewer springs in contact, or is the last one.
+    spring, with the heights ``h`` above the lowest point. Springs have the given
+    compliance if few atoms are in contact, and a larger one otherwise. Newton's method
+    begins with all springs in contact and approaches the depth from above: each step
+    ends with fewer springs in contact, or is the last one.
     """
     depth, new = np.inf, np.finfo(float).max
     while new < depth:
         depth, touching = new, above < new
         count = np.count_nonzero(touching)
-        softer = max(1.0 + _GROWTH * (count**0.5 - 2.0), 1.0)
-        needed = total * softer * compliance + float(above.sum(where=touching))
+        factor = max(1.0 + _COMPLIANCE_GROWTH * (count**0.5 - 2.0), 1.0)
+        needed = total * factor * compliance + float(above.sum(where=touching))
         new = needed / count
     return depth

@@ -1,25 +1,26 @@
 r"""Lateral tractions of a contact with friction, at a given pressure.
 
 Tractions t on the atoms in contact displace the surface by :math:`G * t`, and follow
-the indenter as long as their magnitude is below a bound r that the pressure sets. For
-an increment of the indenter's displacement D the sum :math:`c = D - D' + G * t'` with
-the last displacement and tractions is what atoms that stick must be displaced by. The
-tractions minimise a convex function,
+the indenter as long as their magnitude is below a bound r, which depends on the
+pressure. Atoms that stick are displaced by :math:`c = D - D' + G * t'`, with the
+displacement D of the indenter, and the displacement D' and the tractions t' of the last
+step. The tractions minimise a convex function,
 
 .. math:: \min_t\ \tfrac{1}{2} t \cdot G * t - c \cdot t, \qquad |t_i| \le r_i,
 
 so that with the opening :math:`g = c - G * t` each atom sticks, :math:`g = 0`, or
 slips, :math:`g = \lambda t` with :math:`|t| = r` and :math:`\lambda \ge 0`.
 
-Newton's method on the set of atoms that slip: those that stick have two unknowns, and
-those that slip one, along their circle, whose curvature adds :math:`\lambda` to the
-diagonal; see `friction_problem`. Atoms whose traction exceeds the bound begin to slip,
-and those that are driven backwards stick again. A step that does not lower the function
-is shortened, and replaced by one along the gradient at last.
+Newton's method acts on the set of atoms that slip. Atoms that stick have two unknowns.
+Atoms that slip have one unknown, along the circle of their bound; the curvature of the
+circle adds :math:`\lambda` to the diagonal, see `friction_problem`. Atoms begin to slip
+if their traction exceeds the bound, and stick again if they are driven backwards. A
+step that does not lower the function is shortened, and finally replaced by a step along
+the gradient.
 
-Under a lateral force, or with a spring between the indenter and what moves it, the
-displacement is unknown, too. All steps conserve the force: it is minimised over the
-tractions with a given sum, and the displacement is the Lagrange multiplier of this sum.
+Under a lateral force, or with a lateral spring on the indenter, the displacement is
+unknown, too. All steps conserve the force: the function is minimised over tractions
+with a given sum, and the displacement is the Lagrange multiplier of this sum.
 """
 
 from __future__ import annotations
@@ -39,28 +40,33 @@ from ase_roughcontact.solvers.lateral.friction_problem import (
 )
 from ase_roughcontact.solvers.status import CONVERGED, Status, StatusKind
 
-# Factor by which a step is shortened, and how often before the gradient replaces it.
-_SHORTER, _MOST_SHORTENED = 0.25, 3
-# Relative distance of a force to the largest friction from which the contact slides:
-# all atoms slip, and displacements grow without limit as their tractions turn parallel.
-_AT_LARGEST = 5e-7
-# Smallest residual, in units of the rounding of a transform: ten times what single
-# precision leaves.
-_LEAST_RESIDUAL = 100.0
+# Factor by which a step is shortened.
+_STEP_FACTOR = 0.25
+# Largest number of shorter steps before a step along the gradient.
+_MAX_SHORTER_STEPS = 3
+# Relative distance of a force to the largest friction, below which the contact slides:
+# all atoms slip, and displacements grow without limit as tractions turn parallel.
+_SLIDING_DISTANCE = 5e-7
+# Smallest tolerance of the residual, in units of the rounding error of a transform. It
+# is ten times the residual in single precision.
+_MIN_RESIDUAL = 100.0
 
-#: Kinds of a status that is not converged.
+#: The largest number of steps was reached.
 NOT_CONVERGED = StatusKind(
     "friction has not converged after {steps} steps: a residual of {residual:.2g} "
     "remains"
 )
+#: The lateral load is above the largest friction.
 SLIDING = StatusKind(
     "the contact slides: friction does not carry {percent:.3g} % of the lateral load"
 )
+#: The lateral load is equal to the largest friction.
 LARGEST_FRICTION = StatusKind(
     "the contact slides: the lateral load is the largest friction, at which it has no "
     "definite displacement",
     "give displacements",
 )
+#: All bounds are zero.
 NO_FRICTION = StatusKind("no atom in contact can carry the lateral load")
 
 
@@ -76,10 +82,10 @@ class FrictionOptions:
     max_steps : int
         Largest number of steps of Newton's method.
     max_iterations : int
-        Largest number of iterations for the linear system of each of them.
+        Largest number of iterations for the linear system of a step.
     forcing : float
-        Residual of the linear system that its solution may leave, relative to that of
-        the tractions.
+        Largest residual of the solution of the linear system, relative to the residual
+        of the tractions.
     """
 
     tolerance: float = 1e-7
@@ -94,29 +100,29 @@ class FrictionOptions:
 
 @dataclass(frozen=True, eq=False)
 class FrictionSolution:
-    """Tractions of a contact with friction, and what is left of the conditions.
+    """Tractions of a contact with friction, and the residual of the conditions.
 
     Attributes
     ----------
     tractions : ndarray, shape (2, n, m)
-        On the surface, along x and y (pressure).
+        Tractions on the surface along x and y (pressure).
     slipping : ndarray of bool, shape (n, m)
-        Atoms that slip: the opening g is along the traction, and longer than the
-        tolerance times the largest traction times the self-compliance :math:`G_0`.
+        Whether each atom slips: the opening g is along the traction, and longer than
+        the tolerance times the largest traction times the self-compliance :math:`G_0`.
     displacement : ndarray, shape (2, n, m)
-        Of the surface, by the tractions (length).
+        Displacement of the surface by the tractions (length).
     shift : ndarray, shape (2,)
-        Displacement of the indenter beside what was imposed, by a spring or a given
-        force (length).
+        Displacement of the indenter by a spring or a given force, in addition to the
+        imposed displacement (length).
     residual : float
         Largest :math:`|t - P(t + g/G_0)|` with the projection P onto the bounds,
         relative to the largest traction; at least the relative error of a given force.
     status : Status
-        Whether the residual is within the tolerance, or why it is not.
+        Convergence of the residual to the tolerance, or why it has not converged.
     steps : int
-        Steps of Newton's method.
+        Number of steps of Newton's method.
     pairs : float
-        FFT pairs of two components, normalised to one on the grid.
+        Number of FFT pairs of two components, normalised to pairs on the grid.
     """
 
     tractions: np.ndarray
@@ -153,32 +159,35 @@ def solve_friction(
     Parameters
     ----------
     halfspace : LateralHalfSpace
+        Lateral compliance of the surface.
     bound : ndarray, shape (n, m)
         Largest magnitude of the traction, zero for atoms out of contact (pressure).
     imposed : ndarray, shape (2, n, m)
         Displacement of atoms that stick (length).
     start : ndarray, shape (2, n, m), optional
-        Tractions from which the iteration starts.
+        Initial tractions (pressure).
     support : LateralSupport, optional
-        What holds the indenter sideways; by default it does not move further.
+        Lateral force or spring on the indenter; by default the indenter does not move
+        further.
     options : FrictionOptions, optional
+        Options of the solver.
 
     Returns
     -------
     FrictionSolution
-        Also if it has not converged, which its status says: the contact slides if
-        friction can't carry a given force.
+        Solution, with a status if it has not converged: the contact slides if friction
+        can't carry a given force.
     """
     options, before = options or FrictionOptions(), halfspace.transformed
     unit, slides = halfspace.self_compliance, False
     rounding = float(np.finfo(halfspace.transform.dtype).eps)
-    tolerance = max(options.tolerance, _LEAST_RESIDUAL * rounding)
+    tolerance = max(options.tolerance, _MIN_RESIDUAL * rounding)
     problem = FrictionProblem(halfspace, bound, imposed / unit)
     tractions = np.zeros(imposed.shape) if start is None else start
     residual, status = 0.0, Status(CONVERGED)
     if support is not None:
         force, excess = np.array(support.force), support.excess(bound)
-        slides, residual = excess > -_AT_LARGEST, max(excess, 0.0)
+        slides, residual = excess > -_SLIDING_DISTANCE, max(excess, 0.0)
         if slides:
             tractions = (force / np.hypot(*force))[:, None, None] * bound
         else:
@@ -192,7 +201,7 @@ def solve_friction(
         state = _lowered(state, options)
     if slides:
         status = Status(SLIDING, {"percent": 100.0 * residual})
-        if residual <= _AT_LARGEST:
+        if residual <= _SLIDING_DISTANCE:
             status = Status(LARGEST_FRICTION)
         if not bound.any():
             status = Status(NO_FRICTION)
@@ -212,11 +221,11 @@ def _lowered(state: FrictionState, options: FrictionOptions) -> FrictionState:
     """Return a state of a lower energy, after a step of Newton's method."""
     problem, system = state.problem, FrictionSystem(state)
     step = system.solve(options.forcing, options.max_iterations)
-    for _ in range(_MOST_SHORTENED + 1):
+    for _ in range(_MAX_SHORTER_STEPS + 1):
         new = problem.moved(state, step)
         if not state.rises(new):
             return new
-        step = _SHORTER * step
+        step = _STEP_FACTOR * step
     halfspace = problem.halfspace
     largest = halfspace.largest_compliance / halfspace.self_compliance
     return problem.moved(state, state.opening / largest)

@@ -1,21 +1,22 @@
-r"""Problem of a contact with friction, states of its tractions, and steps of Newton.
+r"""Friction problem, states of the tractions, and linear equations of Newton's method.
 
-Lengths are in units of the self-compliance times that of pressure.
+Lengths are in units of the self-compliance times the unit of pressure.
 
-In a step of Newton's method the change x of the tractions and, under a force, s of the
-shift solve
+In a step of Newton's method the change x of the tractions and, under a force, the
+change s of the indenter's displacement solve
 
-.. math:: Q (G * x - s) + \lambda x = Q g, \qquad \sum x + k s = f,
+.. math:: Q (G * x - s) + \lambda x = Q g, \qquad \sum x + k s = f .
 
-with the projection Q onto the components that may change: both where atoms stick, and
-the one across the traction where they slip; f is what the force lacks. They are solved
-by generalised conjugate residuals in single precision, preconditioned by
+The projection Q selects the components that may change: both components for atoms that
+stick, and the component across the traction for atoms that slip. The missing force is
+f. Generalised conjugate residuals solve the equations in single precision,
+preconditioned by
 
 .. math:: w\, G^{-1} w + \frac{1 - w^2}{\lambda + c}, \qquad
           w = \frac{c}{c + \lambda}, \qquad c = 4 G_0 ,
 
-the inverse spectrum for the atoms that stick, and the diagonal where the curvature
-exceeds a few times the self-compliance :math:`G_0`; the shift is eliminated exactly.
+the inverse spectrum for atoms that stick, and the diagonal where the curvature exceeds
+a few times the self-compliance :math:`G_0`; the change s is eliminated exactly.
 """
 
 from __future__ import annotations
@@ -29,20 +30,23 @@ from ase_roughcontact._util.kernels import norm
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.solvers.gcr import gcr
 
-# Relative distance to the bound within which a step leaves a traction on it.
-_AT_BOUND = 1e-12
-# Rounding of the function that is minimised, relative to the sum of its terms.
-_ROUNDING = 1e-12
+# Largest relative distance of a traction at its bound.
+_BOUND_ROUNDING = 1e-12
+# Rounding error of the minimised function, relative to the sum of its terms.
+_FUNCTION_ROUNDING = 1e-12
 # Curvature, relative to the self-compliance, above which preconditioning is diagonal.
-_CURVED = np.float32(4.0)
-# Smallest stiffness against a shift, relative to the largest one: all atoms slip.
-_SOFTEST = 1e-10
-# Rounding of a sum of tractions, and largest number of sums for a shift.
-_SUM_ROUNDING, _MOST_SUMS = 1e-13, 100
-# Part of a shift that is tried next if it was too long, at least.
-_SHORTEST = 0.01
-# Smallest slope of the sums, relative to the mean one.
-_FLATTEST = 1e-14
+_DIAGONAL_CURVATURE = np.float32(4.0)
+# Smallest stiffness against a displacement of the indenter, relative to the largest
+# one; below it, all atoms slip.
+_MIN_RELATIVE_STIFFNESS = 1e-10
+# Relative rounding error of a sum of tractions.
+_SUM_ROUNDING = 1e-13
+# Largest number of sums in the search for a shift.
+_MAX_SUMS = 100
+# Smallest ratio by which a shift that was too long is shortened.
+_MIN_STEP_RATIO = 0.01
+# Smallest slope of the sums, relative to the mean slope.
+_MIN_SLOPE = 1e-14
 
 
 def bounded(tractions: np.ndarray, bound: np.ndarray) -> np.ndarray:
@@ -74,21 +78,27 @@ def balancing_shift(
     bound : ndarray, shape (atoms,)
         Largest magnitudes (pressure).
     total : ndarray, shape (2,)
-        Of a magnitude below the sum of the bounds, unless there is a spring (pressure).
+        Required total, with a magnitude below the sum of the bounds unless there is a
+        spring (pressure).
     spring : float
-        Its stiffness k.
+        Stiffness k of the spring.
     shift : ndarray, shape (2,)
-        Start (pressure).
+        First guess of s (pressure).
+
+    Returns
+    -------
+    ndarray, shape (2,)
+        Shift s (pressure).
     """
     move, missing = np.zeros(2), np.zeros(2)
-    for _ in range(_MOST_SUMS):
+    for _ in range(_MAX_SUMS):
         moved = values + (shift + move)[:, None]
         size = np.hypot(*moved)
         part = _part(size, bound)
         rest = total - moved @ part - spring * (shift + move)
         before, after = float(missing @ move), float(rest @ move)
         if after < -0.5 * before:
-            move = max(before / (before - after), _SHORTEST) * move
+            move = max(before / (before - after), _MIN_STEP_RATIO) * move
             continue
         shift, missing = shift + move, rest
         if np.hypot(*missing) <= _SUM_ROUNDING * (np.hypot(*total) + part @ size):
@@ -99,7 +109,7 @@ def balancing_shift(
         )
         across[0] *= -1.0
         slope = (np.count_nonzero(part == 1.0) + spring) * np.eye(2)
-        least = _FLATTEST * (part.sum() + spring) * np.eye(2)
+        least = _MIN_SLOPE * (part.sum() + spring) * np.eye(2)
         move = np.linalg.solve(slope + (part * across) @ across.T + least, missing)
         # beyond this length all atoms slip along the move
         longest = size.max(initial=0.0) + bound.max(initial=0.0)
@@ -114,14 +124,17 @@ class FrictionProblem:
     Attributes
     ----------
     halfspace : LateralHalfSpace
+        Lateral compliance of the surface.
     bound : ndarray, shape (n, m)
         Largest magnitude of the traction, zero for atoms out of contact.
     imposed : ndarray, shape (2, n, m)
         Displacement of atoms that stick.
     force : ndarray, shape (2,), or None
-        Sum of the tractions, less that of the spring; None if there is no shift.
+        Sum of the tractions and of the force of the spring; None if the displacement of
+        the indenter is given.
     spring : float
-        Its stiffness: by which that sum decreases with the shift.
+        Stiffness of the spring: decrease of the sum of the tractions with the shift of
+        the indenter.
     """
 
     halfspace: LateralHalfSpace
@@ -133,7 +146,7 @@ class FrictionProblem:
     def at(
         self, tractions: np.ndarray, shift: np.ndarray, steps: int = 0
     ) -> FrictionState:
-        """Return the state of given tractions, after some steps: one FFT pair."""
+        """Return the state of given tractions after a number of steps: one FFT pair."""
         halfspace = self.halfspace
         opening = self.imposed - (
             halfspace.displacement(tractions) / halfspace.self_compliance
@@ -160,15 +173,15 @@ class FrictionProblem:
         return self.at(tractions, state.shift, state.steps + 1)
 
     def feasible(self, tractions: np.ndarray, total: np.ndarray | None) -> np.ndarray:
-        """Return tractions within the bounds, and with a sum if that is given.
+        """Return tractions within the bounds, with the given sum if there is one.
 
-        Those that are not at their bound make up for what the others lose; all of them,
-        if they cannot.
+        Tractions below their bound restore the sum, or all tractions if these do not
+        suffice.
         """
         tractions = bounded(tractions, self.bound)
         if total is None:
             return tractions
-        atoms = np.hypot(*tractions) < (1.0 - _AT_BOUND) * self.bound
+        atoms = np.hypot(*tractions) < (1.0 - _BOUND_ROUNDING) * self.bound
         rest = total - tractions[:, ~atoms].sum(axis=1)
         if not self.spring and np.hypot(*rest) >= self.bound[atoms].sum():
             atoms, rest = self._touching, total
@@ -184,16 +197,19 @@ class FrictionProblem:
 
 @dataclass(frozen=True, eq=False)
 class FrictionState:
-    """Tractions, and the opening g and the shift that follow from them.
+    """Tractions, with the opening g and the shift of the indenter.
 
     Attributes
     ----------
     problem : FrictionProblem
+        The problem.
     tractions, opening : ndarray, shape (2, n, m)
+        Tractions, and openings g between indenter and surface.
     shift : ndarray, shape (2,)
-        With which a step along the opening would conserve the force.
+        Displacement of the indenter in addition to the imposed displacement. With it, a
+        step along the opening would conserve the force.
     steps : int
-        Steps of Newton's method so far.
+        Number of steps of Newton's method so far.
     """
 
     problem: FrictionProblem
@@ -209,15 +225,17 @@ class FrictionState:
 
     @cached_property
     def residual(self) -> float:
-        """See `friction.FrictionSolution`; at least the error of the force."""
+        """Residual, see `FrictionSolution`; at least the error of the force."""
         trial = bounded(self.tractions + self.opening, self.problem.bound)
         largest = float(np.hypot(*trial).max())
-        left = float(np.hypot(*(trial - self.tractions)).max())
-        return max(left / largest if largest else 0.0, self.error)
+        if not largest:
+            return self.error
+        change = float(np.hypot(*(trial - self.tractions)).max())
+        return max(change / largest, self.error)
 
     @property
     def missing(self) -> np.ndarray:
-        """What the sums of the tractions lack."""
+        """Missing force along x and y."""
         problem = self.problem
         if problem.force is None:
             return np.zeros(2)
@@ -226,7 +244,7 @@ class FrictionState:
 
     @cached_property
     def error(self) -> float:
-        """What the sums lack, relative to all tractions, or to a larger force."""
+        """Missing force, relative to the sum of all magnitudes or to a larger force."""
         if self.problem.force is None:
             return 0.0
         sizes = np.hypot(*self.tractions).sum(), np.hypot(*self.problem.force)
@@ -235,7 +253,7 @@ class FrictionState:
 
     @cached_property
     def direction(self) -> np.ndarray:
-        """Unit vectors of the tractions; zero without."""
+        """Unit vectors along the tractions; zero for atoms without traction."""
         size = np.hypot(*self.tractions)
         return np.divide(
             self.tractions, size, out=np.zeros_like(self.tractions), where=size > 0.0
@@ -245,18 +263,18 @@ class FrictionState:
     def held_at_bound(self) -> np.ndarray:
         """Mask of the atoms that the next step leaves at their bound.
 
-        Their traction is there to rounding, and the opening is along it.
+        Their traction is at the bound, up to rounding, and the opening is along it.
         """
         bound = self.problem.bound
-        at_bound = np.hypot(*self.tractions) >= (1.0 - _AT_BOUND) * bound
+        at_bound = np.hypot(*self.tractions) >= (1.0 - _BOUND_ROUNDING) * bound
         driven = (self.opening * self.direction).sum(axis=0) > 0.0
         return (bound > 0.0) & at_bound & driven
 
     def slipping(self, tolerance: float) -> np.ndarray:
         """Return the mask of the atoms that slip, within a tolerance of the residual.
 
-        Without the bound the opening would raise their traction beyond it, by more than
-        the tolerance times the largest traction.
+        Without the bound, the opening would raise the traction above the bound by more
+        than the tolerance times the largest traction.
         """
         bound = self.problem.bound
         excess = np.hypot(*(self.tractions + self.opening)) - bound
@@ -264,24 +282,26 @@ class FrictionState:
         return (bound > 0.0) & (excess > tolerance * largest)
 
     def rises(self, other: FrictionState) -> bool:
-        """Return whether the energy of another state is higher, beyond rounding."""
+        """Return whether another state has a higher energy, beyond rounding errors."""
         opening, spring = self.opening + other.opening, self.problem.spring
-        if spring:  # its displacement follows from the sum of the tractions
+        if spring:  # the spring's displacement follows from the sum of the tractions
             shifts = (state.missing / spring for state in (self, other))
             opening = opening + np.sum(list(shifts), axis=0)[:, None, None]
         gain = ((other.tractions - self.tractions) * opening).sum()
-        rounding = _ROUNDING * float(abs(self.tractions * self.displacement).sum())
-        return bool(gain < -rounding)
+        terms = float(abs(self.tractions * self.displacement).sum())
+        return bool(gain < -_FUNCTION_ROUNDING * terms)
 
 
 class FrictionSystem:
-    """Linear equations at a state.
+    """Linear equations of Newton's method at a state.
 
-    Vectors are arrays (2, n m + 1) with the shift behind the tractions of all atoms.
+    Vectors are arrays of shape (2, n m + 1), with the shift after the tractions of all
+    atoms.
 
     Parameters
     ----------
     state : FrictionState
+        The state.
     """
 
     def __init__(self, state: FrictionState) -> None:
@@ -294,9 +314,9 @@ class FrictionSystem:
         curvature = np.hypot(*state.opening) * state.held_at_bound
         np.divide(curvature, problem.bound, out=curvature, where=touching)
         self._curvature = curvature.astype(np.float32)
-        self._weight = self._touching * _CURVED / (_CURVED + self._curvature)
-        rest = self._touching - self._weight**2
-        self._diagonal = rest / (_CURVED + self._curvature)
+        denominator = _DIAGONAL_CURVATURE + self._curvature
+        self._weight = self._touching * _DIAGONAL_CURVATURE / denominator
+        self._diagonal = (self._touching - self._weight**2) / denominator
         self._size = max(np.count_nonzero(touching), 1)
         if self._driven:
             # changes of the tractions by shifts along x and y
@@ -305,13 +325,13 @@ class FrictionSystem:
             self._by_shift = np.stack([self._stiffened(shift) for shift in shifts])
             stiffness = self._by_shift.sum(axis=(2, 3), dtype=float)
             stiffness = 0.5 * (stiffness + stiffness.T) + self._spring * np.eye(2)
-            self._softness = np.linalg.pinv(stiffness, _SOFTEST)
+            self._compliance = np.linalg.pinv(stiffness, _MIN_RELATIVE_STIFFNESS)
 
     def solve(self, error: float, max_steps: int) -> np.ndarray:
         """Return the change of the tractions, to a relative error of the residual."""
         state = self._state
         opening = self._project(state.opening, self._direction)
-        if self._driven and not self._spring:  # without what a shift closes
+        if self._driven and not self._spring:  # leave out openings that a shift closes
             axes = np.eye(2)[:, :, None, None]
             shifts = [self._project(axis, self._direction).ravel() for axis in axes]
             columns = np.stack(shifts, axis=1)
@@ -323,7 +343,7 @@ class FrictionSystem:
         limit = error * norm(right)
         change = gcr(self._apply, self._precondition, right, limit, max_steps)
         change = np.broadcast_to(change, right.shape)
-        # also its rounding errors along the traction, or atoms would leave their bound
+        # without rounding errors along the traction, by which atoms leave their bound
         return self._project(self._field(change), self._direction)
 
     def _field(self, vector: np.ndarray) -> np.ndarray:
@@ -352,7 +372,7 @@ class FrictionSystem:
         values = self._stiffened(self._field(residual))
         if self._driven:
             sums = values.sum(axis=(1, 2), dtype=float)
-            shift = self._softness @ (self._size * residual[:, -1] - sums)
+            shift = self._compliance @ (self._size * residual[:, -1] - sums)
             result[:, -1] = shift
             values += np.tensordot(result[:, -1], self._by_shift, 1)
         self._field(result)[:] = values

@@ -16,9 +16,9 @@ with the reaction :math:`\lambda` at every atom and a stiffness :math:`D`,
 
 .. math:: V(g) + \frac{\max(\lambda - D g, 0)^2 - \lambda^2}{2 D}
 
-replaces :math:`V`; the pressure is :math:`-V' + \max(\lambda - D g, 0)`. The minimum is
-that of the constrained problem if :math:`\lambda = \max(\lambda - D g, 0)`, which is
-also how :math:`\lambda` is updated after a minimisation (method of multipliers).
+replaces :math:`V`; the pressure is :math:`-V' + \max(\lambda - D g, 0)`. The minimum
+solves the constrained problem if :math:`\lambda = \max(\lambda - D g, 0)`. By the same
+equation :math:`\lambda` is updated after a minimisation (method of multipliers).
 
 References
 ----------
@@ -48,12 +48,12 @@ from ase_roughcontact.interactions import Interaction, scaled_attraction
 from ase_roughcontact.interactions.base import Profile
 
 # Rounding error of an energy, relative to the sum of the magnitudes of its terms.
-_ROUNDING = 1e-14
+_ENERGY_ROUNDING = 1e-14
 # Stiffness D of the augmented Lagrangian times the self-compliance of an atom.
-_STIFFNESS = 5.0
-# The same at least in units of the negative stiffness of the attraction at contact,
-# without which the constrained minimum would not be one of the augmented Lagrangian.
-_CURVATURES = 3.0
+_RELATIVE_STIFFNESS = 5.0
+# Smallest stiffness D, in units of the negative stiffness of the attraction at contact,
+# for which the constrained minimum is also a minimum of the augmented Lagrangian.
+_MIN_STIFFNESS_RATIO = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,14 +65,14 @@ class ContactEnergy:
     contact : Contact
         Contact with a soft wall, or a hard one with attraction.
     support : Support
-        What holds the indenter.
+        Load and springs on the indenter.
     stiffness : float
-        D of a hard wall (pressure per length); zero for others.
+        Stiffness D for a hard wall (pressure per length); zero for other walls.
     reaction : ndarray, shape (n, m), or None
-        lambda (pressure); None stands for zero.
+        Reaction lambda (pressure); None stands for zero.
     inverse : bool
         Whether the wall, which must have an inverse, is linearised at the gaps at which
-        it has the pressures ``q``; by default at the present gaps.
+        it has the pressures ``q``; by default it is linearised at the present gaps.
     """
 
     contact: Contact
@@ -83,13 +83,13 @@ class ContactEnergy:
 
     @classmethod
     def of(cls, contact: Contact, support: Support) -> ContactEnergy:
-        """Return the energy without a reaction, by the inverse of the wall if known."""
+        """Return the energy without a reaction, with the wall's inverse if known."""
         wall, stiffness = contact.interaction, 0.0
         if wall.hard:
             factor = 1.0 if contact.adhesion is None else float(contact.adhesion.max())
             curvature = -factor * float(wall.evaluate(np.zeros(1))[2][0])
-            least = _STIFFNESS / contact.halfspace.self_compliance
-            stiffness = max(least, _CURVATURES * curvature)
+            least = _RELATIVE_STIFFNESS / contact.halfspace.self_compliance
+            stiffness = max(least, _MIN_STIFFNESS_RATIO * curvature)
         return cls(contact, support, stiffness, inverse=wall.invertible)
 
     @property
@@ -115,7 +115,8 @@ class ContactEnergy:
     def with_reaction(self, state: EnergyState) -> ContactEnergy:
         """Return the energy with the reaction of a hard wall that balances a pressure.
 
-        That is ``max(q - p_a, 0)``, with the attraction ``p_a`` at ``max(g, 0)``.
+        The reaction is ``max(q - p_a, 0)`` with the attraction ``p_a`` at
+        ``max(g, 0)``.
         """
         gap = np.maximum(state.gap(), 0.0)
         attraction = scaled_attraction(self.wall, gap, self.contact.adhesion)[1]
@@ -127,9 +128,10 @@ class ContactEnergy:
         Returns
         -------
         energy : ContactEnergy
+            Energy with the updated reaction.
         violation : float
-            Largest violation of the constraint: overlap, or gap of an atom under a
-            reaction; zero without reactions (length).
+            Largest violation of the constraint (length): overlap, or gap of an atom
+            under a reaction; zero without reactions.
         """
         if self.reaction is None:
             return self, 0.0
@@ -151,13 +153,13 @@ class ContactEnergy:
 
     @cached_property
     def constant(self) -> float:
-        """Sum of ``lambda^2/2D``."""
+        """Sum of ``lambda^2/2D`` over all atoms."""
         if self.reaction is None:
             return 0.0
         return dot(self.reaction, self.reaction) / (2.0 * self.stiffness)
 
     def profile(self, gap: np.ndarray, atoms: np.ndarray) -> Profile:
-        """Return energy, without its constant, pressure and stiffness at some atoms."""
+        """Return energy, without its constant, pressure and stiffness of some atoms."""
         if not gap.size:
             return gap, gap, gap
         adhesion = self.contact.adhesion
@@ -184,7 +186,7 @@ class ContactEnergy:
         With the gaps w at which ``p = max(q, 0)``, the residual is
         ``p + D (w - g) - q``. Where ``p + min(D, 1/c) (w - g) < 0``, with the
         self-compliance c, the wall loses contact: ``r = -q`` and ``D = 0``. The norm is
-        that of ``r / sqrt(1 + c D)``.
+        the norm of ``r / sqrt(1 + c D)``.
         """
         compliance = self.contact.halfspace.self_compliance
         w, r, d = self.wall.inverse(np.maximum(q, 0.0))
@@ -203,10 +205,14 @@ class EnergyState:
     Parameters
     ----------
     function : ContactEnergy
+        Energy as a function of pressure and height.
     pressure : ndarray, shape (n, m)
+        Elastic pressure ``q`` (pressure).
     height : float
+        Height of the indenter (length).
     opening : ndarray, shape (n, m), optional
-        That of `ContactEnergy.opening`; by default it is calculated.
+        Opening ``G q`` (length), see `ContactEnergy.opening`; by default it is
+        calculated.
     exact : bool
         Whether a given opening comes from a convolution of this pressure.
 
@@ -219,8 +225,8 @@ class EnergyState:
     exact : bool
         Whether the opening comes from a convolution of this pressure.
     box : Box
-        Bounding box of the atoms in range of the wall or under pressure; at least one
-        atom.
+        Bounding box of the atoms in range of the wall or under pressure, with at least
+        one atom.
     stiffness, residual : ndarray, shape (n, m)
         Stiffness ``V''`` of the wall and residual ``p - q``.
     load_residual : float
@@ -232,7 +238,8 @@ class EnergyState:
     energy, rounding : float
         Energy and an estimate of its rounding error.
     residual_norm : float
-        Norm of the scaled residual by the inverse of the wall; infinite without.
+        Norm of the scaled residual by the inverse of the wall; infinity without an
+        inverse.
     """
 
     def __init__(
@@ -260,7 +267,7 @@ class EnergyState:
         self.load_residual = 0.0 if function.support.fixed else unbalanced
         r = r - q  # a wall may return one array as pressure and stiffness
         self.surface_error = area * float(abs(r).max(initial=0.0))
-        del energies  # its memory is needed, and that of the gap
+        del energies  # frees memory, as further down
         self.residual_norm = math.inf
         if function.inverse:
             del r, d
@@ -274,13 +281,13 @@ class EnergyState:
         self.stiffness.put(near, d)
         periodic = function.contact.halfspace.periodic
         if periodic and not function.inverse and active.all():
-            # the energy does not depend on the mean of q: set it to that of p
+            # the energy does not depend on the mean of q: set it to the mean of p
             shift = float(self.residual.mean())
             pressure, self.residual = pressure + shift, self.residual - shift
         self.pressure = pressure
         elastic = 0.5 * area * dot(pressure, self.opening)
         self.energy = elastic + stored + outside
-        self.rounding = _ROUNDING * (elastic + magnitude + abs(outside))
+        self.rounding = _ENERGY_ROUNDING * (elastic + magnitude + abs(outside))
         self.error = max(self.surface_error, abs(self.load_residual))
 
     def gap(self) -> np.ndarray:
@@ -342,7 +349,7 @@ class EnergyState:
 
 @dataclass(frozen=True)
 class Increment:
-    """Change of the pressure, the opening that it causes, and change of the height."""
+    """Changes of the pressure, of the opening by the pressure, and of the height."""
 
     pressure: np.ndarray
     opening: np.ndarray
@@ -350,7 +357,7 @@ class Increment:
 
     @classmethod
     def of(cls, state: EnergyState, change: np.ndarray) -> Increment:
-        """Return the increment of a change: see `NewtonEquations`; one convolution."""
+        """Return the increment of a change from `NewtonEquations`: one convolution."""
         pressure = state.on_window(change)
         return cls(pressure, state.function.opening(pressure), float(change[-1]))
 

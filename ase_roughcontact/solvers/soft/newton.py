@@ -54,49 +54,66 @@ from ase_roughcontact.solvers.soft.indenter_height import (
 from ase_roughcontact.solvers.soft.newton_step import NewtonStepper
 from ase_roughcontact.solvers.status import CONVERGED, UNFINISHED, Status, StatusKind
 
-# Residual pressure at which coarse grids stop, in contact moduli, and their steps.
-_COARSE_RESIDUAL, _COARSE_STEPS = 0.1, 300
-# Under a hard wall, the reaction is updated when the largest force is that of the first
-# violation of the constraint, in spacings, and then of the last one, times this factor.
-_FIRST_VIOLATION, _REACTION_FORCING = 0.03, 3.0
+# Residual pressure at which coarse grids stop, in contact moduli.
+_COARSE_RESIDUAL = 0.1
+# Largest number of steps on a coarse grid.
+_MAX_COARSE_STEPS = 300
+# Violation of the constraint of a hard wall before the first update of the reaction, in
+# spacings.
+_FIRST_VIOLATION = 0.03
+# Largest force at which the reaction is updated, in units of the force that removes the
+# last violation.
+_REACTION_FORCING = 3.0
 # Number of steps without progress after which the solver stops.
-_PATIENCE = 5
-# Interval of steps at which slow progress is checked, and the smallest decrease of the
-# energy in it, in units of its rounding error, unless the largest force has halved.
-_STAGNATION_STEPS, _STAGNATION_FALL = 50, 1e8
+_MAX_STALLED = 5
+# Number of steps between two checks for slow progress.
+_CHECKED_STEPS = 50
+# Smallest decrease of the energy between two checks, in units of its rounding error,
+# unless the largest force has halved.
+_MIN_DECREASE = 1e8
 
-#: Kinds of a status without a further step.
+#: The energy does not decrease along any step.
 NO_DESCENT = StatusKind(
     "stalled at a force of {force:.2g}{force_unit}: no step lowers the energy"
 )
+#: Neither the wall nor a spring resists a free indenter.
 NOT_HELD = StatusKind(
     "stalled at a force of {force:.2g}{force_unit}: nothing holds the indenter",
     "press it down, or fix its height",
 )
+#: The energy decreases less than its rounding errors.
 ROUNDING = StatusKind(
     "stalled at a force of {force:.2g}{force_unit}: rounding errors hide any further "
     "decrease of the energy",
     "allow a larger force",
 )
+#: The energy decreases, but too slowly.
 TOO_SLOW = StatusKind(
     "stalled at a force of {force:.2g}{force_unit}: the energy decreases too slowly to "
     "matter",
     "allow a larger force",
 )
+#: The wall returned values that are not finite.
 NOT_FINITE = StatusKind(
     "stalled at a force of {force:.2g}{force_unit}: energy or pressure of the wall are "
     "not finite"
 )
+#: Updates of the reaction of a hard wall do not converge.
 OVERLAPS = StatusKind(
     "stalled: updates of the reaction do not decrease overlaps with the hard wall"
 )
-# Number of updates of the reaction that must reduce the violation to this part.
-_UPDATES, _LEAST_PROGRESS = 30, 0.99
-# An update that leaves more than this part of the violation makes the wall stiffer, by
-# this factor: near an instability, the minimum is one of the augmented Lagrangian, and
-# updates converge, only if it is stiff enough.
-_SLOW_UPDATE, _STIFFER = 0.7, 3.0
+# Number of updates of the reaction that must reduce the violation.
+_CHECKED_UPDATES = 30
+# Largest ratio of the violations after and before these updates.
+_MAX_VIOLATION_RATIO = 0.99
+# Ratio of the violations after and before an update, above which the stiffness D is
+# increased. Near an instability, the augmented Lagrangian has a minimum, and updates
+# converge, only if D is large enough.
+_SLOW_UPDATE_RATIO = 0.7
+# Factor by which D is increased.
+_STIFFNESS_FACTOR = 3.0
 
+# Options if none are given.
 _DEFAULTS = NewtonKrylovOptions()
 
 
@@ -115,19 +132,19 @@ def newton_krylov(
     Parameters
     ----------
     contact : Contact
-        Contact with any wall but the hard one.
+        Contact with a soft wall, or a hard wall with attraction.
     height : float
         Height of the indenter (length): fixed, or the initial one if there is a load.
     external : callable, optional
         Energy and force, positive upward, of load and springs on the indenter at a
         height. By default the height is fixed.
     start : ndarray, shape (n, m), optional
-        Initial pressure. By default it comes from coarser grids, and with a load the
-        initial height, too; likewise if the start is too far from the load (see
-        `NewtonKrylovOptions`).
+        Initial pressure. By default coarser grids give the initial pressure, and under
+        a load also the initial height; they also do if the start is too far from the
+        load (see `NewtonKrylovOptions`).
     tolerance : float
-        Largest force on an atom, and on the indenter unless its height is fixed, at
-        which to stop.
+        Largest force that may be left on an atom, and on the indenter unless its height
+        is fixed (force).
     options : NewtonKrylovOptions, optional
         Options of the algorithm.
 
@@ -135,9 +152,8 @@ def newton_krylov(
     ------
     Relaxation
         The start, and the state after each step. The last one is converged, or has a
-        message with the reason why there is no further step. The energy never rises,
-        except with `invertible` walls, and that of the augmented Lagrangian by an
-        update of the reaction of a hard wall.
+        message with the reason why there is no further step. The energy rises only with
+        `invertible` walls, and by updates of the reaction of a hard wall.
 
     Raises
     ------
@@ -160,17 +176,17 @@ def newton_krylov(
     if contact.interaction.hard:
         state = state.again(energy.with_reaction(state))
     states = _relax(state, tolerance, options)
-    del state  # its arrays may be large
+    del state  # frees memory
     yield from states
 
 
 def default_relaxer(wall: Interaction) -> SolverRelaxer:
-    """Return `active_set` for a hard wall without attraction, else `newton_krylov`."""
+    """Return a relaxer by `active_set` or `newton_krylov`, depending on the wall."""
     return SolverRelaxer(active_set if wall.purely_hard else newton_krylov)
 
 
 def _is_far(state: EnergyState, options: NewtonKrylovOptions) -> bool:
-    """Return whether coarser grids are a better start, since the load differs much."""
+    """Return whether the load of a start is so wrong that coarser grids are better."""
     energy = state.function
     if energy.support.fixed:
         return False
@@ -192,7 +208,7 @@ def _cold_start(
         state = _cold_start(coarse, height, options)
         tolerance = _COARSE_RESIDUAL * coarse.area
         tolerance *= coarse.contact.halfspace.contact_modulus
-        states = islice(_relax(state, tolerance, options), _COARSE_STEPS)
+        states = islice(_relax(state, tolerance, options), _MAX_COARSE_STEPS)
         found = deque(states, maxlen=1).pop()
         height, pressure = found.height, refine(found.pressure, shape)
     elif not energy.support.fixed:
@@ -256,8 +272,8 @@ class _ReactionUpdates:
     Attributes
     ----------
     target : float
-        Largest force that may be left before the next update; the tolerance of the
-        result before the last one, and always for a soft wall.
+        Largest force at which the reaction is updated. It is the tolerance of the
+        result for a soft wall, and before the last update.
     """
 
     def __init__(
@@ -274,8 +290,8 @@ class _ReactionUpdates:
     def updated(self, state: EnergyState) -> EnergyState | None:
         """Return the state with an updated reaction; None if it was the solution."""
         energy, violation = state.function.updated(state)
-        if self._violations and violation > _SLOW_UPDATE * self._violations[-1]:
-            energy = replace(energy, stiffness=_STIFFER * energy.stiffness)
+        if self._violations and violation > _SLOW_UPDATE_RATIO * self._violations[-1]:
+            energy = replace(energy, stiffness=_STIFFNESS_FACTOR * energy.stiffness)
         self._violations.append(violation)
         if self.target == self._tolerance and violation <= self._gap:
             return None
@@ -285,15 +301,16 @@ class _ReactionUpdates:
     @property
     def stuck(self) -> bool:
         """Whether the last updates have not decreased the violation."""
-        late, early = self._violations[-_UPDATES:], self._violations[:-_UPDATES]
-        return bool(early) and min(late) >= _LEAST_PROGRESS * min(early)
+        early = self._violations[:-_CHECKED_UPDATES]
+        late = self._violations[-_CHECKED_UPDATES:]
+        return bool(early) and min(late) >= _MAX_VIOLATION_RATIO * min(early)
 
     def _aim(self, violation: float) -> None:
         self.target = max(self._tolerance, self._forcing * violation)
 
 
 class _Progress:
-    """The best state so far, and whether the steps still make progress.
+    """Best state so far, and a check that steps make progress.
 
     Attributes
     ----------
@@ -321,14 +338,14 @@ class _Progress:
         self._idle = 0 if better else self._idle + 1
         if lower or new.error < self._error:
             self.keep(new)
-        if self._idle > _PATIENCE:
+        if self._idle > _MAX_STALLED:
             self.obstacle = ROUNDING
         self._steps += 1
-        if self._steps % _STAGNATION_STEPS == 0:
+        if self._steps % _CHECKED_STEPS == 0:
             energy, error = self._checkpoint
             self._checkpoint = new.energy, new.error
             fall = energy - new.energy
-            slow = fall < _STAGNATION_FALL * new.rounding
+            slow = fall < _MIN_DECREASE * new.rounding
             if slow and new.error > 0.5 * error:
-                rounded = fall <= _STAGNATION_STEPS * new.rounding
+                rounded = fall <= _CHECKED_STEPS * new.rounding
                 self.obstacle = ROUNDING if rounded else TOO_SLOW

@@ -1,7 +1,7 @@
 r"""Newton's equations at a state of a contact, solved with a model of the half space.
 
-For the residual pressure :math:`r` and the missing load :math:`t`, the changes
-:math:`x` of the pressure and :math:`z` of the height of the indenter solve
+For the residual pressure :math:`r` and the missing load :math:`t`, the change :math:`x`
+of the pressure and the change :math:`z` of the height of the indenter solve
 
 .. math:: x + D (G x + z) = r, \qquad \sum x - s z = t
 
@@ -9,23 +9,25 @@ on the atoms in range of the wall, where :math:`D` is the stiffness of the wall,
 :math:`G` the Green's function and :math:`s` the stiffness of springs on the indenter
 per area of an atom. If the height is fixed, :math:`z = 0` replaces the second equation.
 
-With the circulant model :math:`C` in place of :math:`G` they are solved to a tenth of
-the residual, which takes a single exact convolution. If the exact equations are not
-satisfied well enough then, they are solved with the model as the preconditioner.
+With the circulant model :math:`C` in place of :math:`G` the equations are solved to a
+tenth of the residual, which takes a single exact convolution. If the result does not
+satisfy the exact equations well enough, they are solved with the model as the
+preconditioner.
 
 *Scaling.* With the self-compliance :math:`c` of an atom, the rows are multiplied by
 
 .. math:: W = (1 + c D_+)^{-1/2}, \qquad D_+ = \max(D, 0).
 
 The norm of a scaled residual measures its energy: a large residual pressure on an atom
-deep in the core of the wall counts no more than the small displacement that removes it.
+deep in the core of the wall has no more weight than the small displacement that removes
+it.
 
 *Preconditioner.* In units in which :math:`c = 1`,
 
 .. math:: 1 + D C = (1 + D) [s + (1 - s) C], \qquad s = 1/(1 + D).
 
-:math:`s`, the compliance of the wall as a part of that of wall and atom in series,
-varies much less than :math:`D`. Its mean :math:`\bar s` over the atoms with
+The share :math:`s`, the compliance of the wall over the compliance of wall and atom in
+series, varies much less than :math:`D`. The mean share :math:`\bar s` of the atoms with
 :math:`D > 0`, which :math:`\chi` selects, makes the second factor circulant:
 
 .. math:: M r = \chi [\bar s + (1 - \bar s) C]^{-1} \chi W r + (1 - \chi) r.
@@ -52,32 +54,36 @@ from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.solvers.gcr import gcr
 from ase_roughcontact.solvers.soft.energy import EnergyState, Increment
 
-# Largest number of Krylov steps with the model, and with the exact Green's function.
-_STEPS, _EXACT_STEPS = 40, 10
-# Relative residual of the exact equations that a change may leave. Beyond it the model
-# misleads: of 70 walls with strong attraction, one would stall.
-_LARGEST_RESIDUAL = 1.0
-# The missing load changes the residual of the pressures. What is smaller than this part
-# of that residual is lost in single precision.
-_LEAST_RESIDUAL = 0.01
-# Residual due to a missing load that counts as small, relative to what may be left.
-_SMALL_LOAD = 0.1
+# Largest number of Krylov steps with the model.
+_MAX_MODEL_STEPS = 40
+# Largest number of Krylov steps with the exact Green's function.
+_MAX_EXACT_STEPS = 10
+# Largest relative residual of the exact equations for a solution of the model. With a
+# larger one, the solver would stall for one of 70 walls with strong attraction.
+_MAX_EXACT_RESIDUAL = 1.0
+# Smallest tolerance of the residual, relative to the residual with the missing load:
+# less is lost in single precision.
+_MIN_RESIDUAL = 0.01
+# Residual due to a missing load, relative to the tolerance of the residual, up to which
+# its effect on the pressures is neglected.
+_MAX_NEGLECTED_LOAD = 0.1
 
 
 class NewtonEquations:
     """Newton's equations at a state of a contact.
 
-    A change of the state is a flat array: the pressures on its box, and the height as
-    the last number. Internally it covers the box of the model, in single precision and
-    in units in which the self-compliance is one.
+    A change of the state is a flat array: the pressures on the box of the state, and
+    the height as the last number. Internally a change covers the box of the model, in
+    single precision and in units in which the self-compliance is one.
 
     Parameters
     ----------
     state : EnergyState
+        The state.
     model : CirculantModel
-        Covers the box of the state.
+        Model that covers the box of the state.
     convex : bool
-        Whether a negative stiffness of the wall counts as zero.
+        Whether a negative stiffness of the wall is set to zero.
     """
 
     def __init__(
@@ -87,7 +93,7 @@ class NewtonEquations:
         self._window = state.box.slices
         self._inside = state.box.slices_in(model.box)
         self._free, self._load, self._spring = not energy.support.fixed, 0.0, 0.0
-        if self._free:  # per area of an atom
+        if self._free:  # load and stiffness per area of an atom
             force = energy.external(state.height)[1]
             self._load = -force / energy.area - total(state.pressure)
             spring = energy.spring_stiffness(state.height) / energy.area
@@ -99,13 +105,14 @@ class NewtonEquations:
         self._weight = 1.0 / np.sqrt(1.0 + np.maximum(self._d, 0.0))
         self._stiff = (self._d > 0.0).astype(self._d.dtype)
         self._inverse = None
-        if count := total(self._stiff):
-            softness = dot(self._stiff * self._weight, self._weight) / count
-            self._inverse = model.preconditioner(softness)
+        count = total(self._stiff)
+        if count:
+            wall_share = dot(self._stiff * self._weight, self._weight) / count
+            self._inverse = model.preconditioner(wall_share)
 
     @property
     def solvable(self) -> bool:
-        """Whether wall or springs resist a change of the height, unless it is fixed."""
+        """Whether the height is fixed, or wall or springs resist its change."""
         return not self._free or self._height_response[1] > 0.0
 
     def solution(self, reduction: float) -> np.ndarray:
@@ -114,11 +121,12 @@ class NewtonEquations:
         Parameters
         ----------
         reduction : float
-            Residual that may be left, relative to that of the state.
+            Largest residual of the solution, relative to the residual of the state.
 
         Returns
         -------
         ndarray, shape (k + 1,)
+            Change of the state.
         """
         right = self._scaled(self._state.residual[self._window])
         return self._solve(right, self._load, reduction)
@@ -126,26 +134,27 @@ class NewtonEquations:
     def refined(
         self, change: np.ndarray, opening: np.ndarray, reduction: float
     ) -> np.ndarray:
-        """Solve the exact equations better, unless their residual is within a limit.
+        """Solve the exact equations if the residual of a change is above a limit.
 
         Parameters
         ----------
         change : ndarray, shape (k + 1,)
             Solution for the model.
         opening : ndarray, shape (n, m)
-            Change of the opening that it causes.
+            Change of the opening by this change of the pressures (length).
         reduction : float
-            See `solution`.
+            Largest residual for the model, see `solution`.
 
         Returns
         -------
         ndarray, shape (k + 1,)
-            The given array if its residual is within the limit.
+            Solution of the exact equations; the given array if its residual is within
+            the limit.
         """
         right = self._scaled(self._state.residual[self._window])
         image = self._applied(change, opening)
         left = linear_combination([(1.0, right), (-1.0, image)])
-        accepted = _LARGEST_RESIDUAL * max(norm(right), norm(image))
+        accepted = _MAX_EXACT_RESIDUAL * max(norm(right), norm(image))
         if self.model.exact or norm(left) <= accepted:
             return change
 
@@ -155,7 +164,7 @@ class NewtonEquations:
         def precondition(residual: np.ndarray) -> np.ndarray:
             return self._solve(residual, 0.0, reduction)
 
-        return change + gcr(apply, precondition, left, accepted, _EXACT_STEPS)
+        return change + gcr(apply, precondition, left, accepted, _MAX_EXACT_STEPS)
 
     def _scaled(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``W r``, flat."""
@@ -184,12 +193,15 @@ class NewtonEquations:
         first = norm(residual)
         if load and self._free:
             self._balanced(solution, load)
-            # a load that is all but carried needs no transform of its own
-            if abs(load) * push > _SMALL_LOAD * reduction * first * resistance:
+            # a small missing load is not worth a transform
+            limit = _MAX_NEGLECTED_LOAD * reduction * first * resistance
+            if abs(load) * push > limit:
                 terms = [(1.0, residual), (-1.0, self._apply_model(solution))]
                 linear_combination(terms, out=residual)
-        tolerance = reduction * max(first, _LEAST_RESIDUAL * norm(residual))
-        solution += gcr(self._apply_model, precondition, residual, tolerance, _STEPS)
+        tolerance = reduction * max(first, _MIN_RESIDUAL * norm(residual))
+        solution += gcr(
+            self._apply_model, precondition, residual, tolerance, _MAX_MODEL_STEPS
+        )
         change = np.empty(right.size + 1)
         x = solution[:-1].reshape(self.model.box.shape)[self._inside]
         np.multiply(x, unit, out=change[:-1].reshape(x.shape))
@@ -197,7 +209,7 @@ class NewtonEquations:
         return change
 
     def _balanced(self, change: np.ndarray, load: float) -> np.ndarray:
-        """Add the change of height that makes ``sum x - s z`` equal the load."""
+        """Add the change of height with which ``sum x - s z`` is the load."""
         x, z = change[:-1], 0.0
         if self._free:
             response, resistance, _ = self._height_response

@@ -3,22 +3,23 @@ r"""A step of Newton's method for a soft wall.
 If the inverse of a repulsive wall is known, the equation of an atom is ``w(q) = g``
 with the gap ``w`` at which the wall has the pressure ``q``, and ``q = 0`` out of
 contact (semismooth Newton method). Since ``w`` is nearly linear, whole steps converge.
-If the last step left more than half of the residual, they are combined as in 2. below:
-the model is inaccurate in the longest waves, and more so the larger the contact. If the
-residual has not decreased in several steps, and for all other walls, a step lowers the
-energy:
+If the last step left more than half of the residual, steps are combined as in 2. below:
+the model is inaccurate in the longest waves, and the more so the larger the contact. If
+the residual has not decreased in several steps, and for all other walls, a step lowers
+the energy:
 
 1. Solve Newton's equations for an increment ``(x, z)``; see `newton_equations`.
 2. Under attraction, minimise the quadratic model of the energy over the span of this
-   increment and the last ones before it, with the exact Hessian. Negative curvatures
-   count as positive, so that the combination leads downhill. Near an instability, where
-   one mode is far softer than all others, this is what makes progress along it.
+   increment and earlier ones, with the exact Hessian. Negative curvatures count as
+   positive, so that the combination leads downhill. This makes progress near an
+   instability, where one mode is far more compliant than all others.
 3. Search along the combination for a length of at most one at which the energy has
    fallen and the slope has decreased to 30 %.
 
 While forces are large, the negative stiffness of an attractive wall is set to zero: the
-equations are positive definite, and the surface follows the state that a slow approach
-would find. It is included for the quadratic convergence at the end.
+equations are then positive definite, and the surface follows the state that a slow
+approach would find. At the end the negative stiffness is included, for quadratic
+convergence.
 
 An increment :math:`(x, G x, z)` contains the opening :math:`G x` of the gap, so that
 slopes and curvatures of the energy along it (see `energy`) cost no convolution:
@@ -51,60 +52,65 @@ from ase_roughcontact.solvers.soft.indenter_height import (
 )
 from ase_roughcontact.solvers.soft.newton_equations import NewtonEquations
 
-# Residual pressure, in contact moduli, below which the negative stiffness of attractive
-# walls is included; and the part of the forces below which it is included again.
+# Residual pressure below which the negative stiffness of attractive walls is included,
+# in contact moduli; after a failed step, relative to the forces at this step.
 _ATTRACTION_RESIDUAL = 0.3
-# Steps with the inverse of a wall that need not decrease the residual, and the largest
-# part of it that a step may leave without being combined with the next one.
-_WATCHDOG, _SLOW_CONTRACTION = 20, 0.5
-# Lower bound to the curvatures of a combination, relative to those of its increments.
-_LEAST_CURVATURE = 0.003
-# Slope at which a line search stops, relative to the initial one.
-_REMAINING_SLOPE = 0.3
-# Largest number of lengths that it tries.
-_TRIALS = 40
+# Largest number of steps with the inverse of a wall that do not decrease the residual.
+_MAX_STALLED = 20
+# Ratio of the residuals after and before a step, above which steps are combined.
+_SLOW_CONTRACTION = 0.5
+# Smallest curvature of a combination, relative to the curvatures of its increments.
+_MIN_CURVATURE = 0.003
+# Largest slope at the end of a line search, relative to the initial slope.
+_MAX_SLOPE_RATIO = 0.3
+# Largest number of lengths that a line search tries.
+_MAX_TRIALS = 40
 
 
 class NewtonStepper:
-    """Newton steps, with what they remember of earlier ones.
+    """Newton steps, which use earlier increments.
 
     Parameters
     ----------
     halfspace : HalfSpace
+        Half space of the contact.
     options : NewtonKrylovOptions
+        Options of the solver.
     """
 
     def __init__(self, halfspace: HalfSpace, options: NewtonKrylovOptions) -> None:
         self._halfspace, self._options = halfspace, options
         self._model: CirculantModel | None = None
         self._history: list[Increment] = []
-        # whether negative stiffness counts as zero, and forces below which it does not
+        # whether negative stiffness is set to zero, until forces are small
         self._convex = True
         modulus, area = self._halfspace.contact_modulus, self._halfspace.cell_area
         self._small = _ATTRACTION_RESIDUAL * modulus * area
-        # least norm of the residual by the inverse of the wall, and steps since then
-        self._least_residual, self._futile = math.inf, 0
+        # smallest norm of the residual by the inverse of the wall, and steps since then
+        self._least_residual, self._stalled = math.inf, 0
         self._last_residual = math.inf
 
     def step(self, state: EnergyState, tolerance: float) -> EnergyState | None:
-        """Return the next state; None if none is found.
+        """Return the next state; None if no state of lower energy is found.
 
         Parameters
         ----------
         state : EnergyState
+            Present state.
         tolerance : float
-            Force at which the solver will stop.
+            Largest force at which the solver will stop.
         """
         energy = state.function
         if not energy.support.fixed and not supports_indenter(state):
-            # lower the indenter to where the surface, held fixed, carries the load
+            # lower the indenter until the fixed surface carries the load
             height = carrying_height(energy, state.opening, state.height)
             if height is None or height == state.height:
                 return None
             return state.again(height=height)
         reduction = max(self._options.forcing, 0.3 * tolerance / state.error)
         if energy.inverse:
-            if (new := self._inverse_step(state, reduction)) is not None:
+            new = self._inverse_step(state, reduction)
+            if new is not None:
                 return new
             state = state.again(replace(energy, inverse=False))
         new = self._descent(state, reduction)
@@ -122,14 +128,14 @@ class NewtonStepper:
 
         None if several steps have not decreased the residual.
         """
-        self._futile += 1
+        self._stalled += 1
         if state.residual_norm < self._least_residual:
-            self._least_residual, self._futile = state.residual_norm, 0
+            self._least_residual, self._stalled = state.residual_norm, 0
         equations = self._equations(state)
-        if self._futile > _WATCHDOG or not equations.solvable:
+        if self._stalled > _MAX_STALLED or not equations.solvable:
             return None
         change, model = equations.solution(reduction), equations.model
-        del equations  # its memory is needed
+        del equations  # frees memory
         held = state.stiffness > 0.0  # there is no pressure on other atoms
         pressure = (state.pressure + state.on_window(change)) * held
         height = state.height + float(change[-1])
@@ -154,7 +160,7 @@ class NewtonStepper:
         return NewtonEquations(state, self._model, convex)
 
     def _descent(self, state: EnergyState, reduction: float) -> EnergyState | None:
-        """Return a state of lower energy; None if none is found."""
+        """Return a state of lower energy; None if no such state is found."""
         equations = self._equations(state, self._convex)
         if not equations.solvable:
             return None
@@ -164,7 +170,7 @@ class NewtonStepper:
         if refined is not change:
             increment = Increment.of(state, refined)
         slope = state.slope(increment)
-        if not self._convex:  # a minimum ahead?
+        if not self._convex:  # there must be a minimum along the increment
             curvature = state.hessian([increment])[0, 0]
             if not (slope < 0.0 and curvature > 0.0):
                 return None
@@ -173,7 +179,7 @@ class NewtonStepper:
             self._history = increments[: self._options.history]
             increment = combine(state, increments)
         if abs(slope) <= state.rounding:
-            self._convex = False  # too close for the energy to decide
+            self._convex = False  # rounding errors of the energy hide its change
             return state.moved(increment, 1.0)
         length, new = line_search(state, increment)
         if new is not None and length < 0.5 and not self._convex:
@@ -192,13 +198,13 @@ def combine(state: EnergyState, increments: list[Increment]) -> Increment:
 
     With slopes :math:`s_i` and Hessian :math:`H`, scaled to a unit diagonal, the
     weights are :math:`-|H|^{-1} s`, where the eigenvalues of :math:`|H|` are the
-    magnitudes of those of :math:`H`, and at least 0.003.
+    magnitudes of the eigenvalues of :math:`H`, and at least 0.003.
     """
     slopes = np.array([state.slope(increment) for increment in increments])
     hessian = state.hessian(increments)
     scale = 1.0 / np.sqrt(abs(np.diag(hessian)) + 1e-300)
     values, modes = np.linalg.eigh(scale[:, None] * hessian * scale)
-    along = modes.T @ (scale * slopes) / np.maximum(abs(values), _LEAST_CURVATURE)
+    along = modes.T @ (scale * slopes) / np.maximum(abs(values), _MIN_CURVATURE)
     weights = -scale * (modes @ along)
     pairs = list(zip(weights.tolist(), increments, strict=True))
     return Increment(
@@ -213,22 +219,22 @@ def line_search(
 ) -> tuple[float, EnergyState | None]:
     """Search for a length of at most one at which the energy has fallen.
 
-    The slope must have decreased to 30 %, too. The whole increment is tried first, as
-    it is nearly always accepted. Then the length is bisected: the energy along an
-    increment may have several minima, and its rounding errors decide at the end, so
-    that a library's conditions of sufficient decrease would fail.
+    The slope must also have decreased to 30 %. The whole increment is tried first, as
+    it is nearly always accepted. Then the length is bisected. Conditions of sufficient
+    decrease, as in libraries, would fail: the energy along an increment may have
+    several minima, and its rounding errors are large at the end.
 
     Returns
     -------
     length : float
-        Zero if no length is found at which the energy falls.
+        Length; zero if no length is found at which the energy falls.
     state : EnergyState or None
-        State at this length.
+        State at this length; None if no length is found.
     """
-    accepted = _REMAINING_SLOPE * abs(state.slope(increment))
+    accepted = _MAX_SLOPE_RATIO * abs(state.slope(increment))
     best: tuple[float, EnergyState | None] = 0.0, None
     length, high = 1.0, 1.0
-    for _ in range(_TRIALS):
+    for _ in range(_MAX_TRIALS):
         new = state.moved(increment, length)
         slope = new.slope(increment)
         falls = new.energy - state.energy <= state.rounding
