@@ -196,8 +196,10 @@ def lost_slope(indenter: Surface, smooth: Surface) -> float:
 
 def lost_text(change: GridChange, lost: float) -> str:
     """Return what a coarser grid can't resolve, for printed output."""
+    part = "a part" if math.isnan(lost) else f"{100 * lost:.2g} %"
+    unknown = ", which is not known" if math.isnan(lost) else ""
     return (
         f"a grid {change.coarsen} times as coarse can't resolve waves shorter than "
-        f"{_PER_WAVE} of its spacings: they are left out, and with them "
-        f"{100 * lost:.2g} % of the rms slope"
+        f"{_PER_WAVE} of its spacings: they are left out, and with them {part} of the "
+        f"rms slope{unknown}"
     )

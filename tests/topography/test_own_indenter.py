@@ -177,3 +177,14 @@ def test_a_topography_without_heights_is_refused():
 
     with pytest.raises(TypeError, match="heights"):
         Nothing()
+
+
+def test_slope_that_a_coarser_grid_loses_is_not_known_without_statistics():
+    class Smoothed(Cone):
+        def band_limited(self, shortest):
+            return Cone(self.slope)
+
+    with pytest.warns(UserWarning, match="a part of the rms slope, which is not known"):
+        (step,) = path(Smoothed(0.2), [0.5], grid="2 a0")
+    assert step.converged
+    assert np.isnan(step.area_error)
