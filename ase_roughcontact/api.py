@@ -44,22 +44,6 @@ from ase_roughcontact.topography import (
     SelfAffine,
 )
 
-if TYPE_CHECKING:
-    from ase_roughcontact.foundation.builders import crystal_slab
-    from ase_roughcontact.foundation.calculator import ElasticFoundation
-    from ase_roughcontact.foundation.indenter import RigidIndenter, add_indenter
-    from ase_roughcontact.foundation.precon import FoundationPrecon
-    from ase_roughcontact.foundation.surface import CrystalSurface
-    from ase_roughcontact.path_kinds.loop.atoms import adhesion_loop
-    from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
-    from ase_roughcontact.path_kinds.sliding.atoms import release, sliding_path, stick
-    from ase_roughcontact.path_kinds.sliding.record import SlidingStep
-    from ase_roughcontact.path_kinds.time.atoms import time_path
-    from ase_roughcontact.path_kinds.time.record import TimeStep
-else:
-    for name, module in shown_by("api").items():  # of packages that can be left out
-        globals()[name] = getattr(import_module(module), name)
-
 __all__ = [
     "ActiveSet",
     "Coulomb",
@@ -103,5 +87,38 @@ __all__ = [
     "settings_for",
     "snapshot",
     "substrate",
-    *shown_by("api"),
 ]
+
+if TYPE_CHECKING:
+    from ase_roughcontact.foundation.builders import crystal_slab
+    from ase_roughcontact.foundation.calculator import ElasticFoundation
+    from ase_roughcontact.foundation.indenter import RigidIndenter, add_indenter
+    from ase_roughcontact.foundation.precon import FoundationPrecon
+    from ase_roughcontact.foundation.surface import CrystalSurface
+    from ase_roughcontact.path_kinds.loop.atoms import adhesion_loop
+    from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
+    from ase_roughcontact.path_kinds.sliding.atoms import release, sliding_path, stick
+    from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+    from ase_roughcontact.path_kinds.time.atoms import time_path
+    from ase_roughcontact.path_kinds.time.record import TimeStep
+
+    __all__ += [
+        "AdhesionLoop",
+        "CrystalSurface",
+        "ElasticFoundation",
+        "FoundationPrecon",
+        "RigidIndenter",
+        "SlidingStep",
+        "TimeStep",
+        "add_indenter",
+        "adhesion_loop",
+        "crystal_slab",
+        "release",
+        "sliding_path",
+        "stick",
+        "time_path",
+    ]
+else:
+    for name, module in shown_by("api").items():  # of packages that can be left out
+        globals()[name] = getattr(import_module(module), name)
+    __all__ += shown_by("api")

@@ -105,12 +105,14 @@ def for_type_checkers(tree):
 
 @pytest.mark.parametrize("module", SHOWING)
 def test_type_checkers_see_the_names_that_are_found_at_run_time(module):
-    declared = {
-        alias.name: node.module
-        for node in for_type_checkers(ast.parse(FILES[module].read_text()))
-        for alias in node.names
-    }
+    declared, exported = {}, []
+    for node in for_type_checkers(ast.parse(FILES[module].read_text())):
+        if isinstance(node, ast.ImportFrom):
+            declared |= {alias.name: node.module for alias in node.names}
+        else:  # __all__ += [...]
+            exported += ast.literal_eval(node.value)
     assert declared == shown_by(SHOWING[module])
+    assert sorted(exported) == sorted(declared)
 
 
 def test_modules_import_only_from_their_own_layer_or_below():
@@ -118,11 +120,6 @@ def test_modules_import_only_from_their_own_layer_or_below():
         for other in imports(module):
             assert other, f"{module} must import from a module, not from {PACKAGE}"
             above, below = (name.partition(".")[0] for name in (module, other))
-            if LAYER_OF[below] > LAYER_OF[above] and below in (
-                "path_kinds",
-                "tradeoff",
-            ):
-                continue  # until their imports from below are cut
             assert above == below or LAYER_OF[below] < LAYER_OF[above], (
                 f"{module} imports {other}"
             )

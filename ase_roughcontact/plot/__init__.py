@@ -36,29 +36,6 @@ from ase_roughcontact.plot.surfaces import (
     show_as_scanned,
 )
 
-if TYPE_CHECKING:
-    from ase_roughcontact.path_kinds.loop.figures import plot_cantilever, plot_loop
-    from ase_roughcontact.path_kinds.sliding.figures import (
-        draw_friction,
-        draw_tractions,
-        plot_friction_loop,
-        plot_slip_areas,
-        plot_tractions,
-    )
-    from ase_roughcontact.path_kinds.time.figures import (
-        draw_cantilever_path,
-        draw_time_path,
-        plot_over_depth,
-        plot_over_time,
-    )
-    from ase_roughcontact.tradeoff.figures import plot_tradeoff
-else:
-
-    def __getattr__(name: str) -> Any:
-        """Import a figure of a package that can be left out when it is used."""
-        return import_shown("plot", name)
-
-
 __all__ = [
     "BLUE",
     "COLOURS",
@@ -79,5 +56,42 @@ __all__ = [
     "scale_bar",
     "show_as_scanned",
     "style",
-    *shown_by("plot"),
 ]
+
+if TYPE_CHECKING:
+    from ase_roughcontact.path_kinds.loop.figures import plot_cantilever, plot_loop
+    from ase_roughcontact.path_kinds.sliding.figures import (
+        draw_friction,
+        draw_tractions,
+        plot_friction_loop,
+        plot_slip_areas,
+        plot_tractions,
+    )
+    from ase_roughcontact.path_kinds.time.figures import (
+        draw_cantilever_path,
+        draw_time_path,
+        plot_over_depth,
+        plot_over_time,
+    )
+    from ase_roughcontact.tradeoff.figures import plot_tradeoff
+
+    __all__ += [
+        "draw_cantilever_path",
+        "draw_friction",
+        "draw_time_path",
+        "draw_tractions",
+        "plot_cantilever",
+        "plot_friction_loop",
+        "plot_loop",
+        "plot_over_depth",
+        "plot_over_time",
+        "plot_slip_areas",
+        "plot_tractions",
+        "plot_tradeoff",
+    ]
+else:
+    __all__ += shown_by("plot")
+
+    def __getattr__(name: str) -> Any:
+        """Import a figure of a package that can be left out when it is used."""
+        return import_shown("plot", name)

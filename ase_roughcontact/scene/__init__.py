@@ -41,21 +41,6 @@ from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessC
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.scene import NANONEWTON, Scene
 
-if TYPE_CHECKING:
-    from ase_roughcontact.path_kinds.loop.scene import Loop, relax_loop
-    from ase_roughcontact.path_kinds.sliding.scene import Sliding
-    from ase_roughcontact.path_kinds.time.scene import Timed
-else:
-
-    def __getattr__(name: str) -> Any:
-        """Return a kind of path from its own package."""
-        return import_shown("scene", name)
-
-
-for _module in shown_by("scene").values():
-    import_module(_module)  # makes a kind of path known to scene files
-
-
 __all__ = [
     "NANONEWTON",
     "OPTIMIZERS",
@@ -72,5 +57,26 @@ __all__ = [
     "TopographyConfig",
     "default_text",
     "on_modes",
-    *shown_by("scene"),
 ]
+
+if TYPE_CHECKING:
+    from ase_roughcontact.path_kinds.loop.scene import Loop, relax_loop
+    from ase_roughcontact.path_kinds.sliding.scene import Sliding
+    from ase_roughcontact.path_kinds.time.scene import Timed
+
+    __all__ += [
+        "Loop",
+        "Sliding",
+        "Timed",
+        "relax_loop",
+    ]
+else:
+    __all__ += shown_by("scene")
+
+    def __getattr__(name: str) -> Any:
+        """Return a kind of path from its own package."""
+        return import_shown("scene", name)
+
+
+for _module in shown_by("scene").values():
+    import_module(_module)  # makes a kind of path known to scene files
