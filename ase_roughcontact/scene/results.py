@@ -12,33 +12,44 @@ from ase_roughcontact.paths.path_steps import OtherPathError
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import ValidityReport
 from ase_roughcontact.scene.file import SceneFile, read_text
+from ase_roughcontact.scene.path_kind import PATHS
 
 #: Restart file of the path of a scene.
 RESTART = "sweep.restart.npz"
 #: Files that are the results of a scene.
 RESULTS = RESTART, "places.csv"
-#: All files and folders that commands write into the folder of a scene.
-OUTPUTS = {
-    *("scene.toml", "curve.csv", "cantilever.csv", "places.csv", "report.html"),
-    *(
-        RESTART,
-        "sweep.traj",
-        "view.traj",
-        "maps",
-        "curve.png",
-        "force.png",
-        "contact.png",
-    ),
-    *("loop.png", "cantilever.png", "time.png", "friction.png", "tractions.png"),
+# Files and folders that commands write into the folder of any scene.
+_OUTPUTS = {
+    RESTART,
+    "cantilever.csv",
+    "contact.png",
+    "curve.csv",
+    "curve.png",
+    "force.png",
+    "maps",
+    "places.csv",
     "places.png",
+    "report.html",
+    "scene.toml",
+    "sweep.traj",
+    "view.traj",
 }
 # Endings of files that are written beside these.
 _ENDINGS = "", ".new", ".lock"
 
 
+def outputs() -> set[str]:
+    """Return the names of all files and folders in the folder of a scene.
+
+    Pictures of all kinds of path are among them.
+    """
+    pictures = {name for kind in PATHS.values() for name in kind.captions}
+    return _OUTPUTS | pictures
+
+
 def check_inputs(scene: SceneFile) -> None:
     """Raise `ValueError` if a file of a scene has the name of one that is written."""
-    written = {name + ending for name in OUTPUTS for ending in _ENDINGS}
+    written = {name + ending for name in outputs() for ending in _ENDINGS}
     for file in scene.files:
         if Path(file).name.lower() in written:
             raise ValueError(

@@ -38,7 +38,7 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import OPTIMIZERS
 from ase_roughcontact.scene.file import SECTIONS, SceneFile
-from ase_roughcontact.scene.path_kind import PathKind
+from ase_roughcontact.scene.path_kind import PATHS, PathKind
 from ase_roughcontact.scene.plan import check_path, plan_of, warnings_of
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
@@ -241,10 +241,11 @@ class Scene(SceneFile):
         with problems.of("friction"):
             _ = self.friction and self.friction.law_on(self.spacing)
             if self.friction and not self.path.has_friction:
+                kinds = [name for name, each in PATHS.items() if each.has_friction]
                 raise ValueError(
-                    'needs [path] kind = "sliding" with displacements, forces or '
-                    f'bases, got kind = "{self.path.kind}": change the path, or omit '
-                    "[friction]"
+                    f'needs [path] kind = "{" or ".join(kinds)}", in which the '
+                    f'indenter moves sideways, got kind = "{self.path.kind}": change '
+                    "the path, or omit [friction]"
                 )
         with problems.of("path"):
             _ = self.planned, self.cantilever

@@ -15,7 +15,7 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.cli.page import page
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
-from ase_roughcontact.scene.results import OUTPUTS
+from ase_roughcontact.scene.results import outputs
 
 
 def page_of(folder, scene):
@@ -82,8 +82,8 @@ def loop(tmp_path_factory):
 
 def test_names_of_all_results_are_known(loop):
     folder, _ = loop
-    assert "cantilever.csv" in OUTPUTS
-    assert {path.name for path in folder.iterdir()} <= OUTPUTS
+    assert "cantilever.csv" in outputs()
+    assert {path.name for path in folder.iterdir()} <= outputs()
 
 
 def test_the_page_of_a_loop_has_its_values_and_force_curves(loop):

@@ -11,6 +11,7 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.plot import draw_file
 from ase_roughcontact.scene import Loop, PathKind, Scene, Steps
 from ase_roughcontact.scene.preview import preview
+from ase_roughcontact.scene.results import outputs
 from ase_roughcontact.scene.section import lengths
 
 
@@ -121,3 +122,25 @@ def test_keys_of_other_kinds_are_ignored_at_their_defaults():
 
 def test_a_loop_is_the_same_calculation_as_in_earlier_versions():
     assert Loop(2.0).given == {"kind": "loop", "deepest": 2}
+
+
+RELAXING = "[substrate]\nrelaxation_moduli = [0.5]\nrelaxation_times = [1.0]\n"
+FRICTION = "[friction]\ncoefficient = 0.3\n"
+
+
+@pytest.mark.parametrize(
+    "section, attribute, message",
+    [(RELAXING, "in_time", "viscoelastic"), (FRICTION, "has_friction", "sideways")],
+)
+def test_a_kind_of_path_says_what_it_has_that_a_solid_or_friction_needs(
+    section, attribute, message, monkeypatch
+):
+    scene = Scene.parse(PATH + section)
+    with pytest.raises(ValueError, match=message):
+        scene.check()
+    monkeypatch.setattr(Oscillation, attribute, True)
+    scene.check()
+
+
+def test_a_file_with_the_name_of_a_picture_of_any_kind_is_refused():
+    assert {"loop.png", "time.png", "friction.png", "oscillation.png"} <= outputs()

@@ -200,7 +200,7 @@ def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
         ),
         (
             "friction = { coefficient = 0.3 }\npath = { values = [1.0] }",
-            ["sliding", "displacements, forces or bases", "or omit [friction]"],
+            ["sliding", "moves sideways", "or omit [friction]"],
         ),
     ],
     ids=["types", "values", "path"],
