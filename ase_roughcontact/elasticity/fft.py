@@ -1,15 +1,15 @@
 """Fourier transforms of real grids, with plans and buffers that are reused.
 
-A `RealFFT2` transforms a grid of which only a window of leading rows and columns is
-nonzero (before the forward transform) or wanted (after the inverse one). It skips the
-transforms of the other rows, a quarter of the work for a grid that is padded to twice
-the window in each direction.
+A `RealFFT2` transforms a grid where only a window of leading rows and columns is
+nonzero (before the forward transform) or wanted (after the inverse transform). It skips
+the transforms of the other rows, a quarter of the work for a grid that is padded to
+twice the window in each direction.
 
 Large grids are transformed in blocks of rows and blocks of columns, in buffers that fit
-the cache of a processor. A convolution transforms each block of columns forward,
-multiplies it and transforms it back before it turns to the next one, so that the
-spectrum of the padded grid is never stored as a whole. Several fields, such as
-tractions along x and y, are multiplied by a matrix for each wave in the same way.
+into the cache of a processor. A convolution transforms each block of columns forward,
+multiplies it and transforms it back before the next block, so that the spectrum of the
+padded grid is never stored as a whole. Several fields, such as tractions along x and y,
+are multiplied by a matrix for each wave in the same way.
 """
 
 from __future__ import annotations
@@ -30,26 +30,26 @@ from ase_roughcontact._util.validation import grid_shape, integer
 from ase_roughcontact.elasticity import fft_backends
 from ase_roughcontact.elasticity.fft_backends import ENGINES, BlockTransform
 
-# Grids up to this number of points are transformed by pyfftw, whose calls take less
-# time: with 32 * 32 points a sixth.
-_SMALL = 64 * 64
+# Largest number of points of a grid that pyfftw transforms by default: on small grids
+# its calls take less time than calls of ducc0, a sixth for 32 * 32 points.
+_MAX_PYFFTW_POINTS = 64 * 64
 
 
 @dataclass(frozen=True)
 class Blocking:
-    """How large grids are cut into blocks, and which grids are.
+    """Sizes of the blocks into which large grids are cut.
 
     Attributes
     ----------
     row_block : int
-        Numbers in a block of rows.
+        Number of entries in a block of rows.
     column_block : int
-        Columns in a block, for every `column_height` rows of the grid: as many as make
-        up a cache line, or a multiple of it.
+        Number of columns in a block for every `column_height` rows of the grid, which
+        fill one or more cache lines.
     column_height : int
-        See `column_block`.
+        Number of rows for which `column_block` is given.
     whole_grid_bytes : int
-        Smaller grids are transformed by one thread, as a whole.
+        Size below which one thread transforms a grid as a whole (bytes).
     """
 
     row_block: int = 131072
@@ -59,7 +59,7 @@ class Blocking:
 
 
 class _Work(threading.local):
-    """Grid points that `RealFFT2` has transformed forward and back in a thread."""
+    """Number of grid points that were transformed forward and back in a thread."""
 
     points = 0
 
@@ -68,18 +68,18 @@ _WORK = _Work()
 
 
 def transformed_points() -> int:
-    """Return the grid points that this thread has transformed forward and back."""
+    """Return the number of grid points of all FFT pairs of this thread."""
     return _WORK.points
 
 
 def fast_length(minimum: int) -> int:
-    """Return the smallest length >= `minimum` whose real FFT is fast."""
+    """Return the smallest length >= `minimum` with a fast real FFT."""
     return int(next_fast_len(minimum, real=True))
 
 
 def _default_engine(grid: tuple[int, int]) -> str:
-    """Return ducc0 where it is installed and the grid is not small, else pyfftw."""
-    small = math.prod(grid) <= _SMALL
+    """Return "ducc0" if it is installed and the grid is large, otherwise "pyfftw"."""
+    small = math.prod(grid) <= _MAX_PYFFTW_POINTS
     return "pyfftw" if fft_backends.ducc0 is None or small else "ducc0"
 
 
@@ -89,7 +89,7 @@ class RealFFT2:
     Parameters
     ----------
     window : (int, int)
-        Shape ``(n, m)`` of the part of the grid that carries data.
+        Shape ``(n, m)`` of the part of the grid with data.
     grid : (int, int), optional
         Shape ``(N, M)`` of the grid, zero outside of the window; by default `window`.
     dtype : dtype
@@ -99,21 +99,21 @@ class RealFFT2:
         Library, the name of a `BlockTransform`: "pyfftw", "ducc0", or a class of your
         own; by default ducc0 where it is installed, but pyfftw for small grids.
     threads : int, optional
-        Maximum number of threads; by default that of `available_threads`.
+        Largest number of threads; by default the number of `available_threads`.
     blocking : Blocking, optional
-        How large grids are cut into blocks.
+        Sizes of the blocks of large grids.
     memory : RealFFT2, optional
-        Transform whose array for the spectra of rows is used, too, if it suffices. Only
-        one of the two may transform at a time.
+        Transform with an array for the spectra of rows that is shared if it is large
+        enough. Only one of the two may transform at a time.
 
     Attributes
     ----------
     spectrum : ndarray, shape (N, M//2 + 1), complex
-        Result of `forward` and input of `inverse`, which overwrites it, as `filter`
-        may.
+        Result of `forward` and input of `inverse`, which overwrites it; `filter` may
+        overwrite it, too.
     pairs : int
-        Number of forward/inverse pairs: those of `filter` and `filter_fields`, plus
-        those that a caller of `forward` and `inverse` adds.
+        Number of forward/inverse pairs of `filter` and `filter_fields`. Callers of
+        `forward` and `inverse` add their own pairs.
 
     Raises
     ------
@@ -214,12 +214,15 @@ class RealFFT2:
         Parameters
         ----------
         values : ndarray, shape (N, M//2 + 1), real
-            Even in both directions, so that only the first ``N//2 + 1`` rows are read.
+            Spectrum, even in both directions: only the first ``N//2 + 1`` rows are
+            read.
         factor : float
+            Factor of the spectrum.
 
         Returns
         -------
         ndarray
+            Argument `multiplier` of `filter`.
         """
         rows = self.grid[0] // 2 + 1
         half = np.empty(values[:rows].shape, float if self._whole else self.dtype)
@@ -231,10 +234,10 @@ class RealFFT2:
 
     @property
     def factor_type(self) -> np.dtype:
-        """Type of factors by which spectra are multiplied fastest.
+        """Type of factors for the fastest multiplication of spectra.
 
-        NumPy multiplies complex numbers faster by complex than by real ones, which take
-        half the memory.
+        NumPy multiplies complex numbers faster by complex than by real numbers. Real
+        numbers take half the memory.
         """
         return self._buffers[0].columns.dtype if self._whole else self.dtype
 
@@ -258,6 +261,7 @@ class RealFFT2:
         Returns
         -------
         ndarray, shape (n, m)
+            Values with the multiplied spectrum, on the window.
         """
         if out is not None and (out.shape, out.dtype) != (self.window, self.dtype):
             raise ValueError(
@@ -297,22 +301,25 @@ class RealFFT2:
     ) -> np.ndarray:
         """Multiply the spectra of several fields by a matrix for each wave.
 
-        As many pairs as the matrix has rows or columns, whichever are more.
+        The number of pairs is the larger one of the numbers of rows and columns of the
+        matrix.
 
         Parameters
         ----------
         fields : ndarray, shape (k, n, m)
             Values on the first rows and columns of the grid, zero elsewhere.
         matrix : sequence of l sequences of k arrays, shape (N, M//2 + 1)
-            Real spectra, best of the type `factor_type`.
+            Real spectra, fastest if they have the type `factor_type`.
         shape : (int, int), optional
-            First rows and columns of the grid that are wanted; by default ``(n, m)``.
+            Numbers of first rows and columns of the grid that are returned; by default
+            ``(n, m)``.
         imaginary : bool
             Whether the matrix is multiplied by the imaginary unit.
 
         Returns
         -------
         ndarray, shape (l, `shape[0]`, `shape[1]`)
+            Fields with the multiplied spectra.
         """
         count, known = len(fields), fields.shape[1]
         shape = fields.shape[1:] if shape is None else shape
@@ -382,7 +389,7 @@ class RealFFT2:
         wanted: int,
         operation: Callable[[Any, slice], None],
     ) -> None:
-        """Transform columns, zero beyond some rows, of which the first are wanted."""
+        """Transform columns, zero beyond `known` rows, and keep the `wanted` rows."""
 
         def work(buffer: BlockTransform, columns: slice) -> None:
             block = buffer.columns[:, : _length(columns)]
@@ -396,7 +403,7 @@ class RealFFT2:
     def _each(
         self, blocks: list[slice], work: Callable[[BlockTransform, slice], None]
     ) -> None:
-        """Call ``work(buffer, block)`` for all blocks, shared by threads."""
+        """Call ``work(buffer, block)`` for all blocks, by several threads."""
         idle = self._buffers[::-1]
 
         def run(block: slice) -> None:
@@ -437,8 +444,10 @@ def _float_type(dtype: object) -> np.dtype:
 
 
 def _length(block: slice) -> int:
+    """Return the number of rows or columns of a block."""
     return block.stop - block.start
 
 
 def _longest(blocks: list[slice]) -> int:
+    """Return the length of the longest block."""
     return max(map(_length, blocks))

@@ -1,7 +1,7 @@
 """FFT libraries: transforms of a block of rows or columns, by FFTW or by ducc0.
 
-A subclass of `BlockTransform` with a name is an engine of `RealFFT2`, and so of all
-transforms of a contact: normal displacements, friction and explicit atoms.
+A subclass of `BlockTransform` with a name is an engine of `RealFFT2`, which transforms
+all fields of a contact: for normal displacements, friction and explicit atoms.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ ENGINES: Registry[type[BlockTransform]] = Registry("engine")
 class BlockTransform(ABC):
     """Buffers for a block of rows and a block of columns, and their transforms.
 
-    A subclass defines the four transforms and its name. A block that is smaller than
-    the buffers fills their first rows or columns. Each thread has an object of its own.
+    A subclass defines the four transforms and a name. A block that is smaller than the
+    buffers fills their first rows or columns. Each thread has its own object.
 
     Parameters
     ----------
     grid : (int, int)
-        Shape ``(N, M)``.
+        Shape ``(N, M)`` of the grid.
     rows, columns : int
-        Number of rows of the grid and of columns of its spectrum in the buffers.
+        Numbers of rows of the grid and of columns of its spectrum in the buffers.
     dtype : dtype
-        Type of the rows.
+        Type of the rows, single or double precision.
 
     Attributes
     ----------
@@ -81,9 +81,9 @@ class BlockTransform(ABC):
     def filter(
         self, values: np.ndarray, multiplier: np.ndarray, out: np.ndarray
     ) -> None:
-        """Multiply the spectrum of the values on a window, in buffers for all of it.
+        """Multiply the spectrum of values on a window, in buffers of the whole grid.
 
-        The array for the result may be the values.
+        The array `out` for the result may be the array of the values.
         """
         rows, columns = self.rows, self.columns
         (n, m), every = values.shape, columns.shape[1]
@@ -117,12 +117,12 @@ class BlockTransform(ABC):
 
 
 class PyfftwTransform(BlockTransform):
-    """Transforms by FFTW, whose plans are bound to the buffers.
+    """Transforms by FFTW, with plans for the buffers.
 
-    Plans are estimated: measured ones are up to 1.6 times faster, but finding them
-    costs as much time as hundreds of transforms, and they differ from run to run. The
-    threads of FFTW spin while they wait for each other, which is slow on busy
-    processors, so that they are not used.
+    Plans are estimated. Measured plans are up to 1.6 times faster, but the measurement
+    takes as much time as hundreds of transforms, and plans differ from run to run.
+    FFTW's threads are not used: they spin while they wait for each other, which is slow
+    on busy processors.
     """
 
     engine = "pyfftw"

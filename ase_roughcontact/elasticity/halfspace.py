@@ -1,14 +1,14 @@
 r"""Elastic half spaces discretised into square cells, periodic or free.
 
 A pressure :math:`p` displaces the surface by :math:`u = -G * p` (positive upward),
-where :math:`G` is the Green's function of the solid (see `greens`). A periodic half
-space multiplies in Fourier space, with the mean displacement set to zero,
+where :math:`G` is the Green's function of the solid (see `greens`). For a periodic half
+space this is a product in Fourier space, with the mean displacement set to zero,
 
 .. math:: \tilde u(q) = -G(q)\, \tilde p(q), \qquad \tilde u(0) = 0.
 
-A free half space convolves with the compliance of single cells. The FFT does this on a
-grid that is padded to at least ``2n - 1`` cells for a window of n, which makes it exact
-for pressure and displacement inside the window.
+For a free half space it is a convolution with the compliance of single cells. The FFT
+is exact for pressure and displacement in a window of n cells, as the grid is padded to
+at least ``2n - 1`` cells.
 
 References
 ----------
@@ -31,8 +31,10 @@ from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.spectra import quadrants, wrapped_distance
 from ase_roughcontact.elasticity.viscoelastic import Scaled
 
-# Spectra that are kept, and the largest number of points of their grids: 4 MB.
-_KEPT, _LARGEST_KEPT = 32, 256 * 256
+# Number of spectra that are kept.
+_KEPT_SPECTRA = 32
+# Largest number of grid points of a spectrum that is kept. All of them take 4 MB.
+_MAX_KEPT_POINTS = 256 * 256
 
 
 class HalfSpace(ABC):
@@ -45,7 +47,7 @@ class HalfSpace(ABC):
     spacing : float
         Side of a cell, the atomic spacing a0 (length).
     solid : ElasticSolid or float
-        The material; a number is the contact modulus of an isotropic solid (pressure).
+        Solid; a number is the contact modulus of an isotropic solid (pressure).
     **fft
         Options of `RealFFT2`.
 
@@ -55,10 +57,10 @@ class HalfSpace(ABC):
         Grid ``(N, M)`` of the transforms: the window plus the padding of a free half
         space.
     dof_shape : (int, int)
-        Shape of the displacement field, the degrees of freedom: the grid, or the
-        window where the padding has been eliminated.
+        Shape of the displacement field (the degrees of freedom): the grid, or the
+        window if the padding is eliminated.
     fft : dict
-        The options of `RealFFT2`.
+        Options of `RealFFT2`.
 
     Raises
     ------
@@ -99,7 +101,7 @@ class HalfSpace(ABC):
         return other
 
     def softened(self, factor: float) -> HalfSpace:
-        """Return the half space of a softer solid, which shares the transform."""
+        """Return the half space with a factor of the compliance, and the same plans."""
         solid = self.solid.solid if isinstance(self.solid, Scaled) else self.solid
         return self.of(Scaled(solid, factor))
 
@@ -130,22 +132,23 @@ class HalfSpace(ABC):
     def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
         """Return the Fourier transform of the Green's function on a grid.
 
-        Those of small grids are kept, and read-only, if solids are compared by value.
+        Spectra of small grids are kept, and read-only, if the solid is compared by
+        value.
 
         Parameters
         ----------
         grid : (int, int)
-            Shape ``(N, M)`` of the padded grid or any other.
+            Shape ``(N, M)`` of the padded grid, or of any other grid.
 
         Returns
         -------
         ndarray, shape (N//2 + 1, M//2 + 1)
-            Real (length/pressure). The other rows follow from its evenness.
+            Spectrum, real (length/pressure). The other rows follow, as it is even.
         """
         solid, factor = self.solid, 1.0
         if isinstance(self.solid, Scaled):
             solid, factor = self.solid.solid, self.solid.factor
-        kept = math.prod(grid) <= _LARGEST_KEPT and _by_value(solid)
+        kept = math.prod(grid) <= _MAX_KEPT_POINTS and _by_value(solid)
         make = _spectrum if kept else _spectrum.__wrapped__
         spectrum = make(solid, self.spacing, grid, self.periodic)
         return spectrum if factor == 1.0 else factor * spectrum
@@ -167,14 +170,14 @@ class HalfSpace(ABC):
 
     @property
     def dof_shape(self) -> tuple[int, int]:
-        """Shape of the displacement field: the grid, padding included."""
+        """Shape of the displacement field: the grid with its padding."""
         return self.grid
 
     @cached_property
     def self_compliance(self) -> float:
-        """Self-compliance: depth of a cell under unit pressure on it alone.
+        """Depth of a cell under unit pressure on this cell alone (length/pressure).
 
-        It is that of a free half space, also for a periodic cell (length/pressure).
+        The half space is taken as free, also for a periodic cell.
         """
         return self.solid.self_compliance(self.spacing)
 
@@ -218,12 +221,12 @@ class HalfSpace(ABC):
         Parameters
         ----------
         pressure : ndarray, shape (n, m)
-            Positive in compression (pressure).
+            Pressures, positive in compression (pressure).
 
         Returns
         -------
         ndarray, shape (n, m)
-            Positive upward (length); its mean is zero if periodic.
+            Displacements, positive upward (length). Their mean is zero if periodic.
         """
         return self.window_transform.filter(pressure, self._compliance_filter)
 
@@ -238,7 +241,7 @@ class HalfSpace(ABC):
         Returns
         -------
         ndarray, shape `dof_shape`
-            Positive in compression (pressure).
+            Pressures, positive in compression (pressure).
         """
         return self.grid_transform.filter(displacement, self._stiffness_filter)
 
@@ -262,9 +265,10 @@ class HalfSpace(ABC):
 
     @cached_property
     def pair_compliance(self) -> np.ndarray:
-        """Depth of a cell by unit pressure on another one, by their distance.
+        """Depth of a cell by unit pressure on another cell (length/pressure).
 
-        Shape (2n - 1, 2m - 1), zero distance in the middle (length/pressure).
+        The shape is (2n - 1, 2m - 1), with the lattice vector between the cells counted
+        from the middle.
         """
         unit = np.zeros(self.shape)
         unit[0, 0] = 1.0
@@ -278,10 +282,9 @@ class HalfSpace(ABC):
         positive = spectrum > 0
         if positive.size - np.count_nonzero(positive) > self.periodic:
             raise ValueError(
-                f"{self.solid} is so stiff at its surface that on a grid of {n} x {m} "
-                "its pressure does not follow from the displacement: relax it with "
-                "load_path(..., window='auto'), or give a larger window (20 times the "
-                "thickness of a layer 100 times as stiff as its base)"
+                f"{self.solid} is too stiff at its surface for a grid of {n} x {m}: "
+                "relax it with load_path(..., window='auto'), or give a larger window "
+                "(20 times the thickness of a layer 100 times as stiff as its base)"
             )
         return np.divide(1.0, spectrum, where=positive, out=np.zeros_like(spectrum))
 
@@ -295,9 +298,10 @@ class HalfSpace(ABC):
 
 
 class PeriodicHalfSpace(HalfSpace):
-    """Half space under a periodic cell, whose mean plane is the reference.
+    """Half space under a periodic cell.
 
-    See `HalfSpace` for the parameters.
+    Displacements are relative to the mean plane of the surface. See `HalfSpace` for the
+    parameters.
     """
 
     periodic = True
@@ -309,7 +313,7 @@ class PeriodicHalfSpace(HalfSpace):
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Return the displacement due to a pressure; see `HalfSpace.displacement`."""
-        # subtracting the mean, which displaces nothing, avoids its rounding error
+        # without the mean, which displaces nothing, rounding errors are smaller
         values = (pressure - pressure.mean()).astype(self.dtype, copy=False)
         return self.window_transform.filter(values, self._compliance_filter, values)
 
@@ -330,7 +334,7 @@ class FreeHalfSpace(HalfSpace):
 
 def _by_value(solid: ElasticSolid) -> bool:
     """Return whether a solid is compared by all of its parameters."""
-    if "__hash__" not in vars(type(solid)):  # that of a base ignores what is new
+    if "__hash__" not in vars(type(solid)):  # a base class ignores new parameters
         return False
     try:
         hash(solid)
@@ -339,7 +343,7 @@ def _by_value(solid: ElasticSolid) -> bool:
     return True
 
 
-@lru_cache(_KEPT)
+@lru_cache(_KEPT_SPECTRA)
 def _spectrum(
     solid: ElasticSolid, spacing: float, grid: tuple[int, int], periodic: bool
 ) -> np.ndarray:

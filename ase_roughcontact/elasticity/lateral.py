@@ -1,15 +1,15 @@
 r"""Response of a half space to lateral tractions, and its coupling to pressure.
 
-Tractions :math:`t = (t_x, t_y)` displace the surface by :math:`u = G * t`, where G is
-the 2 x 2 matrix of the solid (see `greens`), as pressure does in `halfspace`: a
-periodic half space multiplies in Fourier space, with the mean displacement set to zero,
-and a free one on a grid padded to at least ``2n - 1`` cells. Pressure p displaces the
-surface sideways, too, and tractions displace it upward,
+Tractions :math:`t = (t_x, t_y)` displace the surface by :math:`u = G * t` with the 2 x
+2 matrix G of the solid (see `greens`). The convolution is calculated as in `halfspace`:
+for a periodic half space as a product in Fourier space, with the mean displacement set
+to zero, and for a free one on a grid padded to at least ``2n - 1`` cells. Pressure p
+also displaces the surface laterally, and tractions displace it upward,
 
 .. math:: u_a = C_a * p, \qquad u_z = \sum_a C_a * t_a ,
 
-with the same odd functions :math:`C_a`, as an elastic energy
-:math:`\tfrac12 t \cdot G * t + t \cdot C * p + \tfrac12 p\, G_{zz} * p` has it.
+with the same odd functions :math:`C_a`, which follow from the elastic energy
+:math:`\tfrac12 t \cdot G * t + t \cdot C * p + \tfrac12 p\, G_{zz} * p`.
 """
 
 from __future__ import annotations
@@ -32,16 +32,17 @@ from ase_roughcontact.elasticity.spectra import (
     quadrants,
 )
 
-# Compliance of a uniform traction of a periodic half space, which displaces nothing,
-# relative to the largest one, so that matrices are definite.
-_UNIFORM = 1e-10
+# Compliance of a periodic half space for a uniform traction, relative to the largest
+# compliance. It replaces zero, so that matrices are definite.
+_UNIFORM_COMPLIANCE = 1e-10
 # Smallest compliance of a wave in the approximate inverse, relative to the largest one.
-_SOFTEST = 1e-6
+_MIN_COMPLIANCE = 1e-6
 
 
 class _Response:
-    """Response of a window of surface cells; the parameters of `LateralHalfSpace`."""
+    """Response of a window of cells; see `LateralHalfSpace` for the parameters."""
 
+    #: Components of the Green's function, see `spectra`.
     _kind: str
 
     def __init__(
@@ -70,12 +71,12 @@ class _Response:
         Parameters
         ----------
         grid : (int, int)
-            Shape ``(N, M)``.
+            Shape ``(N, M)`` of the grid.
 
         Returns
         -------
         ndarray, shape (components, N, M//2 + 1)
-            Real (length/pressure).
+            Spectra, real (length/pressure).
         """
         parts = quadrants(self.solid, self.spacing, grid, self.periodic, self._kind)
         return half_planes(parts, self._kind, grid)
@@ -91,9 +92,9 @@ class LateralHalfSpace(_Response):
     spacing : float
         Side of a cell (length).
     solid : ElasticSolid
-        With lateral components.
+        Solid with lateral components.
     periodic : bool
-        Whether the window repeats.
+        Whether boundaries are periodic, or free.
     **fft
         Options of `RealFFT2`.
 
@@ -102,7 +103,7 @@ class LateralHalfSpace(_Response):
     grid : (int, int)
         Grid ``(N, M)`` of the transforms.
     transformed : int
-        Points of all forward/inverse FFT pairs of two components so far.
+        Number of grid points of all FFT pairs of two components so far.
 
     Raises
     ------
@@ -121,14 +122,14 @@ class LateralHalfSpace(_Response):
         if self.periodic:
             # a single atom has no waves
             largest = spectrum[:2].max() or self.spacing / self.solid.contact_modulus
-            spectrum[:2, 0, 0] = _UNIFORM * largest
+            spectrum[:2, 0, 0] = _UNIFORM_COMPLIANCE * largest
         return spectrum
 
     @cached_property
     def self_compliance(self) -> float:
         """Displacement of a cell by unit traction on it alone (length/pressure)."""
         means = self._compliance[:2].mean(axis=(0, 1))  # over both components
-        weights = np.full(means.size, 2.0)  # of waves in both directions
+        weights = np.full(means.size, 2.0)  # waves in both directions
         weights[0] = 1.0
         if self.grid[1] % 2 == 0:
             weights[-1] = 1.0
@@ -146,12 +147,12 @@ class LateralHalfSpace(_Response):
         Parameters
         ----------
         tractions : ndarray, shape (2, n, m)
-            Along x and y (pressure).
+            Tractions along x and y (pressure).
 
         Returns
         -------
         ndarray, shape (2, n, m)
-            Along x and y (length); its mean is zero if periodic.
+            Displacements along x and y (length). Their mean is zero if periodic.
         """
         return self._multiplied(self._compliance, tractions, self.transform)
 
@@ -161,13 +162,13 @@ class LateralHalfSpace(_Response):
         Parameters
         ----------
         displacement : ndarray, shape (2, N, M)
-            Along x and y, of all cells of the grid (length).
+            Displacements of all cells of the grid along x and y (length).
 
         Returns
         -------
         ndarray, shape (2, N, M)
-            Pressure; if periodic their mean is zero, and that of the displacement has
-            no effect.
+            Tractions along x and y (pressure). For a periodic half space their mean is
+            zero, and the mean displacement has no effect.
         """
         return self._multiplied(self._stiffness, displacement, self.transform)
 
@@ -234,8 +235,8 @@ class CrossResponse(_Response):
     Parameters
     ----------
     shape, spacing, solid, periodic, **fft
-        See `LateralHalfSpace`; the solid needs `cross_wave_compliance` if periodic, and
-        else `cross_cell_compliance`.
+        See `LateralHalfSpace`. The solid needs `cross_wave_compliance` for periodic,
+        and `cross_cell_compliance` for free boundaries.
 
     Raises
     ------
@@ -253,10 +254,12 @@ class CrossResponse(_Response):
         Parameters
         ----------
         pressure : ndarray, shape (n, m)
+            Pressures (pressure).
 
         Returns
         -------
         ndarray, shape (2, n, m)
+            Displacements along x and y (length).
         """
         x, y = self._compliance
         fields = pressure[None]
@@ -268,11 +271,12 @@ class CrossResponse(_Response):
         Parameters
         ----------
         tractions : ndarray, shape (2, n, m)
-            On the surface (pressure).
+            Tractions on the surface (pressure).
 
         Returns
         -------
         ndarray, shape (n, m)
+            Displacements (length), positive upward.
         """
         matrix = [list(self._compliance)]
         return self.transform.filter_fields(tractions, matrix, imaginary=True)[0]
@@ -283,9 +287,9 @@ def _inverse(spectrum: np.ndarray) -> np.ndarray:
     xx, yy, xy = spectrum
     mean = 0.5 * (xx + yy)
     least = mean - np.hypot(0.5 * (xx - yy), xy)  # eigenvalue
-    uniform = least[0, 0] < _SOFTEST * mean.max()
-    # the mean of a periodic surface has no compliance: that of a long wave instead
-    shift = np.maximum(_SOFTEST * mean.max() - least, 0.0)
+    uniform = least[0, 0] < _MIN_COMPLIANCE * mean.max()
+    # the mean of a periodic surface has no compliance: take the largest of a wave
+    shift = np.maximum(_MIN_COMPLIANCE * mean.max() - least, 0.0)
     shift[0, 0] = mean.max() if uniform else 0.0
     xx, yy = xx + shift, yy + shift
     return np.stack([yy, xx, -xy]) / (xx * yy - xy * xy)
