@@ -10,6 +10,7 @@ from ase_roughcontact._util.printing import show, write, write_error
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
 from ase_roughcontact.contact.control import LOAD
+from ase_roughcontact.fitting.curve_checks import curve_checks
 from ase_roughcontact.fitting.curve_files import read_curve, read_in_time
 from ase_roughcontact.fitting.fit import fit_curve
 from ase_roughcontact.fitting.force_curve import BASELINE
@@ -71,7 +72,7 @@ def fit(options: argparse.Namespace) -> int:
         curve = read_curve(options.curve, *given)
         remarks = curve.remarks
         if trials is not None:
-            for remark in (*remarks, *curve.doubts):
+            for remark in (*remarks, *curve_checks(curve)):
                 write_error(f"note: {remark}")
         found = fit_curve(scene, curve, free, trials)
         if scene.wall.attractive:

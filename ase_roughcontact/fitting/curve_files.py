@@ -199,6 +199,8 @@ def read_in_time(
         found.setdefault("force", known * found["deflection"])
     if known is not None and {"distance", "force"} <= set(found):
         found.setdefault("depth", -(found["distance"] + found["force"] / known))
+    if "indentation" in found:
+        found.setdefault("depth", found["indentation"])
     if not {"time", kind} <= set(found):
         unit = "nN" if kind == "force" else "nm"
         raise ValueError(_missing(file, read.table, f"time (s) and {kind} ({unit})"))

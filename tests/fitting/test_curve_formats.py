@@ -150,6 +150,13 @@ def test_holds_are_kept_over_time(tmp_path):
     np.testing.assert_allclose(np.ptp(depth[501:551]), 20.0 * NM, rtol=1e-6)
 
 
+def test_an_indentation_is_a_depth_where_there_is_no_other(tmp_path):
+    text = "time (s),indentation (nm),force (nN)\n0,1,2\n1,3,4\n2,4,9\n"
+    (file := tmp_path / "curve.csv").write_text(text)
+    np.testing.assert_allclose(read_curve(file).depth / NM, [1.0, 3.0, 4.0])
+    np.testing.assert_allclose(read_in_time(file, "depth")[1] / NM, [1.0, 3.0, 4.0])
+
+
 def test_pauses_of_a_jpk_text_are_holds(tmp_path):
     jpk(file := tmp_path / "curve.txt", pause=True)
     curve = read_curve(file)
