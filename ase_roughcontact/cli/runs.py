@@ -40,9 +40,10 @@ def run(options: argparse.Namespace) -> int:
 
       curve.csv    one line per step: heights and penetrations in Å, forces in eV/Å,
                    areas in Å^2, energies in eV
-      sweep.traj   frames for looking, of all steps or about a hundred, which ase.io
-                   reads; tags: 1 in contact, 2 attracted, 4 in plastic contact, 5 in
-                   contact and slipping; initial charges: pressure in GPa
+      sweep.traj   frames for looking, of all steps or about a hundred, which
+                   ase.io reads; tags: 1 in contact, 2 attracted, 4 in plastic
+                   contact, 5 in contact and slipping; initial charges: pressure in
+                   GPa
       sweep.restart.npz
                    all steps and the last state, from which a run is resumed
       view.traj    the same for viewing with ase gui: contact in purple, sphere cut

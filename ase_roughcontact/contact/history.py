@@ -3,7 +3,7 @@
 An entry is declared by the code that reads it, such as a wall, a solid or a law of
 friction, also one of your own: ::
 
-    from ase_roughcontact import HistoryEntry, declare
+    from ase_roughcontact.contact.history import HistoryEntry, declare
 
     AGE = declare(HistoryEntry("age", "s", in_frames=True))
 
