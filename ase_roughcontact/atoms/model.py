@@ -34,6 +34,7 @@ from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.viscoelastic import Scaled
 from ase_roughcontact.interactions import LennardJones93
+from ase_roughcontact.interactions.consistency import check_attributes
 from ase_roughcontact.topography.base import surface_id
 
 # Largest values of any solid, with their units in tables and here: diamond has a
@@ -83,6 +84,7 @@ def checked(name: str, value: Any) -> Any:
         kind = KINDS[name].__name__
         raise ValueError(f"{name} must be a {kind}, got {value!r}")
     if name == "interaction":
+        check_attributes(value)
         _warn_of_units(hardness=value.hardness, work_of_adhesion=value.work_of_adhesion)
     return value
 

@@ -26,6 +26,14 @@ _DIFFERENCE_ERROR = 100.0
 _MAX_KINKS = 3
 
 
+def check_attributes(wall: Interaction) -> None:
+    """Raise `ValueError` if a wall does not define what `Interaction` declares."""
+    missing = [each for each in _REQUIRED if not hasattr(wall, each)]
+    if missing:
+        name = type(wall).__name__
+        raise ValueError(f"the wall {name} must define {', '.join(missing)}")
+
+
 def check_wall(wall: Interaction, spacing: float) -> None:
     """Raise `ValueError` if a wall from outside the package contradicts itself.
 
@@ -35,9 +43,7 @@ def check_wall(wall: Interaction, spacing: float) -> None:
     name = type(wall).__name__
     if type(wall).__module__.startswith("ase_roughcontact."):
         return
-    missing = [each for each in _REQUIRED if not hasattr(wall, each)]
-    if missing:
-        raise ValueError(f"the wall {name} must define {', '.join(missing)}")
+    check_attributes(wall)
     if wall.purely_hard:
         return
     lowest = 0.0 if wall.hard else wall.contact_distance - _DEPTH_BELOW * spacing
