@@ -1,7 +1,7 @@
 """A scan as the lower side of an indenter: noise, filter, and copies with its errors.
 
 A copy has half the pixels, as much noise again, or edges that fit each other.
-`paths.scan_errors` presses them.
+`results.scan_errors` presses them.
 """
 
 from __future__ import annotations
