@@ -139,7 +139,7 @@ class Component(ABC):
 
 
 class Harmonics(Component):
-    r"""Component of a continuum, whose Green's function is :math:`f(\phi)/(\pi r)`.
+    r"""Component of a continuum, with the Green's function :math:`f(\phi)/(\pi r)`.
 
     The function f is the `harmonic_sum` of the coefficients after a turn by a right
     angle. Below a distance of 160 cells the divergence

@@ -39,7 +39,7 @@ class Box:
 
     @property
     def slices(self) -> tuple[slice, slice]:
-        """Slices of an array whose first entry has the index (0, 0)."""
+        """Slices of an array that begins at the lattice index (0, 0)."""
         return self.slices_in(Box((0, 0), self.stop))
 
     def slices_in(self, outer: Box) -> tuple[slice, slice]:

@@ -81,7 +81,7 @@ class Scaled(ElasticSolid):
         return self.factor * self.solid.cell_compliance(i, j, spacing)
 
     def check(self, spacing: float) -> None:
-        """Raise an error if the solid can't be that of a grid; see `ElasticSolid`."""
+        """Raise an error if the solid can't be used with a grid; see `ElasticSolid`."""
         self.solid.check(spacing)
 
 

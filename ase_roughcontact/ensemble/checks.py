@@ -97,6 +97,6 @@ def readable_errors(address: str) -> Iterator[None]:
 def damaged(address: str, error: Exception) -> ValueError:
     """Return the error about a damaged database."""
     return ValueError(
-        f"{address} is damaged ({error}): restore a copy, copy what can be read by "
+        f"{address} is damaged ({error}): restore a copy, copy readable rows by "
         f"'sqlite3 {address} .recover', or name another database"
     )

@@ -199,7 +199,7 @@ class EnsembleDatabase:
             row = damaged_row(db)
         except sqlite3.OperationalError:
             raise
-        except Exception as error:  # what is damaged can be anything
+        except Exception as error:  # damage can cause any error
             return damaged(self.address, error)
         if row is None:
             return None

@@ -84,7 +84,7 @@ class PlasticWall(HardWall):
         "permanent": Parameter(default=False),
     }
 
-    hardness: float = field()  # no default: that of the base class is elastic
+    hardness: float = field()  # without the default of the base class, infinity
     permanent: bool = False
 
     def __post_init__(self) -> None:

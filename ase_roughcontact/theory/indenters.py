@@ -11,10 +11,10 @@ A four-sided pyramid has the force of a cone of another angle: with
 :math:`N = 0.7453 \, E^* \tan\theta \, d^2` (G. G. Bilodeau, J. Appl. Mech. **59**, 519
 (1992)) the tangent of its half angle is :math:`0.7453 \, (\pi/2) \tan\theta`.
 
-A layer of thickness h that is incompressible and bonded to a rigid base is stiffer by a
-polynomial of the contact radius of the half space over h (P. D. Garcia and R. Garcia,
-Biophys. J. **114**, 2923 (2018)). It is off by less than 1 % up to a ratio of 1/2 for a
-paraboloid and 3/4 for a cone, and by 14 % at a ratio of 1 for a paraboloid: see
+On an incompressible layer of thickness h, bonded to a rigid base, the force is larger
+by a polynomial of the contact radius on the half space over h (P. D. Garcia and R.
+Garcia, Biophys. J. **114**, 2923 (2018)). The error is less than 1 % up to a ratio of
+1/2 for a paraboloid and 3/4 for a cone, and 14 % at a ratio of 1 for a paraboloid: see
 `tests/theory/test_indenters.py`.
 """
 
@@ -39,12 +39,18 @@ from ase_roughcontact._util.validation import (
     unmasked,
 )
 
-# Contact radii of the table from which depths are inverted, relative to the length of
-# the shape, and their number.
-_SMALLEST, _LARGEST, _POINTS = 1e-4, 1e4, 4000
-# Half angle of a cone with the force of a four-sided pyramid: ratio of the tangents.
-_PYRAMID = 0.7453 * math.pi / 2.0
-# Coefficients of a thin layer by powers of a length over the thickness.
+# Smallest contact radius of the table that inverts depths, relative to the length of
+# the shape.
+_MIN_RADIUS = 1e-4
+# Largest contact radius of this table, relative to the length of the shape.
+_MAX_RADIUS = 1e4
+# Number of contact radii of this table.
+_RADII = 4000
+# Tangent of the half angle of a cone over the tangent for a four-sided pyramid with the
+# same force.
+_PYRAMID_TANGENT_RATIO = 0.7453 * math.pi / 2.0
+# Coefficients of the polynomials for a thin layer, by powers of a length over the
+# thickness.
 _LAYER_OF_SPHERE = (1.0, 1.133, 1.497, 1.469, 0.755)
 _LAYER_OF_CONE = (1.0, 0.721, 0.650, 0.491, 0.225)
 _LAYER_OF_PUNCH = (1.0, 1.133, 1.283, 0.598, -0.291)
@@ -60,10 +66,10 @@ class Indenter(ABC):
     name : str
         Name of the shape.
     layer : tuple of float
-        Coefficients of a thin layer by powers of `layer_length` over its thickness;
-        empty if they are not known.
+        Coefficients of the polynomial for a thin layer, by powers of `layer_length`
+        over the thickness; empty if they are not known.
     layer_limit : float
-        Largest ratio for which they hold.
+        Largest ratio of `layer_length` and thickness for which the polynomial holds.
     """
 
     name: ClassVar[str]
@@ -72,25 +78,25 @@ class Indenter(ABC):
 
     @abstractmethod
     def force(self, depth: ArrayLike) -> FloatArray:
-        """Return the force over the contact modulus, N/E*, area.
+        """Return the force over the contact modulus, N/E*.
 
         Parameters
         ----------
         depth : array_like
-            Penetration, zero at the first contact, length; no force above it.
+            Penetration, zero at the first contact, where the force is zero (length).
 
         Returns
         -------
-        ndarray
-            Of the shape of `depth`.
+        ndarray, shape of `depth`
+            Ratio N/E* (area).
         """
 
     @abstractmethod
     def radius(self, depth: ArrayLike) -> FloatArray:
-        """Return the contact radius, length; see `force`."""
+        """Return the contact radius (length); see `force`."""
 
     def layer_length(self, depth: ArrayLike) -> FloatArray:
-        """Return the length that counts on a thin layer; see `force`."""
+        """Return the length in the polynomial for a thin layer; see `force`."""
         return self.radius(depth)
 
     def force_on_layer(self, depth: ArrayLike, thickness: float) -> FloatArray:
@@ -99,13 +105,14 @@ class Indenter(ABC):
         Parameters
         ----------
         depth : array_like
+            Penetration, see `force` (length).
         thickness : float
-            h, length.
+            Thickness h of the layer (length).
 
         Returns
         -------
         ndarray
-            N/E*, with E* of the layer, area.
+            Ratio N/E* with the contact modulus E* of the layer (area).
 
         Raises
         ------
@@ -200,7 +207,7 @@ class Pyramid(Cone):
     @property
     def tangent(self) -> float:
         """Tangent of the half angle of a cone with this force."""
-        return _PYRAMID * math.tan(self.half_angle)
+        return _PYRAMID_TANGENT_RATIO * math.tan(self.half_angle)
 
 
 @dataclass(frozen=True)
@@ -210,7 +217,7 @@ class Punch(Indenter):
     Attributes
     ----------
     punch_radius : float
-        a, length.
+        Contact radius a (length).
     """
 
     name = "punch"
@@ -227,7 +234,7 @@ class Punch(Indenter):
         return 2.0 * self.punch_radius * _above_zero(depth)
 
     def radius(self, depth: ArrayLike) -> FloatArray:
-        """Return the contact radius, that of the end."""
+        """Return the contact radius, the radius of the end of the punch."""
         return np.where(_above_zero(depth) > 0.0, self.punch_radius, 0.0)
 
 
@@ -261,7 +268,7 @@ class _ByContactRadius(Indenter):
     @property
     def radii(self) -> FloatArray:
         """Contact radii of a table."""
-        return self.length * np.geomspace(_SMALLEST, _LARGEST, _POINTS)
+        return self.length * np.geomspace(_MIN_RADIUS, _MAX_RADIUS, _RADII)
 
     def force(self, depth: ArrayLike) -> FloatArray:
         """Return N/E*."""
@@ -300,8 +307,8 @@ class Sphere(_ByContactRadius):
     @property
     def radii(self) -> FloatArray:
         """Contact radii up to the equator."""
-        half = np.geomspace(_SMALLEST, 0.5, _POINTS)
-        near = 1.0 - np.geomspace(0.5, 1e-12, _POINTS)[1:]
+        half = np.geomspace(_MIN_RADIUS, 0.5, _RADII)
+        near = 1.0 - np.geomspace(0.5, 1e-12, _RADII)[1:]
         return self.tip_radius * np.append(half, near)
 
     def at_radius(self, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -359,8 +366,8 @@ class TruncatedCone(_ByContactRadius):
 
     @property
     def radii(self) -> FloatArray:
-        """Contact radii from that of the end."""
-        return self.end_radius * (1.0 + np.geomspace(1e-8, _LARGEST, _POINTS))
+        """Contact radii of the table, from the radius of the end on."""
+        return self.end_radius * (1.0 + np.geomspace(1e-8, _MAX_RADIUS, _RADII))
 
     def at_radius(self, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return depths and forces."""
@@ -375,7 +382,7 @@ class TruncatedPyramid(TruncatedCone):
     @property
     def tangent(self) -> float:
         """Tangent of the half angle of a cone with this force."""
-        return _PYRAMID * math.tan(self.half_angle)
+        return _PYRAMID_TANGENT_RATIO * math.tan(self.half_angle)
 
 
 @dataclass(frozen=True)
@@ -430,7 +437,7 @@ class RoundedPyramid(RoundedCone):
     @property
     def tangent(self) -> float:
         """Tangent of the half angle of a cone with this force."""
-        return _PYRAMID * math.tan(self.half_angle)
+        return _PYRAMID_TANGENT_RATIO * math.tan(self.half_angle)
 
 
 def _cone_from(a: FloatArray, b: float, slope: float) -> tuple[FloatArray, FloatArray]:
@@ -508,7 +515,7 @@ def _above_zero(depth: ArrayLike) -> FloatArray:
 
 
 def _check_angle(angle: float) -> None:
-    """Raise `ValueError` for an angle that is none of a cone."""
+    """Raise `ValueError` if the half angle of a cone is not below 90 degrees."""
     positive(half_angle=angle)
     if angle >= math.pi / 2.0:
         raise ValueError(

@@ -30,15 +30,16 @@ ADVICE = {
     "rest": "the relaxed slab has forces once it is repeated along the surface: the "
     "calculator describes large slabs in another way than small ones",
     "sum_rule": "the forces on all atoms have a resultant that is not zero",
-    "symmetry": "the forces are not those of an energy, or change the displacement",
+    "symmetry": "the forces are no derivatives of an energy, or the calculator changes "
+    "the displacement",
     "reach": "the forces reach beyond the slab: increase size and layers",
     "thickness": "the slab is too thin, or its forces are not linear in the "
     "displacement: increase layers, or decrease displacement",
     "square": "the surface does not have the symmetry of its structure",
     "interpolation": "the modulus is not smooth: check the force constants",
-    "long_waves": "the forces in the slab are not those of the energies of strained "
-    "bulk: the calculator describes slabs in another way than crystals, or its forces "
-    "have noise that a larger displacement reduces",
+    "long_waves": "the forces in the slab do not fit the energies of strained bulk: "
+    "the calculator describes slabs in another way than crystals, or its forces have "
+    "noise that a larger displacement reduces",
 }
 
 # Components qx of the waves at which moduli are compared, times the spacing.

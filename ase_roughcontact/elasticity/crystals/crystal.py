@@ -30,7 +30,7 @@ from ase_roughcontact.elasticity.crystals.kernel import (
 from ase_roughcontact.elasticity.greens import ComponentSolid
 from ase_roughcontact.elasticity.harmonics import Harmonics
 
-# Surfaces whose atoms are a square grid.
+# Surfaces with atoms on a square grid.
 _SURFACES = dict.fromkeys(("fcc100", "bcc100", "diamond100"))
 # Names of the components in the order of `ComponentSolid`.
 _COMPONENTS = "zz", "xx", "yy", "xy", "zx", "zy"

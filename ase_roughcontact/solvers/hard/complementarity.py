@@ -15,7 +15,7 @@ elastic and :math:`P` in plastic contact, repeat
 1. *Clip*: :math:`x = \max(-p, \min(x, H - p))` in :math:`A`, :math:`x = H - p` in
    :math:`P`, :math:`x = -p` elsewhere. Under a load, move the pressures in :math:`A`
    towards one of their bounds until the total is restored. If they do not suffice, add
-   to :math:`A` the atoms whose gaps are closest to changing sign.
+   to :math:`A` the atoms with gaps that are closest to a change of sign.
 2. *Solve* :math:`g + C x + s = 0` in :math:`A` by conjugate gradients, preconditioned
    by the inverse of the model, until a part of the violation is left.
 3. *Exchange*: atoms with pressures beyond the bounds leave :math:`A`, atoms with gaps
