@@ -8,6 +8,7 @@ import math
 import zlib
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, as_completed
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -18,6 +19,7 @@ from ase_roughcontact._util.files import locked, table_rows, table_writer
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.executors import worker_pool
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.file import SceneFile, read_text
 from ase_roughcontact.scene.results import check_folder, check_inputs, write_inputs
 
 #: Attributes of a place that are numbers, and their units in the file.
@@ -172,13 +174,26 @@ def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
 
 
 def _earlier(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
-    """Return the places of an earlier run of the scene in a folder."""
-    check_folder(scene, folder)
-    results = folder / "places.csv"
-    if results.exists():
-        return {(each.x, each.y): each for each in read_places(results)}
-    write_inputs(scene, folder / "scene.toml")
-    return {}
+    """Return the places of an earlier run of the scene in a folder.
+
+    With other `max_steps` or another optimizer, places that failed are left out.
+    """
+    results, file = folder / "places.csv", folder / "scene.toml"
+    if not results.exists():
+        check_folder(scene, folder)
+        write_inputs(scene, file)
+        return {}
+    solver, same = scene.solver, scene
+    with suppress(ValueError):  # `check_folder` raises it with its reason
+        old = SceneFile.parse(read_text(file), str(file), copied=True).solver
+        changes = {"max_steps": old.max_steps, "optimizer": old.optimizer}
+        same = scene.with_values({f"solver.{k}": v for k, v in changes.items()})
+    check_folder(same, folder)
+    places = read_places(results)
+    if same.solver != solver:
+        places = [place for place in places if place.converged]
+        write_inputs(scene, file)
+    return {(place.x, place.y): place for place in places}
 
 
 def _calculate(scene: Scene, x: float, y: float) -> Place:

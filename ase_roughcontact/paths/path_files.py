@@ -7,7 +7,12 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from ase_roughcontact._util.files import locked, refuse_link, table_writer
+from ase_roughcontact._util.files import (
+    PathName,
+    locked,
+    refuse_link,
+    table_writer,
+)
 from ase_roughcontact._util.identity import differences
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
@@ -96,19 +101,21 @@ def path_files(
     add_frame, writer, add_row = None, None, None
     with ExitStack() as files:
         if new is not None and (file := output.restart_file) is not None:
-            restart = new
+            restart, written = new, None
             refuse_link(file)
             refuse_link(output.trajectory or file)
             files.enter_context(locked(output.trajectory or file))
             if output.resume:
-                restart = _resumed(path, new, output)
+                found = read_restart(file)
+                written = len(found.steps) if found else 0
+                restart = _resumed(path, found, new, file) if found else new
                 done = restart.records(record)
             if restart.last is not None:
                 state, position = restart.last.state, restart.last.position
                 last = LastStep(done[-1], state, restart.steps[-1].target, position)
             writer = RestartWriter(file, restart)
             if output.trajectory is not None:
-                add_frame = files.enter_context(_frames(path, output, len(done)))
+                add_frame = files.enter_context(_frames(path, output, written))
         if output.csv is not None:
             heads = {
                 name: f"{name} ({each.unit})" if each.unit else name
@@ -119,13 +126,9 @@ def path_files(
         yield PathFiles(done, last, add_frame, writer, add_row)
 
 
-def _resumed(path: PathSteps, new: Restart, output: Output) -> Restart:
-    """Return the steps from which a path goes on, with its new descriptions."""
-    assert output.restart_file is not None
-    found = read_restart(output.restart_file)
-    if found is None or found.last is None:
-        return new
-    path.check(found, new.system, output.restart_file)
+def _resumed(path: PathSteps, found: Restart, new: Restart, file: PathName) -> Restart:
+    """Return the steps of a file from which a path goes on, with new descriptions."""
+    path.check(found, new.system, file)
     if _may_converge(found.settings, new.settings):
         found = found.until_converged()
     steps = found.steps
@@ -153,14 +156,13 @@ def _add_to_restart(restart: RestartWriter, step: PathStep) -> None:
 
 @contextmanager
 def _frames(
-    path: PathSteps, output: Output, kept: int
+    path: PathSteps, output: Output, finished: int | None
 ) -> Iterator[Callable[[PathStep], None]]:
     """Open the trajectory, and yield what adds the frame of a step."""
     frames, control = output.frames, path.stepper.control.name
     if frames is None or output.trajectory is None:
         raise ValueError("a trajectory needs frames: give Output(frames=...)")
-    known = kept if output.resume else None
-    with frames.writer(output.trajectory, output.keep, known) as add:
+    with frames.writer(output.trajectory, output.keep, finished) as add:
 
         def add_frame(step: PathStep) -> None:
             described = {"control": control} | step.target

@@ -17,7 +17,7 @@ from ase_roughcontact.scene.path_kind import PATHS
 #: Restart file of the path of a scene.
 RESTART = "sweep.restart.npz"
 #: Files that are the results of a scene.
-RESULTS = RESTART, "places.csv"
+RESULTS = RESTART, "sweep.traj", "places.csv"
 # Files and folders that commands write into the folder of any scene.
 _OUTPUTS = {
     RESTART,

@@ -117,6 +117,17 @@ def test_places_are_not_calculated_again(scene_of, tmp_path):
         next(run_places(Scene.default(), (1, 1), tmp_path))
 
 
+def test_places_that_failed_are_calculated_again_in_more_steps(scene_of, tmp_path):
+    scene, folder = scene_of(STEPS), tmp_path / "out"
+    few = scene.with_values({"solver.max_steps": 1})
+    failed = list(run_places(few, (2, 1), folder, Here()))
+    assert not any(place.converged for place in failed)
+    assert_same(run_places(few, (2, 1), folder, Here()), failed)
+    found = list(run_places(scene, (2, 1), folder, Here()))
+    assert all(place.converged for place in found)
+    assert_same(read_places(folder / "places.csv"), found)
+
+
 def test_a_row_in_which_a_run_was_killed_is_calculated_again(scene_of, tmp_path):
     scene, table = scene_of(STEPS), tmp_path / "out" / "places.csv"
     first = list(run_places(scene, (2, 1), tmp_path / "out", Here()))
