@@ -70,7 +70,7 @@ KEYS = {
     "path.steps": (3, lambda s: len(s.targets), 3, 4),
     "path.scale": ("linear", lambda s: s.targets[1], 26.0 * NN, "geometric"),
     "solver.optimizer": ("LBFGS", relaxed_by, "LBFGS", "FIRE"),
-    "solver.accuracy": (0.001, "accuracy.error", 1e-3, 1e-4),
+    "solver.accuracy": (0.001, "grid_model.error", 1e-3, 1e-4),
     "solver.fmax": (1e-05, "fmax", 1e-5 * MODULUS * GPA * A0**2, 1e-6),
     "solver.max_steps": (77, "solver.max_steps", 77, 78),
     "solver.engine": ("pyfftw", lambda s: s.problem.fft["engine"], "pyfftw", "ducc0"),
@@ -90,9 +90,10 @@ OF_WALLS = {
     "interaction.permanent": (PLASTIC, "permanent", True),
     "interaction.hardness": (PLASTIC, "hardness", 0.4 * GPA),
 }
-# Keys that replace others, or choose columns, tested separately.
+# Keys that replace others, or choose columns or frames, tested separately.
 INSTEAD = {
     "output.columns",
+    "output.keep",
     "substrate.elastic_constants",
     "path.values",
     "sphere.unit",

@@ -57,7 +57,7 @@ WORDS = {
     *("topography.role", "topography.unit", "topography.detrend", "topography.center"),
     *("topography.channel", "heterogeneity.unit", "heterogeneity.file"),
     *("friction.coupling", "path.control", "path.scale", "solver.optimizer"),
-    *("solver.accuracy", "solver.engine"),
+    *("solver.accuracy", "solver.engine", "output.keep"),
 }
 #: Those that are not given by default.
 MAY_BE_EMPTY = {
