@@ -139,7 +139,7 @@ def test_a_value_out_of_range_is_an_error_with_file_section_and_key(
         (["--set", "path.steps=true"], "steps must be a whole number, got True"),
         (["--set", "path.steps=1", "--set", "path.steps=2"], "steps is given twice"),
         (["--database", "mysql://me:secret@host"], "mysql://me:***@host"),
-        (["--table", __file__], "was not written by ase-roughcontact"),
+        (["--table", __file__], "was not written by this version of ase-roughcontact"),
     ],
 )
 def test_invalid_options_of_an_ensemble_are_one_line_on_stderr(

@@ -245,6 +245,6 @@ def test_forces_below_the_tolerance_are_not_drawn_on_a_logarithmic_axis(
     monkeypatch.setattr(
         plot, "plot_curve", lambda axes, load, *_: drawn.append(list(load))
     )
-    rounding = replace(steps[2], normal_force=1e-9, tolerance=2e-9)
+    rounding = replace(steps[1], normal_force=1e-9, tolerance=2e-9)
     draw(reference, [steps[2], rounding], folder)
     assert drawn == [[steps[2].normal_force / NANONEWTON]]
