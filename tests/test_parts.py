@@ -45,11 +45,18 @@ sys.meta_path[:] = [each for each in sys.meta_path if "ditable" not in repr(each
 import {PACKAGE}
 import pytest
 
-assert {PACKAGE}.__file__.startswith(sys.path[0])
-for module in walk_packages({PACKAGE}.__path__, "{PACKAGE}."):
-    import_module(module.name)
-from {PACKAGE} import *
-sys.exit(pytest.main([*sys.argv[1:], "-q", "-p", "no:cacheprovider"]))
+
+def check():
+    assert {PACKAGE}.__file__.startswith(sys.path[0])
+    for module in walk_packages({PACKAGE}.__path__, "{PACKAGE}."):
+        import_module(module.name)
+    for name in import_module("{PACKAGE}.api").__all__:
+        getattr({PACKAGE}, name)
+    return pytest.main([*sys.argv[1:], "-q", "-p", "no:cacheprovider"])
+
+
+if __name__ == "__main__":  # and not in workers of ensembles
+    sys.exit(check())
 """
 
 
