@@ -8,6 +8,7 @@ import pytest
 
 from ase_roughcontact import RoughContact
 from ase_roughcontact.atoms import plugin
+from ase_roughcontact.loading.frame_file import MAGIC
 
 if sys.version_info < (3, 11):
     import tomli as tomllib
@@ -36,3 +37,12 @@ def test_module_is_empty_where_ase_has_no_such_plugins(monkeypatch):
     finally:
         monkeypatch.undo()
         importlib.reload(plugin)
+
+
+def test_project_registers_the_format_of_frames():
+    project = tomllib.loads(PYPROJECT.read_text("utf-8"))["project"]
+    (name,) = project["entry-points"]["ase.ioformats"].values()
+    module, _, attribute = name.partition(":")
+    frames = getattr(importlib.import_module(module), attribute)
+    assert MAGIC.startswith(frames.magic)
+    assert importlib.import_module(frames.module).read_roughcontact
