@@ -18,7 +18,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.topography import HeightMap
 
-# Extent of a curve of theory relative to that of the steps.
+# Length of a theoretical curve, relative to the range of the steps.
 _EXTENT = 1.2
 
 
@@ -29,20 +29,20 @@ class Bodies:
     Attributes
     ----------
     problem : Problem
-        On the lattice of the surface atoms.
+        Contact problem on the lattice of the surface atoms.
     symbol : str
         Chemical symbol of these atoms.
     hardness : float
-        Of the surface (eV/Å^3); NaN if it is not known.
+        The hardness of the surface (eV/Å^3); NaN if it is not known.
     hardness_bound : float
         Pressure that a named body of unknown hardness can hardly bear (eV/Å^3); NaN
         without such a body.
     radius : float
-        Of the sphere (Å); of a whole tip that of curvature of its scan, of a rough flat
-        infinity.
+        The radius of the sphere (Å); for a whole tip the radius of curvature of its
+        scan, for a rough flat infinity.
     rough : SelfAffine or HeightMap or None
-        Roughness of the sphere, None if it is smooth. None also for a whole tip, for
-        which theory is that of a smooth sphere.
+        Roughness of the sphere, None if it is smooth. None also for a whole tip, which
+        is compared with the theory of a smooth sphere.
     cell : (int, int) or None
         Shape of the periodic cell of a rough flat, on the lattice of the problem.
     whole_tip : HeightMap or None
@@ -50,7 +50,7 @@ class Bodies:
     friction : FrictionConfig or None
         Section on friction.
     scanned : str
-        Role of the body of which there is a scan; empty without.
+        Role of the scanned body; empty without a scan.
     fitted : bool
         Whether the spacing is one that fits the contact, see `fitting_spacing`.
     """
@@ -69,7 +69,7 @@ class Bodies:
 
     @property
     def spacing(self) -> float:
-        """Atomic spacing a0 (Å), that of the forces between atoms if they are given."""
+        """Atomic spacing a0 (Å), from the forces between atoms if they are given."""
         return self.problem.spacing
 
     @property
@@ -233,7 +233,7 @@ class Bodies:
     ) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Return penetrations (Å) and forces (eV/Å) of theories in the range of steps.
 
-        There are none for a rough sphere, whose penetration is relative to its highest
+        There are none for a rough sphere: its penetration is relative to its highest
         peak, not its mean.
         """
         if self.rough is not None or self.whole_tip is not None:

@@ -40,10 +40,10 @@ from ase_roughcontact.topography import (
 )
 from ase_roughcontact.topography.square_grid import SquareGrid
 
-# Hardness (GPa) above that of any solid: a larger value is in another unit.
+# Hardness (GPa) that no solid exceeds: a larger value is in another unit.
 _LARGEST_HARDNESS = 1e3
-# Least default period of a local work of adhesion, in units of the radius in which a
-# sphere that touches is in the range of the wall: room for three times that range.
+# Least default period of a local work of adhesion, in units of the radius within which
+# a touching sphere is in the range of the attraction.
 _ROOM = 4.0
 
 
@@ -75,7 +75,7 @@ def build(scene: SceneFile) -> Bodies:
 
 
 def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
-    """Return the bodies with a spacing; by default that of the solid (Å)."""
+    """Return the bodies with a spacing (Å); by default the spacing of the solid."""
     problems = Problems()
     with problems.of("substrate"):
         substrate = named(scene.substrate)
@@ -172,9 +172,9 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
 
 
 def _radius(scene: SceneFile, spacing: float) -> float:
-    """Return the radius of the sphere, or of curvature of a whole tip (Å).
+    """Return the radius of the sphere, or the radius of curvature of a whole tip (Å).
 
-    It is infinity for a rough flat.
+    The radius of a rough flat is infinity.
     """
     sphere, given, scan = scene.sphere, scene.sphere.radius, None
     if scene.topography is not None and scene.topography.role == "indenter":
@@ -217,9 +217,9 @@ def _flat_cell(
 ) -> tuple[float, Shape, SelfAffine | HeightMap]:
     """Return grid spacing (Å), shape and roughness of the periodic cell of a flat.
 
-    The grid of a scan is that of its pixels, or squares about as large as the smaller
-    side of a pixel; the cell is the scan, which is made periodic, with its middle on
-    the axis. A random surface is sampled by atoms.
+    The grid of a scan consists of its pixels, or of squares about as large as the
+    smaller side of a pixel. The cell is the scan, made periodic, with its middle on the
+    axis. A random surface is sampled by atoms.
     """
     if isinstance(rough, HeightMap):
         grid = SquareGrid.of(rough.shape, rough.spacing)
@@ -237,7 +237,7 @@ def _flat_cell(
 
 
 def _hardness(scene: SceneFile) -> float:
-    """Return the smallest known hardness of both surfaces (eV/Å^3); NaN if none is."""
+    """Return the smaller known hardness of both bodies (eV/Å^3); NaN if unknown."""
     given = scene.substrate.hardness
     if given is None:
         known = [each for each in _hardnesses(scene) if not math.isnan(each)]
@@ -248,7 +248,7 @@ def _hardness(scene: SceneFile) -> float:
 
 
 def _hardnesses(scene: SceneFile) -> list[float]:
-    """Return the hardness of the substrate, and of a tip that is named (GPa)."""
+    """Return the hardness of the substrate, and of a tip of a named material (GPa)."""
     hardnesses = [math.nan]  # of a layer
     if scene.substrate.layer_thickness is None:
         hardnesses = [named_materials.hardness_of(scene.substrate.name)]
@@ -269,8 +269,8 @@ def _hardness_bound(scene: SceneFile, modulus: float) -> float:
     Returns
     -------
     float
-        The smallest of both bodies (eV/Å^3); NaN if a hardness is given, or known of
-        all bodies with a name.
+        The smaller pressure of both bodies (eV/Å^3); NaN if a hardness is given, or
+        known for all named bodies.
     """
     if scene.substrate.hardness is not None:
         return math.nan
@@ -290,7 +290,7 @@ def _hardness_bound(scene: SceneFile, modulus: float) -> float:
 
 
 def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:
-    """Return the solid that deforms as it and a tip of a material do."""
+    """Return the solid that deforms like a solid and an elastic tip together."""
     if not isinstance(solid, Isotropic):
         raise ValueError(
             "the material of the sphere needs an isotropic substrate, got "
@@ -317,7 +317,7 @@ def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:
 def _wall(
     scene: SceneFile, solid: ElasticSolid, spacing: float, hardness: float
 ) -> Interaction:
-    """Return the wall, with parameters of the materials for those not given."""
+    """Return the wall; parameters not given follow from the materials."""
     kind, parameters = scene.interaction.kind, dict(scene.interaction.parameters)
     missing = WALLS.find(kind).parameters.keys() - parameters.keys()
     materials = scene.substrate.material, scene.sphere.material
@@ -336,7 +336,7 @@ def _wall(
 def _local_adhesion(
     scene: SceneFile, wall: Interaction, radius: float, spacing: float
 ) -> Heterogeneity | None:
-    """Return the work of adhesion relative to that of the wall; None if uniform."""
+    """Return the local over the mean work of adhesion; None if it is uniform."""
     if scene.heterogeneity is None:
         return None
     if not wall.attractive:

@@ -34,8 +34,8 @@ DEFAULT_RADIUS = 1000.0
 class SubstrateConfig(KindSection):
     """``[substrate]``: moduli and hardness in GPa, lengths in Å, times in s.
 
-    Without a kind the solid is of the package, and follows from the keys. A solid of
-    one's own has a kind, and may have further keys, see `ElasticSolid`.
+    Without a kind the solid is one of the package, selected by the keys. A user-defined
+    solid has a kind, and may have further keys, see `ElasticSolid`.
     """
 
     title = "substrate"
@@ -104,7 +104,7 @@ class SubstrateConfig(KindSection):
 
     @property
     def grid_change(self) -> GridChange | None:
-        """The given grid relative to that of the atoms; None if none is given."""
+        """The given grid relative to the grid of the atoms; None if not given."""
         return GridChange.of(self.refine, self.coarsen, self.spacing)
 
     @property
@@ -161,9 +161,10 @@ class FrictionConfig(KindSection):
     """``[friction]``: friction law, and its parameters.
 
     Without a kind the law is the first one with the given keys: Coulomb's with a
-    friction coefficient, at most a shear strength if both are given, else Tresca's of a
-    shear strength (GPa). A law of one's own may have further keys, see `FrictionLaw`.
-    `coupling` is that of normal and lateral motion, see `SlidingSteps`.
+    friction coefficient, limited by a shear strength if both are given, else Tresca's
+    with a shear strength (GPa). A user-defined law may have further keys, see
+    `FrictionLaw`. `coupling` says how normal and lateral motion are coupled, see
+    `SlidingSteps`.
     """
 
     title = "friction"
@@ -246,10 +247,10 @@ class SolverConfig(Section):
 
 @dataclass(frozen=True)
 class OutputConfig(Section):
-    """``[output]``: columns that are calculated where they are asked for, and frames.
+    """``[output]``: further columns of the results, and the stored frames.
 
-    By default a rough flat has the conductance, and other scenes have none. `keep` are
-    the frames of ``sweep.traj``, see `Output`.
+    By default a rough flat has the column of the conductance, and other scenes have no
+    further column. `keep` selects the frames of ``sweep.traj``, see `Output`.
     """
 
     title = "output"

@@ -77,10 +77,11 @@ class SceneFile:
         text : str
             TOML.
         name : str
-            Name of the file for error messages. The file of a scan is relative to its
-            folder.
+            Name of the file, for error messages. The path of a scan is relative to the
+            folder of this file.
         copied : bool
-            Whether other files are rather those that a run has copied to this folder.
+            Whether copies of other files that a run has made in this folder are
+            preferred.
 
         Returns
         -------
@@ -141,7 +142,7 @@ class SceneFile:
         Raises
         ------
         ValueError
-            If the folder is not one of a run, or as in `read`.
+            If the folder has no results of a run, or as in `read`.
         """
         file = Path(folder) / "scene.toml"
         if not file.exists():
@@ -169,7 +170,7 @@ class SceneFile:
         Raises
         ------
         ValueError
-            With file, section and key of all that is wrong, as far as it does not
+            With file, section and key of each wrong value, as far as these do not
             depend on each other.
         MemoryError
             If the roughness needs more memory than is free.
@@ -258,7 +259,7 @@ class SceneFile:
         return identity(self._given)
 
     def changes_from(self, old: SceneFile) -> list[str]:
-        """Return descriptions of the keys whose values differ from those of another.
+        """Return descriptions of the keys with other values than in another scene.
 
         There are none if, and only if, both have the same `identity`.
         """
@@ -282,7 +283,7 @@ class SceneFile:
 
     @property
     def _compared(self: AnyFile) -> AnyFile:
-        """The same scene with the model, which has no name if it is that of atoms."""
+        """The same scene with its model; the model of atoms has an empty name."""
         model = "" if self.model == "atoms" else self.model
         return replace(self, substrate=replace(self.substrate, model=model))
 

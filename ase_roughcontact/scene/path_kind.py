@@ -30,7 +30,7 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.section import Problems, Section, kind_of, lengths
 from ase_roughcontact.stepping.step import Stepper
 
-#: Largest number of steps of a path, all of which are kept in memory.
+#: Largest number of steps of a path; all steps are kept in memory.
 MOST_STEPS = 1_000_000
 # Columns of force curves, and their units.
 _OF_CURVES = {"time": "s", "distance": "nm", "deflection": "nm", "force": "nN"}
@@ -62,15 +62,15 @@ class PathKind(Section):
     captions : mapping of str to str
         Names of the pictures that `draw` makes, with their captions.
     in_order : bool
-        Whether states depend on those before: a preview has all of them, and area over
-        load and force over depth are not drawn.
+        Whether states depend on earlier states: a preview has all of them, and area
+        over load and force over depth are not drawn.
     in_time : bool
         Whether its states have a time, which a viscoelastic solid needs.
     has_friction : bool
-        Whether the indenter moves sideways, for which a section [friction] is.
+        Whether the indenter moves sideways, against the section [friction].
     is_loop : bool
-        Whether it ends when nothing acts on the indenter, and the answer is the
-        pull-off force.
+        Whether the path ends when no force acts on the indenter, and its main result is
+        the pull-off force.
     controls : tuple of Control
         Quantities that `control` may name.
     """
@@ -128,7 +128,7 @@ class PathKind(Section):
     def own_entries(cls, entries: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the entries of a section, in the keys of this kind if it is meant.
 
-        A kind that is known by another name, too, overrides this.
+        A kind with a second name overrides this method.
         """
         return entries
 
@@ -248,7 +248,7 @@ class PathKind(Section):
         return max(targets, key=lambda target: deeper * target)
 
     def planned(self, bodies: Bodies) -> PathKind:
-        """Return the path of known targets whose steps are planned and previewed.
+        """Return the path of known targets that is planned and previewed.
 
         Raises
         ------
@@ -259,7 +259,7 @@ class PathKind(Section):
         return self
 
     def certain(self, bodies: Bodies) -> PathKind:
-        """Return the path of known targets which are certainly reached."""
+        """Return the path of those known targets that are certainly reached."""
         return self.planned(bodies)
 
     def expected_count(self, bodies: Bodies) -> int:
@@ -303,7 +303,7 @@ class PathKind(Section):
         return {}
 
     def warnings(self, bodies: Bodies, states: Sequence[LoadStep]) -> tuple[str, ...]:
-        """Return what restricts the characteristic values; nothing by default."""
+        """Return warnings about the characteristic values; none by default."""
         return ()
 
     def draw(
@@ -403,7 +403,7 @@ def turn_text(turn: LoadStep) -> str:
 
 
 def stiffness_of(**given: float | None) -> float | None:
-    """Return a stiffness that a key gives in N/m (eV/Å^2); None if it gives none."""
+    """Return in eV/Å^2 a stiffness that a key gives in N/m; None if not given."""
     (stiffness,) = given.values()
     if stiffness is None:
         return None

@@ -1,4 +1,4 @@
-"""What is known of a scene before it runs: warnings, failing steps, and a plan."""
+"""Checks of a scene before it runs: warnings, impossible steps, and a plan."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from ase_roughcontact.windows.memory import frame_memory, friction_memory
 # Part of the necessary zone at the edge below which there is a warning: surfaces jump
 # atom by atom, in many steps.
 _RESOLVED = 0.25
-# Contact radius in points from which a coarser grid is advised, and the points on the
-# shortest wavelength that it has.
+# _WIDE: contact radius in grid points above which a coarser grid is advised.
+# _PER_WAVE: points of the advised grid on the shortest wavelength.
 _WIDE, _PER_WAVE = 240, 4
-# What paths with friction leave out, and the second also unless it is coupled.
+# Approximations of paths with friction; the second one only without coupling.
 _SLIDING_LEFT_OUT = (
     "changes of the heights by sliding, which must be small compared to the roughness"
 )
@@ -101,7 +101,7 @@ def check_path(scene: Any) -> None:
     Parameters
     ----------
     scene : Scene
-        With known targets.
+        Scene with known targets.
 
     Raises
     ------

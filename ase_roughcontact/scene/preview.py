@@ -16,16 +16,17 @@ from ase_roughcontact.windows.regrid import GridChange
 
 # Ratios of the spacings, tried in this order; the first one costs a sixteenth.
 _RATIOS = (4, 2, 1)
-# Part of the points and steps that are calculated: the time of small windows is hardly
-# that of their points, and a step that does not follow the one before it takes about
-# twice the iterations.
+# Part of the points and steps that are calculated. The time of small windows does not
+# decrease with their points, and a step far from the step before it takes about twice
+# the iterations.
 _PART = 1 / 256
 # Number of steps of a preview on a coarser grid, if the path has more.
 _LEAST_STEPS = 3
-# A run of fewer steps, and of fewer points in all windows, takes tenths of a second and
-# less than ten times as long as one step on any grid.
+# Numbers of steps, and of points in all windows, below which a run takes tenths of a
+# second and less than ten times as long as one step on any grid.
 _FEW_STEPS, _FEW_POINTS = 10, 100_000
-# The same for paths in time, whose steps begin close to their results: some seconds.
+# Number of points below which a path in time takes some seconds: its steps begin close
+# to their results.
 _FEW_POINTS_IN_TIME = 2_000_000
 # Part of the rms slope above which a grid loses too much.
 _LARGEST_LOSS = 0.5
@@ -36,14 +37,15 @@ _LONG_WAVE = 1e-3
 def preview(scene: Scene) -> Scene:
     """Return a scene that shows the results of another one in a part of its time.
 
-    It asks for the continuum on a grid of up to four times the spacing, without the
-    waves that this grid can't resolve, at a sixteenth of the steps or fewer, but three
-    on a coarser grid: the last one and some before, but not the first, which is the
-    least accurate on such a grid; with a wall whose states depend on those before, also
-    the steps at which the path turns. Of a loop it has the deepest state: on a coarse
-    grid the contact jumps at other depths. A crystal of atoms becomes an isotropic
-    solid of the same contact modulus. A path in time, or of sliding, is previewed as a
-    whole. The errors are estimated as in any scene.
+    The preview asks for the continuum on a grid of up to four times the spacing,
+    without the waves that this grid can't resolve. It has a sixteenth of the steps or
+    fewer, but at least three on a coarser grid: the last step and some before it, but
+    not the first, which is the least accurate on such a grid. With a wall that depends
+    on history it also has the steps at which the path turns. The preview of a loop
+    is its deepest state, as the contact jumps at other depths on a coarse grid. A
+    crystal of atoms becomes an isotropic solid of the same contact modulus. A path in
+    time, or of sliding, is previewed as a whole. The errors are estimated as in any
+    scene.
 
     Parameters
     ----------
@@ -116,9 +118,9 @@ def _continuum(scene: Scene) -> Scene:
 
 
 def _poisson(scene: Scene) -> float:
-    """Return Poisson's ratio of an isotropic solid as compliant as that of a scene.
+    """Return Poisson's ratio of an isotropic solid as compliant as a scene's solid.
 
-    Its mean lateral compliance is that of long waves of the scene's solid.
+    Both have the same mean lateral compliance for long waves.
     """
     q, angles = _LONG_WAVE / scene.spacing, np.pi / 8.0 * np.arange(8)
     xx, yy, _ = scene.solid.lateral_wave_compliance(

@@ -70,7 +70,7 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
         ------
         ValueError
             If a key is unknown, missing or out of range, the spacing does not resolve
-            the roughness, or theory has no numbers of it.
+            the roughness, or its statistics are not known to theory.
         """
         if self.kind is None:
             if self.parameters:
@@ -115,8 +115,8 @@ def random_field(
     spacing : float
         Atomic spacing a0 (Å).
     least_domain : float
-        Of the field if the section gives none (Å): the default of `SelfAffine` is
-        doubled until it is that large.
+        Least period of the field if the section gives none (Å): the default of
+        `SelfAffine` is doubled until it is at least as large.
     **more
         Parameters that are not in the section.
 

@@ -52,8 +52,8 @@ class Reference:
     scene : Scene
     smooth : SphereTheory or NominalArea
         Theory of the sphere without its roughness; the area of a rough flat. Where
-        adhesion flattens the roughness, its work of adhesion is reduced by the cost of
-        that.
+        adhesion flattens the roughness, its work of adhesion is reduced by the elastic
+        energy of the flattened roughness.
     limits : tuple of SphereTheory
         JKR and DMT, if `smooth` lies between them.
     explanation : str
@@ -81,19 +81,19 @@ class Reference:
     plateau: float = math.nan
 
     def relative_area(self, normal_force: ArrayLike) -> FloatArray:
-        """Return the contact area by theory, relative to that of the smooth sphere.
+        """Return the contact area by theory, relative to the smooth sphere.
 
-        It is that of Eq. (4), or of the first asperity if that is larger.
+        It is the area of Eq. (4), or of the first asperity if this is larger.
 
         Parameters
         ----------
         normal_force : array_like
-            eV/Å.
+            Normal forces (eV/Å).
 
         Returns
         -------
         ndarray
-            NaN where neither applies.
+            Ratios of areas, shape of the forces; NaN where neither theory applies.
         """
         smooth = self.smooth.contact_area(normal_force)
         return np.fmax(self.rough_area(normal_force) / smooth, self.plateau)
@@ -104,12 +104,12 @@ class Reference:
         Parameters
         ----------
         normal_force : array_like
-            eV/Å.
+            Normal forces (eV/Å).
 
         Returns
         -------
         ndarray
-            Å^2, NaN for forces that are not positive or below `rough_above`.
+            Areas (Å^2); NaN for forces that are not positive or below `rough_above`.
         """
         force = unmasked(normal_force).astype(float)
         smallest = math.inf if self.rough_above is None else self.rough_above
@@ -200,7 +200,7 @@ def _adhesive(scene: Scene, work: float) -> Reference:
 
 
 def _rough(smooth: Reference) -> Reference:
-    """Choose the theory of a rough adhesive sphere, from that of the smooth one."""
+    """Choose the theory of a rough adhesive sphere, given that of a smooth sphere."""
     scene, rough = smooth.scene, smooth.scene.rough
     if rough is None:
         return smooth

@@ -34,7 +34,7 @@ _OUTPUTS = {
     "sweep.traj",
     "view.traj",
 }
-# Endings of files that are written beside these.
+# Endings of the files that are written for each of these names.
 _ENDINGS = "", ".new", ".lock"
 
 
@@ -82,7 +82,7 @@ def check_folder(
 
 
 def _another_scene(scene: SceneFile, folder: Path) -> str:
-    """Return the message that a folder is that of another scene; empty if it is not."""
+    """Return the error if a folder has results of another scene; empty if not."""
     file = folder / "scene.toml"
     old = SceneFile.parse(read_text(file), str(file), copied=True)
     if not (found := scene.changes_from(old)):

@@ -23,13 +23,15 @@ from ase_roughcontact.topography.scan import in_angstrom
 from ase_roughcontact.topography.scan_files import TEXT
 from ase_roughcontact.topography.spectrum import edge_step, has_edge_step, statistics
 
-# Limits beyond which a scan is doubtful: share of missing points, rms slopes, share
-# of the noise in the mean square slope, and size.
+# Share of missing points above which a scan is doubtful.
 _MOST_MISSING = 0.1
+# Least and largest rms slope of a scan that is not doubtful.
 _SLOPES = 1e-4, 1.0
+# Share of the noise in the mean square slope above which a scan is doubtful.
 _MOST_NOISE = 0.1
+# Size above which a scan is doubtful (Å).
 _LARGEST = 1e3 * UNITS["µm"]
-# Size from which it is printed in micrometres.
+# Size from which the size is printed in micrometres (Å).
 _IN_MICROMETRES = 10.0 * UNITS["µm"]
 # Rms height below which a scan is constant (Å).
 _CONSTANT = 1e-9
@@ -256,7 +258,7 @@ class TopographyConfig(Section):
 
 @lru_cache(maxsize=4)
 def _read(config: TopographyConfig, contents: str) -> HeightMap:
-    """Read a scan, unless it was read before and the contents of the file are same."""
+    """Read a scan once for each configuration and contents of the file."""
     options = config.entries()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ScanWarning)  # `TopographyConfig.warnings`

@@ -66,7 +66,7 @@ class Scene(SceneFile):
         Sections of a scene file. With neither `roughness` nor `topography` the sphere
         is smooth.
     output
-        The same; it does not change the other results.
+        Section of a scene file that does not change the other results.
 
     Examples
     --------
@@ -99,7 +99,7 @@ class Scene(SceneFile):
         return self.with_values(values)
 
     def with_grid(self, change: GridChange | None) -> Scene:
-        """Return the scene with a given grid; None for that for its accuracy."""
+        """Return the scene with a given grid; None: chosen for the accuracy."""
         given = (None, None) if change is None else (change.refine, change.coarsen)
         values: dict[str, Any] = dict(zip(("refine", "coarsen"), given, strict=True))
         if GridChange.of(spacing=self.substrate.spacing) is not None:
@@ -111,8 +111,8 @@ class Scene(SceneFile):
     def bodies(self) -> Bodies:
         """Solid, indenter and wall, and theory for them; see `build` for errors.
 
-        What they are is known to the scene itself, too: the properties below. Areas by
-        theory, labels and all else are attributes of the bodies alone.
+        The properties below are attributes of the scene, too. Areas by theory, labels
+        and all else are attributes of the bodies alone.
         """
         return build(self)
 
@@ -143,7 +143,7 @@ class Scene(SceneFile):
 
     @property
     def radius(self) -> float:
-        """Radius of the sphere, or of curvature of a whole tip (Å)."""
+        """Radius of the sphere, or radius of curvature of a whole tip (Å)."""
         return self.bodies.radius
 
     @property
@@ -168,7 +168,7 @@ class Scene(SceneFile):
 
     @property
     def scan(self) -> HeightMap | None:
-        """Scan of one of the bodies; None if there is none."""
+        """Scan of one of the bodies; None without a scan."""
         return None if self.topography is None else self.topography.surface
 
     @property
@@ -204,16 +204,16 @@ class Scene(SceneFile):
 
     @cached_property
     def grid_change(self) -> GridChange:
-        """The grid relative to that of the atoms, given or chosen for the accuracy."""
+        """Grid relative to the grid of the atoms, given or chosen for the accuracy."""
         return self._grid_of(self.grid_model)
 
     def _grid_of(self, model: GridModel) -> GridChange:
-        """Return the grid of a model relative to that of the atoms."""
+        """Return the grid of a model relative to the grid of the atoms."""
         return model.grid(self.surface, self.wall, self.spacing, self.shape)
 
     @cached_property
     def lost_slope(self) -> float:
-        """Part of the rms slope that a coarse grid can't resolve, and that is lost."""
+        """Part of the rms slope that is lost, as a coarse grid can't resolve it."""
         return lost_slope(self.surface, self.sampled_surface)
 
     @property
@@ -264,7 +264,7 @@ class Scene(SceneFile):
 
     @property
     def is_in_order(self) -> bool:
-        """Whether states depend on those before."""
+        """Whether states depend on earlier states."""
         whole = self.path.in_order or self.path.count(self.bodies) is None
         return whole or self.wall.depends_on_history
 
@@ -349,9 +349,9 @@ class Scene(SceneFile):
         return ProblemAtoms(*self._on_grid, self.bodies.symbol, not self.control.free)
 
     def stepper(self, frames: ProblemAtoms, scan_errors: bool = False) -> Stepper:
-        """Return what relaxes the steps; see `relax`.
+        """Return the stepper that relaxes the steps; see `relax`.
 
-        `frames` has the atoms of an optimizer.
+        `frames` makes the atoms for optimizers that work on atoms.
         """
         options = StepOptions(
             relaxer=relaxer_of(self.optimizer, self.wall, frames),
@@ -398,7 +398,7 @@ class Scene(SceneFile):
     def plan(self) -> Plan:
         """Return the windows, memory and time that the path will need.
 
-        Of a path that chooses its targets as it runs, `planned` has a plan.
+        If the path chooses its targets as it runs, this is the plan of `planned`.
         """
         return plan_of(self)
 
@@ -416,12 +416,12 @@ class Scene(SceneFile):
         Parameters
         ----------
         targets : array_like, optional
-            Loads (eV/Å), penetrations or heights (Å) in place of those of the path.
+            Loads (eV/Å), penetrations or heights (Å) in place of the path's targets.
         validity, record
             See `load_path`.
         scan_errors : bool
-            Whether the errors include those of the pixels and the noise of a scan, for
-            which some copies of it are pressed, too.
+            Whether the errors include effects of the pixels and the noise of a scan;
+            some modified copies of the scan are pressed for this, too.
         **files
             Files of the path; see `Output`.
 

@@ -50,13 +50,13 @@ class Section:
         Units of the keys that may be given as a string with another unit, which is
         converted, and do not depend on the spacing of atoms.
     file_keys : tuple of str
-        Keys whose values are names of files.
+        Keys with names of files as values.
     word_keys : tuple of str
-        Keys of numbers or lists that may be words, too, which are no quantities.
+        Keys of numbers or lists that may also be words, which are not converted.
     infinite_keys : tuple of str
-        Keys whose numbers may be infinite.
+        Keys of numbers that may be infinite.
     changes_results : bool
-        Whether results with other values are those of another scene.
+        Whether a scene with another value has other results.
     """
 
     title: ClassVar[str]
@@ -163,7 +163,7 @@ class Section:
         return {k: value for k, value in contents.items() if value != usual.get(k)}
 
     def changed(self: AnySection, name: str, value: Any) -> AnySection:
-        """Return the section with another value of a key; errors are those of `of`."""
+        """Return the section with another value of a key; see `of` for errors."""
         return self.of({**self.entries(), name: value})
 
     def plain(
@@ -184,7 +184,7 @@ class Section:
         target : str
             Unit of the result.
         default : str, optional
-            Unit of numbers; by default that of the result.
+            Unit of numbers; by default the unit of the result.
 
         Returns
         -------
@@ -233,7 +233,7 @@ class Section:
 
 
 class KindSection(Section):
-    """Section whose key `kind` names a class with keys of its own.
+    """Section with a key `kind` that names a class with keys of its own.
 
     A subclass has the fields `kind` and `parameters`.
 
@@ -242,7 +242,7 @@ class KindSection(Section):
     kinds : Registry
         The classes by their kind.
     parameters : mapping of str to float or str
-        Values of the keys that are no fields.
+        Values of the keys that are not fields.
     """
 
     kinds: ClassVar[Registry[Any]]
@@ -349,7 +349,7 @@ def _converted(
     target: str,
     default: str | None = None,
 ) -> Any:
-    """Return a quantity or a tuple of them in a unit; `default` is that of numbers."""
+    """Return quantities in a unit; numbers are in the unit `default`."""
     if isinstance(value, tuple):
         return tuple(_converted(key, each, units, target, default) for each in value)
     if isinstance(value, str):

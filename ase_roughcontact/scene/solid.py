@@ -38,22 +38,25 @@ from ase_roughcontact.elasticity.named_materials import material
 from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
 from ase_roughcontact.windows.regrid import GridChange
 
-# Relative difference of a spacing from that of a crystal.
+# Relative difference within which a spacing equals the spacing of a crystal.
 _SAME_SPACING = 0.02
-# Modulus (GPa) above that of any solid: a larger value is in another unit.
+# Modulus (GPa) that no solid exceeds: a larger value is in another unit.
 _LARGEST = 1e4
 # Slabs for potentials of embedded atoms, which reach far and have a Hessian.
 _EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
-# Calculators by name: metals with parameters, which are for some gases, too.
+# Metals by the name of the calculator that has parameters for them.
 _METALS = {"emt": ("Al", "Cu", "Ag", "Au", "Ni", "Pd", "Pt")}
-# The surface if none is named, and the crystal direction of the rows of atoms along x.
+# Surface of a crystal without a named surface.
 _SURFACE = "fcc100"
+# Crystal direction of the rows of atoms along x, by the surface.
 _AXES = {"fcc100": "110", "bcc100": "100", "diamond100": "110"}
 # Formats of potentials by the ends of the names of their files.
 _FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}
-# Keys of crystals of atoms, and of all solids without the modulus of a material.
+# Keys of crystals of atoms.
 _OF_ATOMS = "calculator", "potential", "crystal"
+# Keys of solids without the modulus of a material.
 _WITHOUT_MODULUS = "anisotropic", "rigid_base", *_OF_ATOMS
+# Keys that give the moduli of a solid.
 _MODULI = "contact_modulus", "youngs_modulus", "elastic_constants", "poisson"
 # Keys that contradict each other: one of the first, one of the second, and why.
 _CONTRADICTIONS: list[tuple[tuple[str, ...], tuple[str, ...], str]] = [
@@ -85,12 +88,12 @@ def solid_of(substrate: SubstrateConfig, spacing: float | None) -> ElasticSolid:
     ----------
     substrate : SubstrateConfig
     spacing : float or None
-        Atomic spacing a0, the unit of some keys of a solid of one's own (Å).
+        Atomic spacing a0 (Å), the unit of some keys of a user-defined solid.
 
     Returns
     -------
     ElasticSolid
-        With moduli in eV/Å^3.
+        Solid with moduli in eV/Å^3.
 
     Raises
     ------
@@ -133,7 +136,7 @@ def named(substrate: SubstrateConfig) -> SubstrateConfig:
     Returns
     -------
     SubstrateConfig
-        Without the grid of a continuum in place of the spacing.
+        Section without the grid of a continuum in place of the spacing.
 
     Raises
     ------
@@ -213,7 +216,7 @@ def spacing_of(substrate: SubstrateConfig) -> float | None:
     Raises
     ------
     ValueError
-        If it is not positive, or neither given nor known.
+        If the spacing is not positive, or neither given nor known.
     """
     spacing = substrate.plain(["spacing"], LENGTHS, "Å").spacing
     if spacing is not None:
@@ -237,7 +240,7 @@ def poisson_of(substrate: SubstrateConfig) -> float:
     Raises
     ------
     ValueError
-        If it is neither given nor known.
+        If the ratio is neither given nor known.
     """
     known = substrate.poisson
     if known is None and substrate.elastic_constants is not None:
@@ -286,9 +289,9 @@ def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
     Parameters
     ----------
     substrate : SubstrateConfig
-        Section that describes it, as given.
+        Section that describes the solid, as given.
     solid : ElasticSolid
-        With moduli in eV/Å^3.
+        Solid with moduli in eV/Å^3.
 
     Returns
     -------
@@ -406,7 +409,7 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
 def _crystal_of(
     stored: bool, file: str, contents: str, symbol: str, surface: str
 ) -> Crystal:
-    """Return a stored crystal, or that of a potential of embedded atoms, or of EMT."""
+    """Return a crystal: stored, of a potential of embedded atoms, or of EMT."""
     if stored:
         return Crystal.read(file)
     if not file:

@@ -25,7 +25,7 @@ _RESOLUTION = 60
 
 
 def lengths_in_spacings(scene: SceneFile, spacing: float) -> str:
-    """Return what lengths without a unit mean, where others have one.
+    """Return lengths without a unit in nm, if other lengths have a unit.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ def lengths_in_spacings(scene: SceneFile, spacing: float) -> str:
     Returns
     -------
     str
-        Their keys and their values in nm; empty if there are none, or all lengths are
-        in units of a0.
+        Keys and values in nm; empty without such lengths, or if all lengths are in
+        units of a0.
     """
     a0, lengths = spacing / LENGTHS["nm"], _multiples(scene)
     values = ", ".join(
@@ -73,22 +73,22 @@ def _has_lengths_with_unit(scene: SceneFile) -> bool:
 def fitting_spacing(scene: SceneFile, bodies: Bodies) -> float | None:
     """Return the spacing that resolves the largest contact of a smooth sphere.
 
-    The contact has a radius of 60 spacings, or the zone of attraction at its edge a
-    width of 7, if that is the smaller spacing, and given by a range that is not itself
-    a multiple of the spacing.
+    The contact has a radius of 60 spacings. If it is the smaller spacing, the zone of
+    attraction at the edge has a width of 7 spacings instead, unless the range of the
+    attraction is itself a multiple of the spacing.
 
     Parameters
     ----------
     scene : SceneFile
     bodies : Bodies
-        With the nominal spacing of the solid.
+        Bodies with the nominal spacing of the solid.
 
     Returns
     -------
     float or None
-        Å, one significant digit. None if the solid has a spacing of its own, or one is
-        given, other lengths are multiples of it, the indenter is not a smooth sphere,
-        or the nominal spacing is larger.
+        Spacing (Å), one significant digit. None if the solid has a spacing of its own,
+        a spacing is given, other lengths are multiples of it, the indenter is not a
+        smooth sphere, the work of adhesion varies, or the nominal spacing is larger.
     """
     fixed = has_own_spacing(scene.substrate) or scene.substrate.window_shape
     multiples = _multiples(scene) or scene.sphere.radius is None
