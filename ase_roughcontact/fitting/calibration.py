@@ -1,4 +1,4 @@
-"""Calibration of the cantilever: that of the file, and another one in its place.
+"""Calibration of the cantilever: from the file, or given in place of it.
 
 With the spring constant k and the sensitivity s in the file, and k', s' in their place,
 deflections become d s'/s and forces F k' s'/(k s). A depth -(D + d) changes with them.
@@ -14,7 +14,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.formats.table import Calibration, CurveTable
 
-# Relative change of a calibration that is said: less is rounding.
+# Relative change of a calibration above which it is reported: less is rounding.
 _ROUNDING = 1e-3
 
 
@@ -29,7 +29,7 @@ class Recalibration:
     sensitivity : float or None
         Deflection per V (Å), if it is known.
     of_deflection, of_force : float
-        Factors.
+        Factors by which deflections and forces change.
     remarks : tuple of str
         What was changed.
     """
@@ -67,20 +67,20 @@ class Recalibration:
 def recalibration(
     file: PathName, table: CurveTable, given: Calibration
 ) -> Recalibration:
-    """Return the factors of a file whose calibration is replaced.
+    """Return the factors by which a given calibration changes the curve of a file.
 
     Parameters
     ----------
     file : path
-        For messages.
+        Name of the file, for messages.
     table : CurveTable
     given : Calibration
 
     Raises
     ------
     ValueError
-        If a sensitivity is given for lengths and forces that were made with one that
-        the file does not say.
+        If a sensitivity is given, but the lengths and forces in the file were
+        calculated with a sensitivity that is not in the file.
     """
     remarks = []
     of_deflection, of_stiffness = 1.0, 1.0
@@ -110,7 +110,7 @@ def recalibration(
 
 
 def _changed(name: str, old: float, new: float, unit: str, shown: str) -> list[str]:
-    """Return what is said of another value in place of the value in the file."""
+    """Return a remark if a given value differs from the value in the file."""
     if math.isclose(old, new, rel_tol=_ROUNDING):
         return []
     new, old = new / UNITS[unit], old / UNITS[unit]

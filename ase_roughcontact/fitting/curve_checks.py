@@ -1,4 +1,4 @@
-"""What in a measured force curve makes a fit of it doubtful, by name."""
+"""Checks of a measured force curve: what makes a fit of it doubtful."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve, MeasuredBranch
 
-# Number of equal forces in a row that are no coincidence.
+# Number of equal extreme forces in a row that show a saturated signal.
 _EQUAL = 10
-# Differences of free forces relative to the noise, and to the range of the forces.
+# Least reported differences of free forces, relative to the noise, and relative to the
+# range of the forces.
 _ABOVE_NOISE, _OF_RANGE = 5.0, 0.05
 # Part of the base of a branch, furthest from the surface, where the tip is free.
 _FREE = 0.2
-# Slope of the force over the furthest tenth, relative to the mean one of a branch, of a
-# tip in contact.
+# Change of the force at the slope of the furthest tenth, relative to the range of the
+# forces of the branch, above which the tip is in contact there.
 _STEEP = 0.5
 # Part of the largest force above which a tip is well in contact.
 _LOADED = 0.5
@@ -37,9 +38,9 @@ def curve_checks(curve: ForceCurve) -> list[str]:
     Returns
     -------
     list of str
-        Saturated deflections, free forces that differ between the branches or drift, no
-        free part, a deflection that changes more than the base, and the `doubts` of the
-        curve; empty if there is nothing.
+        Warnings of saturated deflections, free forces that differ between the branches
+        or drift, a missing free part, a deflection that changes more than the base, and
+        the `doubts` of the curve; empty without any.
     """
     checks = [*curve.doubts, *_saturated(curve)]
     branches = [branch for branch in curve.branches if _count(branch) > _FEWEST]
@@ -50,7 +51,7 @@ def curve_checks(curve: ForceCurve) -> list[str]:
 
 
 def contact_point(curve: ForceCurve) -> int | None:
-    """Return the point of the first branch from which the force stays off the baseline.
+    """Return the point of the first branch where the force leaves the baseline.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def contact_point(curve: ForceCurve) -> int | None:
     Returns
     -------
     int or None
-        None if the force does not leave the noise of the free tip.
+        Number of the point; None if the force stays within the noise of the free tip.
     """
     branch = curve.branches[0]
     numbers = np.arange(branch.points.start, branch.points.stop)

@@ -24,8 +24,8 @@ from ase_roughcontact.fitting.formats.table import (
 
 # Relative difference up to which stiffnesses of the cantilever are the same.
 _SAME_STIFFNESS = 0.02
-# Names of columns by what they are, the best ones first. An indentation is zero before
-# the contact, and therefore the last choice.
+# Names of columns by quantity, the best ones first. An indentation is zero before the
+# contact, and therefore the last choice.
 _NAMES = {
     "depth": ("depth", "penetration"),
     "indentation": ("indentation",),
@@ -54,7 +54,7 @@ _NAMES = {
     "deflection": ("deflection", "defl", "vertical deflection", "vdeflection"),
     "force": ("force", "normal_force", "load", "f"),
 }
-# The same of curves in time; others may have times of day.
+# Names of columns of curves in time; other curves may have times of day.
 _NAMES_IN_TIME = _NAMES | {"time": ("time",)}
 
 
@@ -116,27 +116,28 @@ def read_curve(
         blanks with decimal points or commas. Columns are ``depth (nm)``, or the
         ``separation (nm)`` of tip and surface, and ``force (nN)``; or ``distance (nm)``
         of the base, or its height, with ``deflection (nm)`` of the cantilever, also in
-        V, and ``force (nN)``, one of which may be left out if the stiffness is known;
-        or those of ``curve.csv``. Or a text export of NanoScope, JPK or Chiaro, or,
-        with the extra ``curves``, a file of an instrument; or a zip archive of files.
+        V, and ``force (nN)``: one of the two may be left out if the stiffness is known;
+        or the columns of ``curve.csv``. Or a text export of NanoScope, JPK or Chiaro,
+        or, with the extra ``curves``, a file of an instrument; or a zip archive of such
+        files.
     branch : str, optional
         "approach" or "retraction". Holds between them are left out.
     stiffness : float, optional
-        Spring constant of the cantilever (eV/Å^2); by default that of the file, or of
-        forces and deflections, infinite without the latter. Another one than in the
-        file recalibrates the forces.
+        Spring constant of the cantilever (eV/Å^2); by default the value in the file, or
+        the ratio of forces and deflections, infinite without deflections. A value other
+        than in the file recalibrates the forces.
     sensitivity : str, optional
-        Deflection per V: ``"50 nm/V"``, for NT-MDT per nA; by default that of the file.
-        Another one than in the file recalibrates deflections and forces.
+        Deflection per V: ``"50 nm/V"``, for NT-MDT per nA; by default the value in the
+        file. A value other than in the file recalibrates deflections and forces.
     heads : sequence of str
         Names and units of the columns in place of those in the file.
     curve : int or str, optional
-        Which curve of several, from 1; in an archive also the name of the file.
+        Number of the curve in the file, from 1; in an archive also the name of a file.
 
     Returns
     -------
     ForceCurve
-        With `remarks` of what was left out or changed.
+        The curve, with `remarks` on what was left out or changed.
 
     Raises
     ------
@@ -170,17 +171,17 @@ def read_in_time(
     Parameters
     ----------
     file : path
-        As of `read_curve`, with times: a table needs the column ``time (s)``.
+        File as for `read_curve`, with times: a table needs the column ``time (s)``.
     kind : {"force", "depth"}
-        A force may be given by the deflection, if the stiffness is known, a depth by
-        the distance of the base and a force.
+        Quantity to read. A force may follow from the deflection, if the stiffness is
+        known, a depth from the distance of the base and a force.
     branch, stiffness, sensitivity, heads, curve
         See `read_curve`. Holds are kept, unless a branch is chosen.
 
     Returns
     -------
     time, values : ndarray, shape (k,)
-        s, and eV/Å or Å.
+        Times (s), and forces (eV/Å) or depths (Å).
 
     Raises
     ------
@@ -224,14 +225,14 @@ def read_with_times(
     Returns
     -------
     time : ndarray, shape (k,)
-        s.
+        Times of the points (s).
     curve : ForceCurve
-        Without what is before the approach, and without the retraction.
+        Approach and hold, without what is before them and without the retraction.
 
     Raises
     ------
     ValueError
-        If there are no times, see also `read_curve`.
+        If the file has no times, or as in `read_curve`.
     """
     given = _given(stiffness, sensitivity)
     read = _measurement(file, given, heads, curve, _NAMES_IN_TIME)
@@ -250,7 +251,7 @@ def read_with_times(
 
 
 def _force_curve(file: PathName, read: _Measurement, turn: int | None) -> ForceCurve:
-    """Return depths and forces of a measurement as far as they follow from it."""
+    """Return the force curve of a measurement, from the quantities that it has."""
     found, known = read.joined(), read.stiffness
     force, depth, bend = (found.get(k) for k in ("force", "depth", "deflection"))
     if bend is not None and force is not None and np.ptp(bend) > 0.0:
@@ -315,10 +316,10 @@ def _quantities(
 ) -> dict[str, FloatArray]:
     """Return depth, height, deflection, force and time as far as there are columns.
 
-    Of several columns of a quantity the best one is taken.
+    If a quantity has several columns, the best one is taken.
     """
     found: dict[str, FloatArray] = {}
-    doubts = []  # columns without a unit that is known
+    doubts = []  # columns without a known unit
     for kind, column in _ordered(segment.columns, known):
         unit = column.unit or ""
         if kind == "deflection" and unit in FORCES:

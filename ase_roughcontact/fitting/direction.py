@@ -18,7 +18,7 @@ from ase_roughcontact._util.validation import FloatArray
 
 # Part of the range of the heights by which a series turns beyond both of its ends.
 _TURNS = 0.1
-# Number of points whose median leaves out single ones.
+# Number of points of a running median, which suppresses outliers.
 _SMOOTH = 3
 # Part of its range by which a segment runs to one side.
 _RUNS = 0.5
@@ -33,7 +33,7 @@ class Heights:
     kind : str or None
         "approach", "hold", "retraction", or None.
     height, force : ndarray, shape (k,)
-        The force may have any unit.
+        Heights (Å), and forces in any unit.
     """
 
     kind: str | None
@@ -47,7 +47,7 @@ def increases_away(segments: Sequence[Heights]) -> bool:
     Parameters
     ----------
     segments : sequence of Heights
-        Of one file.
+        The segments of one file.
 
     Returns
     -------

@@ -15,7 +15,7 @@ from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, legend_below, letter
 
 _NN = UNITS["nN"]
-# Part of the largest tension from which points belong to the part under tension.
+# Part of the largest tension above which points belong to the part under tension.
 _TENSION = 0.5
 # Least margin beside this part, relative to the curve.
 _LEAST_MARGIN = 0.03

@@ -18,22 +18,23 @@ from ase_roughcontact.fitting.parameters import FREE
 from ase_roughcontact.fitting.residuals import Residuals
 from ase_roughcontact.scene.scene import Scene
 
-# Columns whose signs may be wrong, and factors of heights of the base and forces.
+# Columns that may have a wrong sign, and factors of heights of the base and of forces.
 _SIGNS = (
     ("", 1.0, 1.0),
     ("the force", 1.0, -1.0),
     ("the distance", -1.0, 1.0),
     ("force and distance", -1.0, -1.0),
 )
-# Mean square of the residuals relative to those of another sign, which is then wrong.
+# Ratio of the mean square residuals after and before a change of sign, below which the
+# sign was wrong.
 _BETTER = 0.1
-# Mean of residuals of one sign in a row, relative to its standard error, that is no
-# noise.
+# Mean of residuals of one sign in a row, relative to its standard error, above which it
+# is not noise.
 _SYSTEMATIC = 6.0
 # Residual of the height of the base at a jump, less the error by the grid, relative to
-# its standard error, that is not that of the scene: 1.7 is half a step of the base.
+# its standard error, above which there is a warning: 1.7 is half a step of the base.
 _OFF_AT_JUMP = 4.0
-# Distance of the points at a jump, relative to the others, from which it is a gap.
+# Distance of the points at a jump, relative to other points, above which it is a gap.
 _GAP = 5.0
 
 
@@ -48,8 +49,8 @@ def fit_curve(
     Parameters
     ----------
     scene : Scene
-        Initial values of the parameters, and all others. Of its path only the
-        `tolerance` is used.
+        Scene with initial values of the free parameters, and the fixed ones. Its path
+        is not used, except for the `tolerance`.
     curve : ForceCurve
         Approach, retraction, or both; with the stiffness of the cantilever if the tip
         snaps in or is pulled off.
@@ -74,13 +75,13 @@ def fit_curve(
 
     Notes
     -----
-    Standard errors and correlations are those of the linearised problem, with the
-    standard deviation of the residuals as that of the data. What the scene assumes adds
-    to them: the range of the attraction, which a force curve hardly shows, with a
-    standard uncertainty of a factor of two, whose effects on either branch, the snap-in
-    and the pull-off are added without their signs, as they depend on the form of the
-    attraction; and the grid, by the change of the forces on one of half the spacing,
-    for which the last trial is repeated.
+    Standard errors and correlations follow from the linearised problem. The standard
+    deviation of the data is estimated by the residuals. Two assumptions of the scene
+    add to the errors. The range of the attraction, which a force curve hardly shows,
+    has a standard uncertainty of a factor of two. Its effects on either branch, the
+    snap-in and the pull-off are added without their signs, as the signs depend on the
+    form of the attraction. The error by the grid follows from the change of the forces
+    on a grid of half the spacing, for which the last trial is repeated.
     """
     for name in free:
         lookup(name, {**FREE, **BASELINE}, "free parameter")
@@ -130,7 +131,7 @@ def _wrong_sign(scene: Scene, curve: ForceCurve, free: Sequence[str]) -> str:
 
 
 def _warnings(curve: ForceCurve, fit: Fit, error_of_force: float) -> Iterator[str]:
-    """Yield warnings of forces that are not in the scene, and of a missing baseline."""
+    """Yield warnings of forces outside of the model, and of a missing baseline."""
     nN, nm = UNITS["nN"], UNITS["nm"]
     runs = _systematic(curve, fit.fitted - curve.force, fit.compared)
     mean, points, sigmas = max(runs, key=lambda each: each[2])
@@ -168,7 +169,7 @@ def _systematic(
 def _jump_warnings(
     curve: ForceCurve, residuals: FloatArray, compared: np.ndarray
 ) -> Iterator[str]:
-    """Yield warnings of jumps that are in a gap, or not where they were measured."""
+    """Yield warnings of jumps in a gap of the points, or far from the measured jump."""
     for branch, residual, known in zip(
         curve.branches, residuals, compared, strict=False
     ):

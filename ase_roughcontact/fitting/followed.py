@@ -42,9 +42,9 @@ class FollowedJump:
     base : float
         Height of the base (Å).
     change : float
-        Of the normal force (eV/Å).
+        Change of the normal force (eV/Å).
     derivatives : ndarray, shape (p,)
-        Of the height of the base to the parameters (Å per unit).
+        Derivatives of the height of the base to the parameters (Å per unit).
     """
 
     base: float
@@ -88,14 +88,15 @@ class FollowedBranch:
         Parameters
         ----------
         states : sequence of LoadStep
-            In order.
+            Relaxed states, in the order of the path.
         jumps : sequence of Jump
             Instabilities of the surface, across which nothing is interpolated.
         derivatives : mapping of int to ndarray, shape (p,)
-            Of the force of each state to the parameters, by the number of the state.
+            Derivatives of the force to the parameters, by the number of the state.
         stiffness : float
-            Of the cantilever (eV/Å^2), may be infinite.
+            Stiffness of the cantilever (eV/Å^2), may be infinite.
         direction : float
+            -1 for an approach, 1 for a retraction.
 
         Returns
         -------
@@ -132,12 +133,12 @@ class FollowedBranch:
         Parameters
         ----------
         base : ndarray, shape (k,)
-            Å.
+            Heights of the base (Å).
 
         Returns
         -------
         ndarray, shape (k, 2 + p)
-            See `columns`. Beyond the deepest state the force is a straight line.
+            Rows as in `columns`. Beyond the deepest state the force is a straight line.
         """
         along = self.direction * base
         columns = (np.interp(along, self.along, column) for column in self.columns.T)

@@ -14,25 +14,25 @@ from ase_roughcontact._util.validation import FloatArray, finite_array
 
 #: Parameters of the baseline of a curve, and their units.
 BASELINE = {"force_offset": "nN", "force_slope": "nN/nm"}
-# Part of the points, furthest away, whose median force is that of a free tip.
+# Part of the points, furthest from the surface, with the force of a free tip.
 _FAR = 0.1
-# Standard deviation of a second difference of noise of standard deviation one, and
-# median of its absolute value.
+# Standard deviation of the second differences of white noise, relative to the noise.
 _SECOND_DIFFERENCE = math.sqrt(6.0)
+# Median of the absolute value of Gaussian noise of standard deviation one.
 _MEDIAN = 0.6745
-# The force falls towards the surface by at least this many times the noise.
+# Change of the force near the turn, relative to the noise, that shows a wrong sign.
 _FALLS = 8.0
 # Number of points over which the force at the turn is averaged.
 _NEAR = 10
 # Least range of the base that is divided by (Å).
 _TINY = 1e-12
-# Part of the range of the base at either end that an approach connects.
+# Part of the range of the base at either end; an approach leads from end to end.
 _END = 0.25
-# A change of the force between two points is a jump from this many times the noise.
+# Change of the force between two points, relative to the noise, that is a jump.
 _JUMP = 8.0
 # Number of points of a drawn branch.
 _DRAWN = 2000
-# Noise of data without any, relative to the range of the forces.
+# Least noise that is assumed, relative to the range of the forces.
 _SMALLEST_NOISE = 1e-4
 
 
@@ -43,9 +43,9 @@ class MeasuredBranch:
     Attributes
     ----------
     points : slice
-        Its points in the curve.
+        Points of the branch in the curve.
     direction : float
-        -1 for an approach, 1 for a retraction: that of the base.
+        Direction of the base: -1 for an approach, 1 for a retraction.
     jump : int or None
         Last point before the snap-in or the pull-off, counted in the branch; None
         without a jump.
@@ -68,12 +68,12 @@ class ForceCurve:
     force : array_like, shape (k,)
         Normal forces, negative in tension (eV/Å).
     stiffness : float
-        Of the cantilever (eV/Å^2); infinite if the depth is prescribed.
+        Stiffness of the cantilever (eV/Å^2); infinite if the depth is prescribed.
     turn : int, optional
         Number of points of the approach, which come first. By default the base is
         lowest at the last of them.
     remarks : tuple of str
-        What was left out, changed or doubtful as a file was read.
+        Remarks on what was left out, changed or doubtful in the file.
 
     Raises
     ------
@@ -101,7 +101,7 @@ class ForceCurve:
 
     @property
     def base(self) -> FloatArray:
-        """Height of the base above that of the tip at zero depth, shape (k,) (Å)."""
+        """Height of the base above the tip at zero depth, shape (k,) (Å)."""
         return -self.depth - self.force / self.stiffness
 
     def baseline(self, names: Sequence[str]) -> FloatArray:
@@ -117,7 +117,7 @@ class ForceCurve:
         Returns
         -------
         ndarray, shape (k, q)
-            eV/Å per unit.
+            Forces (eV/Å per unit).
         """
         columns = {
             "force_offset": np.full(len(self.force), UNITS["nN"]),
@@ -137,7 +137,7 @@ class ForceCurve:
 
     @property
     def doubts(self) -> list[str]:
-        """What in the points is unusual; empty if there is nothing."""
+        """Reasons to doubt the points; empty without any."""
         doubts = [self.doubt_of_sign] if self.doubt_of_sign else []
         if self._approaches > 1:
             doubts.append(
@@ -148,7 +148,7 @@ class ForceCurve:
 
     @property
     def doubt_of_sign(self) -> str:
-        """Doubt whether forces and heights have the right signs; empty without."""
+        """Reason to doubt the signs of forces and heights; empty without any."""
         upward = np.argsort(self.base)
         near = float(np.median(self.force[upward[:_NEAR]]))
         rise = self._rise_at_turn(upward)
@@ -163,11 +163,12 @@ class ForceCurve:
         )
 
     def _rise_at_turn(self, upward: np.ndarray) -> float:
-        """Return by how much the force rises with the base where that is lowest.
+        """Return the rise of the force with the base at its lowest points.
 
-        A standard deviation of the points nearest to the surface, of as few as show
-        more than the noise; zero if none do. A tip may turn in tension, but it turns
-        under repulsion, where the force falls with the height of the base.
+        The rise is the slope of a straight line times the standard deviation of the
+        heights (eV/Å). The number of points is doubled until the rise exceeds the
+        noise; zero if it never does. A tip may turn in tension, but it turns where the
+        force falls with the height of the base.
 
         Parameters
         ----------
@@ -208,7 +209,7 @@ class ForceCurve:
         Returns
         -------
         ForceCurve
-            With the same heights of the base.
+            Curve with the same heights of the base.
         """
         depth = self.depth + baseline / self.stiffness
         return replace(self, depth=depth, force=self.force - baseline)
@@ -245,7 +246,7 @@ class ForceCurve:
     def branches(self) -> list[MeasuredBranch]:
         """Approach and retraction, which are separated by the turn.
 
-        A branch of fewer than two points is none.
+        A branch of fewer than two points is ignored.
         """
         first = self.turn  # of the retraction
         if first is None:
@@ -259,9 +260,9 @@ class ForceCurve:
         ]
 
     def _jump(self, points: slice, direction: float) -> int | None:
-        """Return the point before the largest change towards the free tip or from it.
+        """Return the point before the snap-in or the pull-off; None without a jump.
 
-        The force falls in a snap-in, and rises in a pull-off; both against its change
+        The force falls in a snap-in, and rises in a pull-off, contrary to its change
         along a branch in contact.
         """
         change = direction * np.diff(self.force[points])

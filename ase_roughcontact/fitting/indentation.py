@@ -27,7 +27,7 @@ from ase_roughcontact.fitting.residual_runs import (
 )
 from ase_roughcontact.theory.indenters import Indenter
 
-# Number of contact points of a scan, and of depths on which a model is interpolated.
+# Number of contact points of a scan, and of depths at which the model is tabulated.
 _SCAN, _GRID = 60, 1000
 # Least number of points in contact and before it.
 _FEWEST = 5
@@ -49,7 +49,7 @@ class IndentationFit(Printed):
     ----------
     indenter : Indenter
     thickness : float
-        Of the layer (Å); infinite for a half space.
+        Thickness of the layer (Å); infinite for a half space.
     contact_modulus, contact_modulus_error : float
         E* and its standard error by noise (eV/Å^3).
     contact_depth, contact_depth_error : float
@@ -61,8 +61,9 @@ class IndentationFit(Printed):
     curve : ForceCurve
         Measured branch.
     compared : ndarray of bool, shape (k,)
+        Points that are compared with the fit.
     fitted : ndarray, shape (k,)
-        Forces, with the baseline (eV/Å).
+        Forces of the fit, with the baseline (eV/Å).
     noise : float
         Standard deviation of the residuals of the compared points (eV/Å).
     converged : bool
@@ -107,12 +108,12 @@ class IndentationFit(Printed):
         Parameters
         ----------
         indentation : ndarray
-            Å.
+            Depths below the contact point (Å).
 
         Returns
         -------
         ndarray
-            eV/Å.
+            Normal forces (eV/Å).
         """
         shape = self.indenter.force_on_layer(indentation, self.thickness)
         return self.contact_modulus * shape
@@ -153,12 +154,12 @@ def fit_indentation(
     Parameters
     ----------
     curve : ForceCurve
-        With the stiffness of the cantilever, or infinite if the depth is prescribed.
-        Of two branches the approach is taken.
+        Curve with the stiffness of the cantilever, infinite if the depth is prescribed.
+        If it has two branches, the approach is fitted.
     indenter : Indenter
-        With lengths in Å.
+        Indenter with lengths in Å.
     thickness : float
-        Of an incompressible layer that is bonded to a rigid base (Å).
+        Thickness of an incompressible layer that is bonded to a rigid base (Å).
     deepest : float
         Largest indentation that is compared (Å).
     with_slope : bool
@@ -171,13 +172,13 @@ def fit_indentation(
     Raises
     ------
     ValueError
-        If there are too few points, before the contact or in it, or no formula for the
-        layer.
+        If there are too few points before the contact or in it, or the theory has no
+        formula for the layer.
 
     Notes
     -----
-    Standard errors are those of the linearised problem. Residuals that are alike in
-    neighbouring points count as fewer points: as many as in white noise with their
+    Standard errors follow from the linearised problem. Correlated residuals of
+    neighbouring points count as fewer points: as many as in white noise with the same
     number of changes of sign.
     """
     branch = curve.branches[0]

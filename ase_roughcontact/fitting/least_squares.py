@@ -14,19 +14,20 @@ from ase_roughcontact._util.printing import Printed, number, table
 from ase_roughcontact._util.units import PRESSURES, UNITS, pressure_unit
 from ase_roughcontact._util.validation import FloatArray
 
-#: Part of the expected error from which a difference is far above it.
+#: Ratio of a difference to the expected error above which there is a warning.
 FAR_ABOVE = 3.0
 # Relative change of parameters, and of the sum of squares, at which a fit ends.
 _CONVERGED = 1e-5
-# A fit ends if the best parameters are this part of their standard errors off, by
-# linear extrapolation, or after so many trials without a smaller sum of squares.
+# Distance to the solution by linear extrapolation, relative to the standard errors, at
+# which a fit ends.
 _CLOSE = 0.1
+# Number of trials in a row without a smaller sum of squares after which a fit ends.
 _MOST_IN_VAIN = 5
 # Relative decrease of the sum of squares that is progress.
 _PROGRESS = 1e-3
 # Correlation from which two parameters can't be distinguished.
 _CORRELATED = 0.99
-# Part of a parameter that the residuals do not determine, from which it has no error.
+# Part of a parameter that the residuals do not determine, above which it has no error.
 _FREE = 1e-6
 # Change of the unknowns for derivatives of the parameters.
 _CHANGE = 1e-6
@@ -46,15 +47,16 @@ class Fit(Printed):
     Attributes
     ----------
     names : tuple of str
-        Free parameters: those of the scene, of the baseline, and ``height_offset``, the
+        Free parameters of the scene and of the baseline, and ``height_offset``, the
         height at which the depth of the curve is zero.
     units : tuple of str
+        Units of the parameters.
     values, errors : ndarray, shape (p,)
         Values and their standard errors, to which all `contributions` add; NaN of
         parameters that the points do not determine.
     contributions : dict of ndarray, shape (p,)
-        Parts of the errors: of the ``"noise"``, of an uncertainty of a factor
-        of two of the ``"range"`` of the attraction, and of the ``"grid"``.
+        Parts of the errors: by the ``"noise"``, by an uncertainty of a factor of two of
+        the ``"range"`` of the attraction, and by the ``"grid"``.
     correlation : ndarray, shape (p, p)
         Correlations of the errors by noise.
     distance : ndarray, shape (k,)
@@ -73,11 +75,11 @@ class Fit(Printed):
     warnings : tuple of str
         Reasons to doubt the fit: residuals far above the noise of neighbouring points,
         or of one sign over a part of the curve, a snap-in or a pull-off elsewhere, a
-        free tip with a force that is not fitted, parameters that are nearly one, or a
+        free tip with a force that is not fitted, strongly correlated parameters, or a
         curve that seems reversed.
     abscissa, ordinate : (str, str)
-        Names and units of what `distance` and `force` are: of a path in time the time,
-        and under given loads the penetration.
+        Names and units of the quantities in `distance` and `force`: on a path in time
+        the former is the time, under given loads the latter is the penetration.
     line : (ndarray, ndarray) or None
         Heights of the base (Å) and fitted forces (eV/Å) on many points for a figure;
         None on a path in time.
@@ -103,7 +105,7 @@ class Fit(Printed):
 
     @property
     def parts(self) -> list[Any]:
-        """What did not converge, parameters with errors, correlations and warnings."""
+        """Parameters with errors, correlations, and warnings, in printed form."""
         heads = ["parameter", "value", "± error", "unit", *self.contributions]
         force = self.ordinate[1]
         noise = ["noise", number(self.noise / UNITS[force], 3), "", force]
@@ -138,7 +140,7 @@ class Trial:
     ----------
     unknowns : ndarray, shape (p,)
     residuals : ndarray, shape (n,)
-        Of the k points, and of what else is compared, relative to the noise.
+        Residuals of the k points and of the jumps, relative to the noise.
     jacobian : ndarray, shape (n, p)
         Derivatives of the residuals to the unknowns.
     compared : ndarray of bool, shape (n,)
@@ -154,7 +156,7 @@ class Trial:
 
 
 class _Trials:
-    """Trials of a fit, the best of which is its result."""
+    """Trials of a fit; the best trial is the result."""
 
     best: Trial
 
@@ -193,7 +195,7 @@ class _Trials:
         return residuals
 
     def jacobian(self, x: FloatArray) -> FloatArray:
-        """Return the derivatives of the residuals, mostly those of the last trial."""
+        """Return the derivatives of the residuals, mostly known from the last trial."""
         last = self._last
         if last is None or not np.array_equal(last.unknowns, x):
             last = self._last = self._model.trial(x.copy())
@@ -220,9 +222,9 @@ def solve(
     -------
     fit : Fit
     trial : Trial
-        That of the fit.
+        Trial with the parameters of the fit.
     changes : dict of ndarray, shape (n, m)
-        Of its residuals, see `model`.
+        Changes of the residuals of this trial, see `model`.
 
     Raises
     ------
@@ -310,9 +312,10 @@ def _degrees(trial: Trial) -> int:
 
 
 def _warnings(model: Any, fit: Fit) -> Iterator[str]:
-    """Yield warnings of residuals that are no noise, and of parameters without errors.
+    """Yield warnings of systematic residuals, and of undetermined parameters.
 
-    That is, of those that do not change the curve, and of correlated ones.
+    A parameter is undetermined if it does not change the curve, or if it is strongly
+    correlated with another one.
     """
     unit = fit.ordinate[1]
     for name, error in zip(fit.names, fit.errors, strict=True):

@@ -1,8 +1,8 @@
 """Parameters of a scene that a fit can change, and derivatives of forces to them.
 
 The derivatives come from the adjoint equations of a relaxed state, see
-`ase_roughcontact.solvers.response`; those of heights, wall and compliance, which are
-explicit functions of the parameters, are differences.
+`ase_roughcontact.solvers.response`. Heights, wall and compliance are explicit functions
+of the parameters; their derivatives are differences.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ FREE = {
     "radius": ("sphere.radius", "nm"),
     "attraction_range": ("interaction.attraction_range", "nm"),
 }
-#: The same of series that can be free on a path in time.
+#: Keys of relaxation series that can be free on a path in time, and their units.
 SERIES = {
     "relaxation_moduli": ("substrate.relaxation_moduli", ""),
     "relaxation_times": ("substrate.relaxation_times", "s"),
 }
-#: Units of all parameters of fits, those of the measured values included.
+#: Units of all parameters of fits, parameters of the measured values included.
 FREE_UNITS = {
     **{name: unit for name, (_, unit) in (FREE | SERIES).items()},
     **BASELINE,
@@ -74,7 +74,7 @@ def value_of(scene: Scene, name: str) -> float:
 
 
 def _of_sample(scene: Scene) -> float:
-    """Return E* of the sample, without that of an elastic tip (eV/Å^3)."""
+    """Return E* of the sample alone, without the compliance of the tip (eV/Å^3)."""
     if not scene.sphere.material:
         return scene.contact_modulus
     tip = material(scene.sphere.material).contact_modulus * UNITS["GPa"]
@@ -88,7 +88,8 @@ def changed(scene: Scene, values: Mapping[str, ArrayLike]) -> Scene:
     ----------
     scene : Scene
     values : mapping of str to array_like
-        In the units of `FREE`, of one number each, and of `SERIES`.
+        Values by name: one number for a parameter of `FREE`, all numbers of a series of
+        `SERIES`, in the units given there.
 
     Returns
     -------
@@ -133,8 +134,8 @@ class ForceDerivatives:
         Returns
         -------
         ndarray, shape (p,)
-            To the parameters in the units of `FREE`, at fixed height (eV/Å per unit);
-            NaN at an instability.
+            Derivatives to the parameters in the units of `FREE`, at fixed height
+            (eV/Å per unit); NaN at an instability.
         """
         contact, state = relaxed.contact, relaxed.fields
         response = height_response(contact, state, _RESIDUAL)

@@ -7,9 +7,9 @@ the depth d(t) is (E. H. Lee and J. R. M. Radok, J. Appl. Mech. **27**, 438 (196
           E^*(t) = E_\infty + \sum_k E_k e^{-t/\tau_k},
 
 with the elastic force :math:`E^* n(d)` of `ase_roughcontact.theory.indenters`. Times
-and depths are the measured ones: a hold at constant height, whose force relaxes, and
-one at constant force, which creeps, are fitted alike. Between the points n is linear in
-time. Moduli, times, the contact point and the force of a free tip are fitted.
+and depths are measured: relaxation of the force at constant height and creep at
+constant force are fitted alike. Between the points n is linear in time. Moduli, times,
+the contact point and the force of a free tip are fitted.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ _POINTS = 800
 _SCAN, _TIMES = 40, 8
 # Change of the unknowns for differences.
 _CHANGE = 1e-5
-# Largest ratio of a relaxation time to the duration, and least to the spacing of the
-# times, that the points determine.
+# Largest ratio of a relaxation time to the duration, and least ratio to the spacing of
+# the times, that the points determine.
 _LONGEST, _SHORTEST = 1.0, 1.0
 
 
@@ -86,7 +86,7 @@ class RelaxationFit(Printed):
 
     @property
     def parts(self) -> list[object]:
-        """What did not converge, parameters with errors, and warnings."""
+        """Parameters with errors, and warnings, in printed form."""
         unit = pressure_unit(self.contact_modulus)
         relaxed = self.contact_modulus / UNITS[unit]
         error = self.contact_modulus_error / UNITS[unit]
@@ -118,11 +118,11 @@ def fit_relaxation(
     Parameters
     ----------
     time : array_like, shape (k,)
-        s, increasing.
+        Increasing times of the points (s).
     curve : ForceCurve
         Approach and hold, see `read_with_times`.
     indenter : Indenter
-        With lengths in Å.
+        Indenter with lengths in Å.
     terms : int
         Number of relaxation times.
 
@@ -171,7 +171,7 @@ class _Model:
         self._extent = float(np.ptp(self._depth))
         self._range = float(np.ptp(self._force))
         self._noise = max(curve.noise, 1e-6 * self._range)
-        # of the unit of moduli
+        # unit of the moduli
         self._modulus = self._range / float(indenter.force(self._extent))
 
     def forces(self, x: FloatArray) -> FloatArray:

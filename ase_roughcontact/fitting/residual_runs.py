@@ -1,4 +1,4 @@
-"""Residuals of one sign in a row: a model that is not right, and points that count."""
+"""Residuals of one sign in a row: warnings, and the number of independent points."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ import numpy as np
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 
-# Mean of residuals of one sign in a row, relative to its standard error, that is no
-# noise, and part of the largest force from which it matters.
+# Least mean of residuals of one sign in a row that is reported, relative to its
+# standard error, and relative to the largest force.
 _SYSTEMATIC, _MATTERS = 6.0, 0.01
 
 
 def points_per_value(residual: FloatArray) -> float:
     """Return how many neighbouring residuals count as one, at least 1.
 
-    White noise changes its sign at every second point; residuals that are alike in
-    neighbouring points change it less often.
+    White noise changes its sign at every second point, correlated residuals less often.
 
     Parameters
     ----------
@@ -42,7 +41,7 @@ def systematic_residuals(
     residual : ndarray, shape (k,)
         Fitted less measured forces (eV/Å).
     noise : float
-        Of the force (eV/Å).
+        Standard deviation of the noise of the force (eV/Å).
     largest : float
         Largest force (eV/Å).
 

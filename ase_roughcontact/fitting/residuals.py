@@ -1,13 +1,12 @@
-r"""Residuals of a measured force curve to that of a scene, and their derivatives.
+r"""Residuals between a measured and a calculated force curve, and their derivatives.
 
 For each trial of the parameters the scene is pressed in and pulled off again, in an
 `adhesion_loop`. The curve that a cantilever follows through its states, with its
 snap-in and pull-off, is compared with the measured forces :math:`F_i` at the heights
 :math:`D_i = z_0 - d_i - F_i/k` of the base. The height :math:`z_0`, at which the depth
 is zero, is always free: a microscope does not measure where the surface is. A baseline
-:math:`b_0 + b_1 (D_i - \max D)` of the measured forces, such as that of an unknown zero
-of the deflection, shifts depths and forces together, so that it leaves :math:`D_i` as
-it is.
+:math:`b_0 + b_1 (D_i - \max D)` of the measured forces, for example by an unknown zero
+of the deflection, shifts depths and forces together and does not change :math:`D_i`.
 
 Forces are compared only where both curves are on the same side of a jump. The heights
 of the base at the largest jump of each branch, which depend smoothly on the parameters,
@@ -43,7 +42,7 @@ from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.windows.regrid import GridChange
 
 _NN, _NM = UNITS["nN"], UNITS["nm"]
-# Part of a measured jump from which a calculated one is its counterpart.
+# Part of a measured jump above which a calculated jump is its counterpart.
 _COUNTERPART = 0.3
 # Least penetration of a wall that only repels, in spacings.
 _SHALLOWEST = 1e-3
@@ -53,15 +52,15 @@ _LEAST, _MOST = 0.05, 20.0
 
 @dataclass(frozen=True, eq=False)
 class CurveTrial(Trial):
-    """Trial whose residuals are those of k points and two jumps.
+    """Trial with residuals of k points and two jumps.
 
     Attributes
     ----------
     by_range : ndarray, shape (k + 2,)
         Derivatives of the residuals to the logarithm of the range of the attraction,
-        zero if it is free or there is none.
+        zero if the range is free, or without attraction.
     followed : dict of FollowedBranch
-        By their directions.
+        Calculated branches by their directions.
     """
 
     by_range: FloatArray
@@ -72,12 +71,12 @@ class Residuals:
     """Residuals of a force curve relative to its noise, and their derivatives.
 
     The unknowns x are the parameters of the scene relative to their first values, and
-    the changes of those of the baseline and of z0.
+    the changes of the parameters of the baseline and of z0.
 
     Parameters
     ----------
     scene : Scene
-        First values of the parameters, and all others.
+        Scene with first values of the free parameters, and the fixed ones.
     curve : ForceCurve
     free : sequence of str
         Parameters among `FREE` and `BASELINE`.
@@ -114,7 +113,7 @@ class Residuals:
         return x * self._scale + self._shift
 
     def trial(self, x: FloatArray, scene: Scene | None = None) -> CurveTrial:
-        """Return the trial for some unknowns, with another scene if that is given."""
+        """Return the trial for some unknowns, by default with the scene of the fit."""
         values, curve, count = self.values(x), self._curve, len(self._curve.force)
         followed = self._followed(values, scene or self._scene)
         forces, base = self._corrected(values).force, curve.base + values[-1] * _NM
@@ -172,11 +171,11 @@ class Residuals:
         Returns
         -------
         dict of ndarray
-            "range": that of its logarithm, in columns for the branches and the jumps,
-            whose signs depend on the form of the attraction. "grid": to the limit of a
-            fine grid, extrapolated from one of half the spacing, as the error is
-            quadratic; zero at points and jumps that are not compared on both, and for
-            solids of atoms, which have only one lattice.
+            "range": changes by the logarithm of the range, in a column for each branch
+            and jump, as their signs depend on the form of the attraction. "grid":
+            changes to the limit of a fine grid, extrapolated from a grid of half the
+            spacing, as the error is quadratic; zero at points and jumps that are not
+            compared on both, and for solids of atoms, which have only one lattice.
         """
         count = len(trial.residuals) - 2
         parts: list[Any] = [branch.points for branch in self._curve.branches]
@@ -228,9 +227,10 @@ class Residuals:
 
 
 def on_finer_grid(scene: Scene) -> tuple[Scene, float]:
-    """Return a scene on a grid of half the spacing, and the part of errors it lacks.
+    """Return a scene on a grid of half the spacing, and Richardson's factor.
 
-    Times the change of a quantity on that grid this is its quadratic error.
+    The factor times the change of a quantity on the finer grid is the error of the
+    quantity on the given grid, if the error is quadratic in the spacing.
     """
     given = scene.grid_change
     if given.coarsen % 2:
@@ -253,7 +253,7 @@ def _are_counterparts(
 
 
 def _on_one_side(base: FloatArray, measured: MeasuredBranch, jump: float) -> np.ndarray:
-    """Return which points are on the same side of both jumps, and at neither."""
+    """Return which points are on the same side of both jumps, and not at a jump."""
     last = measured.jump or 0
     numbers = np.arange(len(base))
     passed = measured.direction * (base - jump)
@@ -263,7 +263,7 @@ def _on_one_side(base: FloatArray, measured: MeasuredBranch, jump: float) -> np.
 
 
 def _first_height(scene: Scene, curve: ForceCurve) -> float:
-    """Return z0 at which the scene has the largest measured force where it was."""
+    """Return z0 at which the scene has the largest measured force at its position."""
     force, depth = curve.force, curve.depth
     largest = int(np.argmax(force))
     if force[largest] <= 0.0:

@@ -14,11 +14,11 @@ from ase_roughcontact.fitting.parameters import changed, value_of
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.theory import SphereTheory, sphere_theory
 
-# Largest contact radius of the smooth sphere, relative to that of Hertz.
+# Largest contact radius of the smooth sphere, relative to Hertz's radius.
 _EXTENT = 2.0
 # Largest work of adhesion (J/m²).
 _LARGEST = 9.0
-# Works of adhesion with which the fit begins, relative to that of the scene.
+# First works of adhesion of the fit, relative to the work of adhesion of the scene.
 _STARTS = np.geomspace(0.05, 20.0, 25)
 
 
@@ -29,11 +29,11 @@ class SmoothFit:
     Attributes
     ----------
     work_of_adhesion : float
-        J/m².
+        Fitted work of adhesion (J/m²).
     theory : str
         Name of the theory that applies, by Maugis' parameter.
     fitted : ndarray, shape (k,)
-        Forces (eV/Å).
+        Forces of the fit (eV/Å).
     line : (ndarray, ndarray) or None
         Heights of the base (Å) and forces (eV/Å) on many points for a figure.
     """
@@ -57,7 +57,7 @@ def smooth_fit(
     Parameters
     ----------
     scene : Scene
-        Radius, modulus and range of the attraction.
+        Scene with radius, modulus and range of the attraction.
     curve : ForceCurve
     baseline : sequence of str
         Parameters of the measured forces that are fitted, too, see `ForceCurve`.
@@ -73,9 +73,9 @@ def smooth_fit(
 
     Notes
     -----
-    The theory is that of `sphere_theory` for each work of adhesion. On approach the tip
-    is free until it touches the undeformed surface; on retraction it is in contact up
-    to the instability.
+    `sphere_theory` chooses the theory for each work of adhesion. On approach the tip is
+    free until it touches the undeformed surface; on retraction it is in contact up to
+    the instability.
     """
     if not scene.wall.attractive:
         raise ValueError("a fit of the work of adhesion needs a wall with attraction")
@@ -109,7 +109,7 @@ def smooth_fit(
         zero = np.interp(corrected.force[largest], *branch)
         trials.append(np.array([work, corrected.depth[largest] - zero]))
     best = min(trials, key=squares)
-    # a method without derivatives, as the points at a jump have none
+    # a method without derivatives: they are not defined at a jump
     corners = best + np.array([[0.0, 0.0], [0.1 * best[0], 0.0], [0.0, 0.5]])
     options = {
         "initial_simplex": corners,

@@ -1,8 +1,8 @@
 r"""Least-squares fit of a path in time to a measured curve: moduli, times and others.
 
-The path of the scene is that of the measurement. Under given depths, heights or heights
-of the base the force over time is compared, under given loads the penetration. Every
-trial is a whole path, and derivatives are differences of trials.
+The scene follows the path of the measurement. Under given depths, heights or heights of
+the base the force over time is compared, under given loads the penetration. Every trial
+is a whole path, and derivatives are differences of trials.
 
 Relaxation moduli are :math:`g_k = y_k/(1 + \sum_j y_j)`, with positive unknown ratios
 :math:`y_k` of the moduli to the relaxed one, so that each trial is a solid.
@@ -48,8 +48,8 @@ from ase_roughcontact.scene.scene import Scene
 _SHORTER = 10.0
 # Rounding of times, relative.
 _ROUNDING = 1e-12
-# Change of the unknowns for differences: what it changes is larger than what another
-# choice of the time steps changes.
+# Change of the unknowns for differences: its effect is larger than the effect of
+# another choice of the time steps.
 _CHANGE = 0.02
 
 
@@ -65,18 +65,18 @@ def fit_in_time(
     Parameters
     ----------
     scene : Scene
-        With the path in time of the measurement, first values of the parameters, and
-        all others.
+        Scene with the path in time of the measurement, first values of the free
+        parameters, and the fixed ones.
     time : array_like, shape (k,)
-        Since the beginning of the path (s).
+        Times since the beginning of the path (s).
     measured : array_like, shape (k,)
-        Normal forces (eV/Å); of a path with ``control = "load"`` penetrations, whose
-        zero is arbitrary (Å).
+        Normal forces (eV/Å); for a path with ``control = "load"`` penetrations (Å) with
+        an arbitrary zero.
     free : sequence of str
-        Parameters among `SERIES`, of which all moduli or times are free, `FREE`, and
+        Parameters among `SERIES` (all moduli or times are free then), `FREE`, and
         ``force_offset``, the force that the instrument shows for a free tip. Always
-        free is ``height_offset``, by which the indenter is higher than the path says:
-        a microscope does not measure where the surface is.
+        free is ``height_offset``, the height of the indenter above the height on the
+        path: a microscope does not measure where the surface is.
     callback : callable, optional
         Called after each trial with the parameters by name, and the root mean
         square of the residuals relative to the noise.
@@ -84,14 +84,14 @@ def fit_in_time(
     Returns
     -------
     Fit
-        With errors as those of `fit_curve`: by the noise, the range of the attraction,
-        the grid, and by the time steps.
+        Fit with errors by the noise, the range of the attraction and the grid, as in
+        `fit_curve`, and by the time steps.
 
     Raises
     ------
     ValueError
-        If a parameter is unknown, there are too few points, or their times are not
-        those of the path.
+        If a parameter is unknown, there are too few points, or their times are not on
+        the path.
     """
     time, measured = finite_array("time", time), finite_array("measured", measured)
     model = TimeModel(scene, time, measured, free)
@@ -231,7 +231,7 @@ class TimeModel:
         return curve - shift if self._by_load else curve + offset
 
     def _followed(self, scene: Scene, shift: float) -> FloatArray:
-        """Return the curve of a scene whose heights are shifted."""
+        """Return the curve of a scene with heights shifted by a distance (Å)."""
         path: Any = scene.path
         shift *= 0.0 if scene.control == LOAD else -scene.control.deeper
         given = path.schedule(scene.bodies)

@@ -37,8 +37,8 @@ def unpacked(file: PathName, curve: int | str | None) -> Iterator[Path]:
     Raises
     ------
     ValueError
-        If there are several files and none is chosen, or not the one that is chosen.
-        Errors of what reads the file name the archive.
+        If there are several files and none is chosen, or the chosen file is missing.
+        Errors in reading the file name the archive.
     """
     with zipfile.ZipFile(file) as archive, TemporaryDirectory() as folder:
         names = sorted(name for name in archive.namelist() if name[-1] != "/")

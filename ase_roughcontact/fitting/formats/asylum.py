@@ -21,7 +21,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.formats.table import ArrayColumn, CurveTable, Segment
 
-# Channels that are read, by what they are; all are in m.
+# Channels that are read, by quantity; all are in m.
 _CHANNELS = {
     "zsnsr": "zsnsr",
     "zsensor": "zsnsr",
@@ -39,7 +39,7 @@ def read_asylum(file: PathName) -> CurveTable:
     Raises
     ------
     ValueError
-        If the file is no wave, or has no deflection and height.
+        If the file is not a wave, or has no deflection and height.
     ImportError
         If igor2 is missing.
     """

@@ -49,13 +49,13 @@ def read_instrument(
     curve : int, optional
         Number of the curve, from 1; needed if there are several.
     calibration : Calibration
-        Used for what the file lacks.
+        Calibration for quantities that the file does not contain.
 
     Raises
     ------
     ValueError
-        If the file can't be read, has several curves, or lacks a calibration that is
-        not given.
+        If the file can't be read, has several curves, or neither contains a calibration
+        nor is one given.
     ImportError
         If afmformats is missing.
     """
@@ -83,7 +83,7 @@ def _readable(file: PathName, errors: Any) -> Iterator[None]:
             yield
     except errors.MissingMetaDataError as error:
         raise ValueError(_missing(file, error.meta_keys)) from error
-    except (Exception, errors.AFMFileFormatError) as error:  # the latter is none
+    except (Exception, errors.AFMFileFormatError) as error:  # not an Exception
         raise ValueError(f"cannot read a force curve from {file}: {error}") from error
 
 
@@ -101,7 +101,7 @@ def _chosen(file: PathName, curve: int | None, count: int) -> int:
 
 
 def _loaded(afmformats: Any, file: PathName, calibration: Calibration) -> list[Any]:
-    """Return the curves of a file, with what it lacks of the calibration."""
+    """Return the curves of a file, with the given calibration where it has none."""
     try:
         curves = afmformats.load_data(file)
     except afmformats.errors.MissingMetaDataError as error:
@@ -125,7 +125,7 @@ def _segments(curve: Any) -> list[Segment]:
     """Return the segments of a curve; a single one may hold approach and retraction."""
     names = [name for name in _COLUMNS if name in curve]
     number = np.asarray(curve["segment"])
-    # the class of a curve from a file of afmformats is not that of its modality
+    # the class of a curve from a file of afmformats does not follow its modality
     kinds = _SEGMENTS[curve.metadata.get("imaging mode", "force-distance")]
     segments = []
     for each in np.unique(number):

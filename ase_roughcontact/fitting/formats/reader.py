@@ -34,9 +34,9 @@ def read_table(
     heads : sequence of str
         Names and units of the columns of a text in place of those in the file.
     curve : int or str, optional
-        Which curve of several in a file, from 1; in an archive also a name.
+        Number of the curve in the file, from 1; in an archive also the name of a file.
     calibration : Calibration, optional
-        For formats that can't be read without.
+        Calibration for files that can't be read without it.
 
     Returns
     -------

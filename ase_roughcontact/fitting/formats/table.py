@@ -50,7 +50,7 @@ class TextColumn:
     ----------
     head, name, unit, away
     cells : sequence of (int, str or None)
-        Lines of the file, and what they contain.
+        Number of the line in the file, and text of the cell.
     """
 
     head: str
@@ -114,8 +114,8 @@ class Segment:
     Attributes
     ----------
     kind : str or None
-        A key of `SEGMENTS`; None for points in the order of the measurement, of which
-        the file does not say more.
+        A key of `SEGMENTS`; None for points in the order of the measurement without
+        further information in the file.
     columns : sequence of Column
     """
 
@@ -130,7 +130,7 @@ class CurveTable:
     Attributes
     ----------
     segments : sequence of Segment
-        In the order of the measurement.
+        Segments in the order of the measurement.
     stiffness : float or None
         Spring constant of the cantilever (eV/Å^2), if the file has it.
     sensitivity : float or None
@@ -144,7 +144,7 @@ class CurveTable:
 
 @dataclass(frozen=True)
 class Calibration:
-    """Calibration that a user gives, for files without one or in place of theirs.
+    """Calibration given by a user, which replaces the calibration of the file.
 
     Attributes
     ----------

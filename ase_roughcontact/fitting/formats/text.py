@@ -1,6 +1,6 @@
 """Tables with names of columns; exports of NanoScope, Chiaro and spreadsheets.
 
-Above the names there may be other lines: a header whose lines begin with a backslash
+Above the names there may be other lines: a header of lines that begin with a backslash
 (NanoScope) or with ``#``, or lines that have another number of cells (Chiaro).
 """
 
@@ -21,16 +21,17 @@ from ase_roughcontact.fitting.formats.table import (
     segment_kind,
 )
 
-# Name and unit: "Height (nm)", "Force [nN]", "z / nm"; and several of them between
-# blanks.
+# Name and unit: "Height (nm)", "Force [nN]", "z / nm".
 _HEAD = re.compile(r"\s*([^([/]*?)\s*(?:[([/]\s*(.*?)\s*[])]?)?\s*")
+# One of several names with units between blanks.
 _HEADS = re.compile(r"[^\s([/]+(?:\s*[([][^])]*[])]|\s*/\s*\S+)?")
 # Branches in the names of columns of NanoScope: Height_Sensor_nm_Ex, Calc_Ramp_Rt_nm.
 _BRANCHES = {"Ex": "approach", "Rt": "retraction"}
 # Heights by their names: NanoScope's ramp increases towards the surface.
 _AWAY = {"distance": True, "calc ramp": False, "ramp": False}
-# Stiffness of the cantilever and length per V in headers of NanoScope and Chiaro.
+# A number in a header.
 _NUMBER = r"([-+\d.eE]+)"
+# Stiffness of the cantilever in headers of NanoScope and Chiaro.
 _STIFFNESS = re.compile(rf"^\W*(?:\\Spring Constant:|k \(N/m\)) *\t?{_NUMBER}", re.M)
 _SENSITIVITY = re.compile(rf"\\@Sens\. DeflSens: V {_NUMBER} nm/V")
 
@@ -43,7 +44,7 @@ def read_text(
     Parameters
     ----------
     file : path
-        For messages.
+        Name of the file, for messages.
     lines : mapping of int to str
         Lines that are not blank by their numbers.
     heads : sequence of str
@@ -52,8 +53,8 @@ def read_text(
     Returns
     -------
     CurveTable
-        By the names of the columns, or a column ``branch``; else the rows are one
-        segment.
+        Segments by the names of the columns, or by a column ``branch``; else the rows
+        are one segment.
 
     Raises
     ------
@@ -161,7 +162,7 @@ def _segments(
             for kind, part in _by_branch(file, rows, at)
         ]
     columns = _columns(names, rows)
-    if len(columns) > 1:  # what is not of a branch, such as numbers of the points
+    if len(columns) > 1:  # columns without a branch, such as numbers of the points
         columns.pop(None, None)
     return [Segment(kind, part) for kind, part in columns.items()]
 
