@@ -33,7 +33,7 @@ _FEWEST_PLASTIC = 6.0
 _LINEAR, _SMALLEST = 2e-3, 5e-4
 # Largest denominator of a spacing in units of a0, and their ratio if both are integers.
 _DENOMINATOR = 8
-# Spacings on the shortest wave of a surface whose wavelengths are not known.
+# Spacings on the shortest wave of a surface if its wavelengths are not known.
 _UNKNOWN_WAVE = 4.0
 # Largest coarsening under hard, soft and attractive walls. The range of a soft wall is
 # about a spacing of the atoms, and the edge of an adhesive contact must be resolved.
@@ -156,7 +156,7 @@ class GridModel:
         spacing: float,
         shape: tuple[int, int] | None = None,
     ) -> GridChange:
-        """Return the grid relative to that of the atoms; see `grid_for`.
+        """Return the grid relative to the grid of the atoms; see `grid_for`.
 
         Parameters
         ----------
@@ -194,7 +194,7 @@ def grid_for(
     spacing : float
         Distance of the atoms (length).
     shape : (int, int), optional
-        Of a fixed window of atoms.
+        Number of atoms along x and y of a fixed window.
 
     Returns
     -------

@@ -1,12 +1,12 @@
 r"""Relaxation of a step to the tolerance that it requires, and a check of it.
 
-The tolerance of forces is relative to the mean magnitude of those in contact,
+The tolerance of forces is relative to their mean magnitude in contact,
 
 .. math:: f_\max = \max\left(t \, \frac{\sum_{i \le n} |p_i| a_0^2}{n},\,
           10^{-13} E^* a_0^2\right)
 
-with the relative tolerance :math:`t` and the :math:`n` atoms in contact, some of which
-are under tension if a hard wall attracts, or all atoms on which the wall acts if their
+with the relative tolerance :math:`t` and the :math:`n` atoms in contact (some of them
+are under tension if a hard wall attracts), or all atoms on which the wall acts if their
 mean force is larger.
 """
 
@@ -26,18 +26,18 @@ from ase_roughcontact.stepping.accuracy import tolerance_for
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
-# Force on an atom in contact before any is known, in units of E* a0^2: about that on
-# self-affine surfaces of a rms slope of 0.1.
+# Force on an atom in contact before any is known, in units of E* a0^2: about the force
+# on self-affine surfaces of a rms slope of 0.1.
 _TYPICAL_FORCE = 0.05
 # A tolerance is this part of the one that the mean force in the last state requires,
-# since that of the next state may be smaller. A reduced tolerance is this part of the
-# required one, so that the next state does not need another reduction.
+# since the mean force in the next state may be smaller. A reduced tolerance is this
+# part of the required one, so that the next state does not need another reduction.
 _MARGIN, _REDUCTION = 0.8, 0.5
 # A load counts as not carried if rounding leaves more than this part of it.
 _UNCARRIED_PART = 0.1
-# A step has not converged if a force, or the force that would close a gap, is above the
-# first times the tolerance plus the second, for rounding, times all forces of the wall.
-# The second is the smallest tolerance, too, in units of E* a0^2.
+# Largest force of a converged step, or force that would close a gap, over the tolerance.
+# Rounding error that is added, relative to the sum of the forces of the wall, and
+# smallest tolerance in units of E* a0^2.
 _EXCESS, _ROUNDING = 2.0, 1e-13
 
 #: Kinds of a status of a step that is not as required, although its solver converged.
@@ -54,7 +54,7 @@ FORCE_LEFT = StatusKind(
 
 
 class StepRelaxer:
-    """Relaxes steps to a given tolerance, or to that which the states require.
+    """Relaxes steps to a given tolerance, or to the one that the states require.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class StepRelaxer:
         earlier: Run | None = None,
         start: Start | None = None,
     ) -> Run:
-        """Relax a contact from a state; the cost is that of earlier runs, too."""
+        """Relax a contact from a state; the cost includes earlier runs."""
         mean_force = state.mean_force
         if math.isnan(mean_force):
             mean_force = self._typical_force
@@ -119,7 +119,7 @@ class StepRelaxer:
     def checked(self, relaxed: RelaxedStep, softness: float) -> RelaxedStep:
         """Return a step, marked if its forces, gaps or load are not as required.
 
-        Over a time step the solid is softer than between steps.
+        Over a time step the solid is more compliant than between steps.
         """
         if self._given is None:
             relaxed = relaxed.marked(_lost_load(relaxed))

@@ -10,15 +10,15 @@ from ase_roughcontact.contact import State
 from ase_roughcontact.contact.state import EarlierState
 from ase_roughcontact.elasticity.lattice import Box
 
-# Points of a window above which two earlier pressures take more memory than the 2 % of
-# transforms are worth that they save, beyond the start from the last one.
+# Points of a window above which no earlier pressures are kept: they save 2 % of the
+# transforms beyond a start from the last state, which is not worth their memory.
 _LARGEST = 4096 * 4096
 # Largest distance of a target from the last one, in units of the last step.
 _FARTHEST = 2.0
 
 
 def with_earlier(state: State, target: float, pressure: np.ndarray) -> State:
-    """Return a relaxed state that keeps itself for the next extrapolation.
+    """Return a relaxed state, kept in its own `earlier` for the next extrapolation.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def with_earlier(state: State, target: float, pressure: np.ndarray) -> State:
     Returns
     -------
     State
-        Without any earlier states on a window too large for them.
+        The state, without earlier ones on a window that is too large for them.
     """
     if state.window.size > _LARGEST:
         return state
@@ -55,7 +55,7 @@ def extrapolated(
     Returns
     -------
     pressure : ndarray, shape (n, m)
-        Also a tension, where a contact is lost.
+        Extrapolated pressure; negative where a contact is lost.
     height : float
         None, in place of both, without two states of this window, or if the target is
         farther from the last one than twice the last step.

@@ -28,7 +28,7 @@ class StepOptions:
     Attributes
     ----------
     relaxer : Relaxer, optional
-        By default that of the recommended solver for the wall.
+        The relaxation; by default the recommended solver for the wall.
     fmax, accuracy, max_steps, window
         See `load_path`.
     hardness : float
@@ -41,14 +41,14 @@ class StepOptions:
     lost_slope : float
         Part of the rms slope that the grid can't resolve, and that is lost.
     cantilever : float
-        Stiffness of the spring between the indenter and a base whose height is given
+        Stiffness of the spring between the indenter and a base at a given height
         (force/length).
     solver_error : float
         Largest error of the normal force that the solver may leave, relative to the
-        forces in contact, if it is smaller than that of `accuracy`.
+        forces in contact, if it is smaller than the error that `accuracy` allows.
     scan_errors : ScanErrors, optional
-        Returns the errors of a `RelaxedStep` by the scan that is pressed; its method
-        `todict` describes them.
+        Function of a `RelaxedStep` that returns its errors by the scan that is pressed,
+        with a method `todict` that describes them.
 
     Raises
     ------
@@ -84,12 +84,12 @@ class StepOptions:
 
     @property
     def keeps_window(self) -> bool:
-        """Whether the window is that of the first state."""
+        """Whether all states have the window of the first one."""
         return self.window != "auto"
 
     @property
     def optimizer(self) -> str:
-        """Name of the solver or optimizer, with its options; empty by default."""
+        """Name of the solver or optimizer and its options; empty for the default."""
         if self.relaxer is None:
             return ""
         if isinstance(self.relaxer, SolverRelaxer):

@@ -7,9 +7,10 @@ change the normal force at a fixed height to first order by
 .. math:: \delta N = \sum_i f_i\,(1 - \lambda_i) + a_0^2 \sum_\text{touching} x_i\, g_i,
 
 the second sum under hard walls only. The first order suffices if the magnitudes of
-these terms, those of the forces :math:`f_i`, and the force that the indenter's balance
-lacks, are below 0.001 of the magnitudes of all forces of the wall. Atoms that these
-forces and gaps could bring into contact or out of it are an error of the area.
+these terms, the magnitudes of the forces :math:`f_i`, and the residual of the
+indenter's force balance are below 0.001 of the magnitudes of all forces of the wall.
+Atoms that these forces and gaps could bring into contact or out of it are an error of
+the area.
 
 Otherwise the solver for the wall goes on from the state until the remaining forces are
 a hundredth, and the errors are the differences to the solution. This is the case where
@@ -33,13 +34,13 @@ from ase_roughcontact.solvers.soft.newton import default_relaxer
 
 # Largest change of the force, relative to the forces of the wall, to first order.
 _FIRST_ORDER = 1e-3
-# Remaining forces at which the solver stops, relative to those of the state, and its
-# largest number of steps.
+# Remaining forces at which the solver stops, relative to the forces that remain in the
+# state. Largest number of its steps.
 _REDUCTION, _STEPS = 0.01, 200
 # Reasons for errors that are not known.
 _HELD = "constraints hold atoms of the surface, which the solver would let go"
 _NO_SOLUTION = "forces are left, and the solver that goes on from there has stopped"
-# Relative rounding error of the sum of the forces, and that of a force in E* a0^2.
+# Rounding error of the sum of the forces, relative to it, and of a force, in E* a0^2.
 _ROUNDING = 1e-13
 
 
@@ -79,7 +80,7 @@ def relaxation_errors(
     contact : Contact
     run : Run
     response : HeightResponse
-        Of the state that was reached.
+        The response of the state that was reached to a change of the height.
     gap_error : float
         Largest gap in contact with a hard wall, or overlap with it (Å).
 

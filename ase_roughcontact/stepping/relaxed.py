@@ -31,19 +31,20 @@ _RESIDUAL = 1e-2
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RelaxedStep:
-    """Relaxed contact of a step of a path.
+    """Relaxed contact at one target of a path.
 
     Attributes
     ----------
     problem : Problem
     contact : Contact
-        On the window of the state.
+        The contact on the window of the state.
     run : Run
-        State, fields and forces, what holds the indenter, and what it cost.
+        The solution: state, fields, forces, support of the indenter, and statistics of
+        the solver.
     control : Control
-        What the path prescribes.
+        The quantity that the path prescribes.
     options : StepOptions
-        Of the path, such as whether the continuum is asked for.
+        Options of the path, such as whether the continuum is asked for.
     number : int
         Number of the step, from zero.
     first_contact : float
@@ -51,11 +52,11 @@ class RelaxedStep:
     seconds : float
         Wall-clock time of the relaxation.
     time : float
-        Of the step, NaN unless the solid creeps.
+        Time of the step; NaN unless the solid creeps.
     base : float
         Height of the base of the cantilever; NaN without one (Å).
     lateral : LateralState or None
-        Under friction, of a sliding path.
+        Lateral displacements and tractions of a sliding path; None without friction.
     """
 
     problem: Problem
@@ -168,7 +169,7 @@ class RelaxedStep:
     def cell_side(self) -> float:
         """Side of a periodic cell under a sphere (Å).
 
-        Infinite without images, and under a flat surface, whose images are meant.
+        Infinite without images, and under a flat surface, where images are intended.
         """
         if (
             not self.halfspace.periodic

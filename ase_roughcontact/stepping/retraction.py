@@ -25,11 +25,11 @@ _ROUNDING = 1e-9
 def relax_in_contact(
     stepper: Stepper, state: State, target: float, number: int = 0
 ) -> RelaxedStep:
-    """Relax a step, in parts if it is longer than the wall may hold the surface.
+    """Relax a step, in parts if it is a long one away from an attractive wall.
 
-    That is, if the wall acts on the surface, and the indenter is raised by more than
-    half the range of the attraction. The parts are at most that long. The surface has
-    torn off when nothing acts on it.
+    A step is made in parts if the wall acts on the surface and the indenter is raised
+    by more than half the range of the attraction. A part is at most half that range.
+    When the wall acts on no atom, the surface has torn off.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def relax_in_contact(
     Returns
     -------
     RelaxedStep
-        With the cost of all parts.
+        The relaxed step, with the statistics of all parts added.
     """
     spent = list[RelaxedStep]()
     for part in _targets_between(stepper, state, target):

@@ -117,7 +117,7 @@ class Stepper:
         return self.options.grid_model.error
 
     def limited(self, error: float) -> Stepper:
-        """Return the same, but with a solver that leaves at most an error.
+        """Return a stepper with a solver that leaves at most an error.
 
         Parameters
         ----------
@@ -152,8 +152,8 @@ class Stepper:
         moment, elapsed : float
             Time of the step, and since the last one, if the solid creeps (time).
         again : RelaxedStep, optional
-            Solution of this step with another history, in the state of which it starts;
-            its cost is added.
+            Solution of this step with another history. The step starts from its state,
+            and its cost is added.
 
         Returns
         -------
@@ -215,8 +215,9 @@ class Stepper:
         Returns
         -------
         RelaxedStep
-            Its contact and fields are those of a surface that has flowed: forces and
-            energy stay, and the plastic work becomes that of earlier steps.
+            A step with the contact and the fields of the surface after it has flowed:
+            forces and energy stay, and its plastic work is added to the work of earlier
+            steps.
         """
         flowed = self.problem.wall.permanent and relaxed.fields.plastic_atoms
         if flowed:
@@ -257,7 +258,7 @@ class Stepper:
         )
 
     def describe_system(self, **more: Any) -> dict[str, Any]:
-        """Describe all that a state depends on except height, load and displacement.
+        """Describe what a state depends on, except height, load and displacement.
 
         Parameters
         ----------

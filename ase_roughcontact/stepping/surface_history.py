@@ -20,14 +20,14 @@ from ase_roughcontact.elasticity.creep import CreepStep
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import Run, fields_of
 
-# Number of time steps of other lengths whose half spaces are kept.
+# Number of half spaces that are kept, one for each duration of a time step.
 _KEPT_HALFSPACES = 4
 
 
 class SurfaceHistory:
     """Makes contacts on the window of a state, with plastic shape, creep and friction.
 
-    The last contact is kept, since those of the same window share its half space.
+    The last contact is kept, since contacts on the same window share its half space.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class SurfaceHistory:
         return self._creep.over(elapsed) if self._creep else None
 
     def begun(self, state: State, step: CreepStep | None) -> State:
-        """Return a state as a step finds it, some time after the last one."""
+        """Return a state at the start of a step, some time after the last one."""
         check_past(state, self._creep)
         if step is None:
             return state

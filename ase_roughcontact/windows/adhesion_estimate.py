@@ -1,9 +1,10 @@
 """Adhesion-driven contact radius, estimated before anything is calculated.
 
 Full contact presses the roughness flat, at an elastic energy ``U`` per area. If the
-work of adhesion ``w`` is larger, the state of least energy is a compact contact of the
-size of that of a smooth sphere with the work ``w - U``, by JKR. If it is smaller, the
-surfaces touch at separate asperities, and adhesion does not extend the contact.
+work of adhesion ``w`` is larger, the state of least energy is a compact contact, as
+large as the contact of a smooth sphere with the work ``w - U``, by JKR. If it is
+smaller, the surfaces touch at separate asperities, and adhesion does not extend the
+contact.
 
 References
 ----------
@@ -28,8 +29,8 @@ from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.windows.expected import contact_radius_on
 from ase_roughcontact.windows.memory import check_memory
 
-# Side, in spacings, of the piece of a roughness without a known spectrum of which the
-# energy is calculated.
+# Side, in spacings, of the piece that represents a roughness without a known spectrum
+# when its energy is calculated.
 _PIECE = 1024
 # Waves over which the modulus of a solid is averaged.
 _WAVES = 200
@@ -45,8 +46,8 @@ class AdhesionEstimate:
     wall : Interaction
         An attractive wall.
     solid : ElasticSolid
-        Each wave of the roughness sees its modulus of waves, and a contact that of
-        waves of its size.
+        The substrate. Each wave of the roughness sees the modulus at its wavelength,
+        and a contact the modulus of waves of its size.
     spacing : float
         Spacing of the atoms (length).
 
@@ -80,7 +81,7 @@ class AdhesionEstimate:
         Parameters
         ----------
         depth : float
-            Of the smooth sphere below the height at which it touches (length).
+            Distance of the smooth sphere below the height at which it touches (length).
         load : float, optional
             Positive load (force), instead of the depth.
 

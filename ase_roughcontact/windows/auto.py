@@ -51,7 +51,8 @@ _LARGEST_DEEPENING = 2.0
 # overlap than at the last one: 30 % fewer transforms in four decades of 13 loads.
 _RESTART_GROWTH = 1.1
 #: Number of atoms above which a window is made for the expected contact only, not for
-#: all atoms that the rigid indenter overlaps, and factor by which it is larger than it.
+#: all atoms that the rigid indenter overlaps. Side of such a window over the expected
+#: contact's diameter.
 CONTACT_WINDOW_SIZE, CONTACT_WINDOW_SCALE = 256 * 256, 1.03
 # Smallest depth of a window that is to be made deeper, in units of the spacing.
 _LEAST_DEPTH = 1e-3
@@ -66,7 +67,7 @@ class AutoWindow:
     Parameters
     ----------
     problem : Problem
-        Of a free half space.
+        The contact problem, on a free half space.
     contact_window_size : int
         Number of atoms above which a window is made for the expected contact only, not
         for all atoms that the rigid indenter overlaps.
@@ -76,7 +77,7 @@ class AutoWindow:
     first_contact : float
         Height at which the indenter begins to repel the flat substrate (length).
     footprint : Footprint
-        Of the indenter.
+        The footprint of the indenter.
 
     Raises
     ------
@@ -159,9 +160,9 @@ class AutoWindow:
         Parameters
         ----------
         run : Run
-            Which has relaxed a state.
+            The relaxation of a state.
         contact : Contact
-            On its window.
+            The contact on the window of the state.
         made_for : float
             Level for which the window was made (length).
 
@@ -198,7 +199,7 @@ class AutoWindow:
         ----------
         control : Control
         target : float
-            Of the step.
+            Penetration or height (length), or load (force), of the step.
 
         Returns
         -------

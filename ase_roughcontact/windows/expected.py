@@ -7,7 +7,7 @@ A rigid sphere at a depth :math:`d` overlaps the flat surface within a radius
 .. math:: N = \tfrac43 E^* \sqrt R\, d^{3/2} = c\, E^* d\, s, \qquad c = \sqrt 8/3.
 
 Bounds for rough spheres need no roughness: the rigid sphere reaches into the range of
-the wall within a radius that is a lower bound of that of a rough one. Shifted down by
+the wall within a radius that is a lower bound for the rough sphere. Shifted down by
 the depth of the roughness, the smooth sphere contains the rough one, and carries at
 least its load at the same height.
 
@@ -43,16 +43,17 @@ _DEEPEST = 6.0
 LARGEST_DOMAIN = 2048
 # Points along a side up to which windows are planned on the lattice of the atoms.
 _LARGEST_SIDE = 2048
-# Wave numbers among which the stiffest is searched, from this part of the largest on.
+# Smallest wave number among which the stiffest is searched, relative to the largest
+# one. Number of wave numbers.
 _LONGEST, _WAVES = 1e-5, 60
 
-#: Normal force over ``E*``, depth and half the side of the overlap; that of Hertz.
+#: Normal force over ``E*``, depth and half the side of the overlap, by Hertz.
 LOAD_FACTOR = math.sqrt(8.0) / 3.0
-# Depths are searched from this part of the spacing on, by this factor.
+# First depth of a search, in units of the spacing. Ratio of one depth to the last.
 _FIRST_DEPTH, _DEPTH_RATIO = 1e-3, 1.2
 # Wave number that represents a contact, times its radius.
 _WAVE_NUMBER = math.pi
-# Corrections of the modulus of a solid that is not homogeneous.
+# Number of corrections of the modulus of a solid that is not homogeneous.
 _CORRECTIONS = 12
 # Gap at a radius a (1 + e) beside a Hertzian contact of radius a, for small e, in units
 # of e^(3/2) a^2/(pi R).
@@ -65,8 +66,8 @@ class ExpectedContact:
     Parameters
     ----------
     problem : Problem
-        Of a `RoughSphere`. A homogeneous solid as stiff as the stiffest waves of its
-        solid is indented least.
+        A contact problem of a `RoughSphere`. A homogeneous solid as stiff as the
+        stiffest waves of its solid is indented least.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -81,7 +82,7 @@ class ExpectedContact:
         ----------
         control : Control
         target : float
-            Of the step.
+            Penetration or height (length), or load (force), of the step.
         memory : bool
             Whether the memory is checked, too.
 
@@ -102,7 +103,7 @@ class ExpectedContact:
             check_memory((side, side), self.wall, self.solid, bound="at least ")
 
     def coarsening(self, control: Control, target: float) -> int:
-        """Return the ratio of the spacings of a lattice for a plan and of the atoms.
+        """Return the spacing of a lattice for a plan, in units of the atoms' spacing.
 
         Parameters
         ----------
@@ -169,14 +170,15 @@ def coarser(problem: Problem, factor: int) -> Problem:
     Parameters
     ----------
     problem : Problem
-        Of a `RoughSphere`.
+        A contact problem of a `RoughSphere`.
     factor : int
-        From `ExpectedContact.coarsening`: about the ratio of the spacings.
+        Approximate ratio of the spacings, from `ExpectedContact.coarsening`.
 
     Returns
     -------
     Problem
-        With a smooth sphere if all waves of the roughness are short.
+        The coarser problem, with a smooth sphere if all waves of the roughness are
+        short.
     """
     indenter: Any = problem.indenter
     rough, spacing, solid = indenter.roughness, factor * problem.spacing, problem.solid
@@ -188,7 +190,7 @@ def coarser(problem: Problem, factor: int) -> Problem:
             slope = rough.rms_slope * rms_height(rough) / rms_height(longer)
             longer = replace(longer, rms_slope=slope)
         indenter = replace(indenter, roughness=longer)
-    if isinstance(solid, Crystal):  # which has only the spacing of its own
+    if isinstance(solid, Crystal):  # defined at its own spacing only
         solid = Isotropic(solid.contact_modulus)
     return Problem(indenter, solid, problem.wall, spacing, fft=problem.fft)
 
@@ -202,29 +204,29 @@ def predicted_depth(
 ) -> tuple[float, int]:
     """Return a depth at which the indenter carries at least a load, ``N = c E* d s``.
 
-    ``c`` is `LOAD_FACTOR`. The half side ``s`` is that of the box of the atoms that the
+    ``c`` is `LOAD_FACTOR`, and ``s`` half the side of the box of the atoms that the
     rigid indenter overlaps. With a hardness the load is at most ``pi H s^2``.
 
     Parameters
     ----------
     load : float
-        Positive (force).
+        Positive load (force).
     footprint : Footprint
-        Of the indenter.
+        The footprint of the indenter.
     wall : Interaction
     solid : ElasticSolid
-        Its modulus is that of waves of the size of the overlap.
+        The substrate, with the modulus of waves of the size of the overlap.
     power : int
-        Number of factors 1.2 at which the search begins: that of a smaller load.
+        Number of factors 1.2 at which the search begins: the result for a smaller load.
 
     Returns
     -------
     depth : float
-        At most 1.2 times that of the equation, or that at which the overlap leaves
-        the domain of the roughness. It is searched from small depths on, as the surface
-        is then evaluated only where the indenter overlaps.
+        At most 1.2 times the depth of the equation, or the depth at which the overlap
+        leaves the domain of the roughness (length). It is searched from small depths
+        on, as the surface is then evaluated only where the indenter overlaps.
     power : int
-        Number of factors 1.2 at which it ended.
+        Number of factors 1.2 at which the search ended.
     """
     spacing = footprint.spacing
 
@@ -251,15 +253,15 @@ def modulus_under(radius: float, solid: ElasticSolid, spacing: float) -> float:
     Parameters
     ----------
     radius : float
-        Of the contact (length).
+        Radius of the contact (length).
     solid : ElasticSolid
     spacing : float
-        Of the atoms (length).
+        Spacing of the atoms (length).
 
     Returns
     -------
     float
-        Pressure.
+        The modulus (pressure).
     """
     return float(solid.wave_modulus(_WAVE_NUMBER / max(radius, spacing)))
 
@@ -267,21 +269,21 @@ def modulus_under(radius: float, solid: ElasticSolid, spacing: float) -> float:
 def contact_radius_on(
     solid: ElasticSolid, spacing: float, radius: Callable[[float], float]
 ) -> float:
-    """Return the radius of a contact from that on a homogeneous solid.
+    """Return the radius of a contact from the radius on homogeneous solids.
 
     Parameters
     ----------
     solid : ElasticSolid
-        Its modulus depends on the length of waves.
+        The substrate, with a modulus that depends on the wavelength.
     spacing : float
-        Of the atoms (length).
+        Spacing of the atoms (length).
     radius : callable
-        Returns the radius on an isotropic solid from its modulus (length).
+        Function of the modulus that returns the radius on an isotropic solid (length).
 
     Returns
     -------
     float
-        That for the modulus of waves of its own size (length).
+        The radius for the modulus of waves of its own size (length).
     """
     result = radius(solid.contact_modulus)
     for _ in range(_CORRECTIONS):
@@ -295,7 +297,7 @@ def contact_radius_on(
 def contact_level(
     level: float, lowest: float, wall: Interaction, scale: float
 ) -> float:
-    r"""Return the level below which the atoms lie that are expected to touch.
+    r"""Return the height below which atoms are expected to touch.
 
     Atoms beside the Hertzian contact touch where its gap is smaller than the depth
     :math:`\delta` of the roughness and the range of the wall. With the depth
@@ -309,17 +311,17 @@ def contact_level(
     Parameters
     ----------
     level : float
-        Below which the rigid indenter overlaps (length).
+        Height below which the rigid indenter overlaps (length).
     lowest : float
         Lowest height of the indenter at an atom (length).
     wall : Interaction
     scale : float
-        Factor of the side.
+        Factor by which the side is enlarged.
 
     Returns
     -------
     float
-        At most `level`.
+        The level, at most `level` (length).
     """
     roughness = max(-lowest, 0.0) + wall.reach
     depth = level - lowest

@@ -31,7 +31,7 @@ class WindowedState(NamedTuple):
 
 
 class FixedWindow:
-    """Window that stays; it has the methods of `AutoWindow` but for the forecast.
+    """Window that is the same for all steps, with methods as in `AutoWindow`.
 
     Parameters
     ----------

@@ -17,14 +17,15 @@ from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.known import Topography, topography_of
 from ase_roughcontact.windows.memory import available_memory, memory_of
 
-# Side, in atoms, of the tiles in which a surface is searched, and half side of the
-# square about the axis that is searched first.
+# Side of the tiles in which a surface is searched, in atoms. Half the side of the
+# square about the axis that is searched first, in atoms.
 _TILE = 512
 _FIRST_HALF_SIDE = 64
 # When a larger square is searched, its side grows by this factor or more.
 _SEARCH_GROWTH = 1.25
 # Windows have sides from a geometric sequence, so that few FFT grids are needed: its
-# ratio, and that for sides from `_LARGE_SIDE` on, where superfluous atoms cost most.
+# ratio for small sides, and for sides from `_LARGE_SIDE` on, where superfluous atoms
+# cost most.
 _SIDE_RATIO, _LARGE_SIDE_RATIO = 1.12, 1.04
 _SMALLEST_SIDE, _LARGE_SIDE = 8, 256
 # Factor by which a recommended domain is larger than the one required now.
@@ -40,7 +41,7 @@ class BeyondSurfaceError(ValueError):
     ----------
     indenter : Topography
     spacing : float
-        Of the atoms (length).
+        Spacing of the atoms (length).
     radius : float
         Distance from the axis up to which atoms can touch (length).
 
@@ -49,7 +50,7 @@ class BeyondSurfaceError(ValueError):
     problem, advice : str
         What is wrong, and what to do.
     domain : int
-        Side of the domain that is advised, in spacings; zero if none is.
+        Side of the domain that is advised, in spacings; zero without advice.
     """
 
     def __init__(self, indenter: Topography, spacing: float, radius: float) -> None:
@@ -255,7 +256,7 @@ def _ends(mask: np.ndarray) -> tuple[int, int]:
 
 
 def _standard_side(least: int) -> int:
-    """Return the next side of the sequence, whose padded grid is a fast one."""
+    """Return the next side of the sequence, with a padded grid of fast transforms."""
     ratio = _SIDE_RATIO if least < _LARGE_SIDE else _LARGE_SIDE_RATIO
     steps = math.ceil(math.log(max(least, _SMALLEST_SIDE), ratio) - _ROUNDING)
     return (fast_length(2 * math.ceil(ratio**steps) - 1) + 1) // 2

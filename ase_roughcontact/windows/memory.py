@@ -1,4 +1,4 @@
-"""Memory of a step in a window, estimated and compared with that of the machine."""
+"""Memory of a step in a window, estimated and compared with the free memory."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PER_FRAME = 200
 # Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
-# Bytes of Python and its libraries, those for figures included: up to 60 MB less in
+# Bytes of Python and its libraries, including the ones for figures: up to 60 MB less in
 # some installations. Bytes beside them that are not checked: reading the limits would
 # take a tenth of a step in a small window.
 _BASE, _UNCHECKED = 165e6, 100e6
@@ -45,19 +45,20 @@ def memory_of(
     Parameters
     ----------
     window : (int, int)
-        Shape.
+        Number of atoms along x and y.
     wall, solid : optional
-        By default those that need most.
+        Wall and substrate; by default the ones that need most memory.
     points : int
-        Of a roughness synthesised from its spectrum; see `IndenterFacts.points`.
+        Number of points of a roughness synthesised from its spectrum; see
+        `Topography.points`.
     periodic : bool
-        Whether the half space is.
+        Whether the half space is periodic.
 
     Returns
     -------
     float
-        Bytes: the memory of Python and its libraries, for which 165 MB are assumed, and
-        of the step. With the actual memory of the libraries it is between 3/4 and 4/3
+        Memory in bytes: 165 MB, assumed for Python and its libraries, and the memory of
+        the step. With the actual memory of the libraries it is between 3/4 and 4/3
         of the largest resident size of a fresh process. Atoms of ASE, measured height
         maps, and other data of the process add to it.
     """
@@ -70,7 +71,7 @@ def memory_of(
 
 
 def friction_memory(atoms: int, coupled: bool = False) -> float:
-    """Estimate the memory of friction beside that of a step, for a number of atoms."""
+    """Estimate the memory of friction, in addition to a step, for a number of atoms."""
     return float((_PER_LATERAL + coupled * _PER_COUPLED) * atoms)
 
 
@@ -113,7 +114,7 @@ def control_group_memory(root: Path = Path("/")) -> float:
         if controllers in ("", "memory"):  # versions 2 and 1
             top = root / "sys/fs/cgroup" / controllers
             group = top / path.lstrip("/")
-            # a group has the limits of all above it, of which a container has the top
+            # the limits of all groups above hold, too; a container has the top one
             free = min(free, *map(_left_in_group, [group, *group.parents]))
     return free
 

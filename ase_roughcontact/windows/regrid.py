@@ -18,7 +18,7 @@ from ase_roughcontact.topography.known import topography_of
 _PER_WAVE = 2
 # Tolerance within which a number is whole.
 _ROUNDING = 1e-6
-# A spacing relative to that of the atoms.
+# A spacing relative to the spacing of the atoms.
 _RELATIVE = re.compile(r"\s*((?P<coarsen>\d+)\s*)?a0\s*(/\s*(?P<refine>\d+))?\s*")
 
 
@@ -78,12 +78,12 @@ class GridChange:
 
     @property
     def label(self) -> str:
-        """The spacing in units of that of the atoms, ``"a0/2"`` or ``"2 a0"``."""
+        """The spacing in units of the atoms' spacing, ``"a0/2"`` or ``"2 a0"``."""
         factor = f"{self.coarsen} " if self.coarsen > 1 else ""
         return f"{factor}a0" + (f"/{self.refine}" if self.refine > 1 else "")
 
     def spacing(self, spacing: float) -> float:
-        """Return the spacing of the grid for that of the atoms."""
+        """Return the spacing of the grid from the spacing of the atoms."""
         return spacing * self.coarsen / self.refine
 
     def shape(self, shape: tuple[int, int]) -> tuple[int, int]:
@@ -103,7 +103,7 @@ class GridChange:
         ----------
         indenter : Surface
         spacing : float
-            Of the atoms (length).
+            Spacing of the atoms (length).
 
         Returns
         -------
