@@ -19,15 +19,16 @@ from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 @dataclass(frozen=True)
 class Done:
-    """Step of a path that is done.
+    """Finished step of a path.
 
     Attributes
     ----------
     record : LoadStep
+        Result of the step.
     left : RelaxedStep or None
         The step as it leaves the surface; None if a later one was read from a file.
     relaxed : bool
-        Whether it was relaxed now, not read from a file.
+        Whether the step was relaxed in this run, not read from a file.
     """
 
     record: Any
@@ -41,7 +42,7 @@ def follow(
     validity: str = "warn",
     **description: Any,
 ) -> Generator[Any, None, None]:
-    """Yield the steps of a path, and write those that are not done yet.
+    """Yield the steps of a path, and write the ones that are not finished yet.
 
     Parameters
     ----------
@@ -50,17 +51,18 @@ def follow(
     validity : {"warn", "raise", "ignore"}
         See `load_path`.
     **description
-        What a state depends on beside the problem and the path, such as springs.
+        Parameters of a state beside the problem and the path, such as springs.
 
     Returns
     -------
     generator of LoadStep
-        Each after it is written; files are read and written as it advances.
+        The results, each after it is written. Files are read and written as the
+        generator advances.
 
     Raises
     ------
     TypeError
-        If the class of the results is not derived from that of the path.
+        If the class of the results is not derived from the class of the path.
     ValueError
         If the results have no such column.
     """
@@ -80,7 +82,7 @@ def follow_states(
     first: Callable[[], State] | None = None,
     **description: Any,
 ) -> Generator[Done, None, None]:
-    """Yield the steps of a path with their states, and write those not done yet.
+    """Yield the steps of a path with their states, and write the unfinished ones.
 
     Parameters
     ----------
@@ -108,7 +110,7 @@ def follow_states(
         )
     record, stepper = record.with_columns(output.columns), path.stepper
     new: Restart | None = None
-    if output.restart_file is not None:  # which has the descriptions
+    if output.restart_file is not None:  # it has the descriptions
         system = stepper.describe_system(**path.parameters, **description)
         new = Restart(system, path.described, stepper.describe_settings())
     return _followed(path, output, report, record, new, first)

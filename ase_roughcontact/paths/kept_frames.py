@@ -9,7 +9,7 @@ _MOST = 100
 
 
 def has_frame(keep: str, step: int, last: int) -> bool:
-    """Return whether a step has a frame when another one is the last of the path.
+    """Return whether a step has a frame if the path ends with another step.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ class Output:
         File of frames for looking at the path, in single precision; see `read_frames`.
     keep : {"thinned", "all", "last"}
         Frames that the trajectory keeps: at most about a hundred at equal distances and
-        the last one, those of all steps, or the last one alone.
+        the last one, one of each step, or the last one alone.
     restart : path, optional
         File of the finished steps and of the state after the last one, in double
         precision, which is replaced after each step. By default it is beside the
@@ -56,11 +56,11 @@ class Output:
     record : type
         Class of the results: `LoadStep`, or a subclass with more columns.
     columns : sequence of str, optional
-        Names of columns that are calculated where they are asked for, such as
-        ``["conductance"]``; by default those of the class. Steps that are resumed have
-        what they were calculated with.
+        Names of columns that are calculated on request only, such as
+        ``["conductance"]``; by default the columns of the class. Steps that are resumed
+        have the columns with which they were calculated.
     frames : Frames, optional
-        What makes the frames of a trajectory; `load_path` sets it.
+        The object that makes the frames of a trajectory; `load_path` sets it.
 
     Raises
     ------

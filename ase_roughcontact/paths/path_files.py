@@ -1,4 +1,4 @@
-"""Files of a path: what they have of it, and how a step is added to them."""
+"""Files of a path: their finished steps, and how a step is added."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PathFiles:
     done : list of LoadStep
         Steps that are resumed.
     last : LastStep or None
-        The last one of them.
+        The last finished step, with its state.
     """
 
     done: list[LoadStep]
@@ -127,7 +127,7 @@ def path_files(
 
 
 def _resumed(path: PathSteps, found: Restart, new: Restart, file: PathName) -> Restart:
-    """Return the steps of a file from which a path goes on, with new descriptions."""
+    """Return the steps of a file that a path continues, with new descriptions."""
     path.check(found, new.system, file)
     if _may_converge(found.settings, new.settings):
         found = found.until_converged()
@@ -138,7 +138,7 @@ def _resumed(path: PathSteps, found: Restart, new: Restart, file: PathName) -> R
 
 
 def _may_converge(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
-    """Return whether steps may converge that did not with other settings."""
+    """Return whether unconverged steps may converge with other settings."""
     more = new["max_steps"] > old["max_steps"]
     return more or new["optimizer"] != old["optimizer"]
 

@@ -46,9 +46,9 @@ class LastStep(NamedTuple):
     state : State
         State in which the step leaves the surface.
     target : dict
-        What the step prescribes.
+        Quantities that the step prescribes.
     position : dict
-        Where in its path the step is, beyond its number.
+        Position of the step in its path, beyond its number.
     """
 
     record: Any
@@ -67,9 +67,9 @@ class PathStep(NamedTuple):
     left : RelaxedStep
         The step as it leaves the surface; see `Stepper.commit`.
     target : dict
-        What the step prescribes.
+        Quantities that the step prescribes.
     position : dict
-        Where in its path the step is, beyond its number.
+        Position of the step in its path, beyond its number.
     """
 
     record: Any
@@ -80,7 +80,7 @@ class PathStep(NamedTuple):
 
 @dataclass
 class PathSteps(ABC):
-    """Steps of a kind of path, which `output.follow` writes.
+    """Steps of a kind of path, which `follow` writes.
 
     Attributes
     ----------
@@ -114,16 +114,16 @@ class PathSteps(ABC):
 
     @abstractmethod
     def differences(self, done: Restart) -> list[str]:
-        """Return in what the finished steps differ from those of this path."""
+        """Return the differences of finished steps from the steps of this path."""
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """What a state depends on beside the problem."""
+        """Parameters of a state beside the problem."""
         return {}
 
     @property
     def specification(self) -> dict[str, Any]:
-        """What the path prescribes for all its steps."""
+        """Quantities that the path prescribes for all its steps."""
         return {}
 
     @property
@@ -138,6 +138,7 @@ class PathSteps(ABC):
         Parameters
         ----------
         done : Restart
+            Contents of the restart file.
         system : dict
             Description of the system of this path; see `Stepper.describe_system`.
         file : path
@@ -146,7 +147,7 @@ class PathSteps(ABC):
         Raises
         ------
         OtherPathError
-            With what differs.
+            If they differ; the message lists the differences.
         """
         mismatch = self._mismatch(done, system)
         if mismatch:
@@ -157,7 +158,7 @@ class PathSteps(ABC):
             )
 
     def _mismatch(self, done: Restart, system: dict[str, Any]) -> list[str]:
-        """Return what keeps finished steps from being those of this path."""
+        """Return the reasons why finished steps do not belong to this path."""
         for key in "control", "kind":
             old, new = done.path[key], self.described[key]
             if old != new:
@@ -172,6 +173,7 @@ class NumberedSteps(PathSteps):
     Attributes
     ----------
     targets : ndarray, shape (steps,)
+        Penetrations, heights, loads or other targets of the steps.
     """
 
     targets: np.ndarray
@@ -192,12 +194,13 @@ class NumberedSteps(PathSteps):
     def relax(
         self, state: State, number: int, previous: Any
     ) -> tuple[RelaxedStep, dict[str, np.ndarray]]:
-        """Relax a step, and return it with what the surface keeps of it.
+        """Relax a step, and return it with the history that the surface keeps.
 
         Parameters
         ----------
         state : State
         number : int
+            Number of the step, from zero.
         previous : LoadStep or None
             Result of the step before, None without one.
 
@@ -205,17 +208,17 @@ class NumberedSteps(PathSteps):
         -------
         relaxed : RelaxedStep
         history : dict of ndarray, shape (n, m)
-            Entries of `State.history` beyond those of any path.
+            Entries of `State.history` beyond the plastic depth.
         """
         target = self.targets[number]
         return relax_in_contact(self.stepper, state, target, number), {}
 
     def target(self, number: int) -> dict[str, Any]:
-        """Return what a step prescribes."""
+        """Return the quantities that a step prescribes."""
         return {"target": float(self.targets[number])}
 
     def differences(self, done: Restart) -> list[str]:
-        """Return in what the finished steps differ; see `PathSteps`."""
+        """Return the differences of the finished steps; see `PathSteps`."""
         count = len(self.targets)
         for number, step in enumerate(done.steps):
             if number >= count:
@@ -225,7 +228,7 @@ class NumberedSteps(PathSteps):
         return []
 
     def change_of_target(self, old: dict[str, Any], number: int) -> str:
-        """Return in what the target of a step differs from an old one, or nothing."""
+        """Return the difference of a step's target from an old one; empty if none."""
         if self._same_target(old["target"], number):
             return ""
         name, target = f"{self.stepper.control.plural}[{number}]", self.targets[number]

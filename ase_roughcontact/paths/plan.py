@@ -29,7 +29,7 @@ from ase_roughcontact.windows.fixed import at_edge
 from ase_roughcontact.windows.footprint import BeyondSurfaceError
 from ase_roughcontact.windows.memory import available_memory, memory_of
 
-#: What paths leave out that have no friction.
+#: Approximation of paths without friction.
 LATERAL_LEFT_OUT = (
     "displacements along x and y: without friction no force drives them, and their "
     "effect on the gap is of second order in the slopes (none for an isotropic half "
@@ -56,18 +56,17 @@ def plan_path(
     control : Control or str
         "penetration", "height" or "load", or their plural.
     targets : sequence of float
-        The path.
+        Targets of the path, in the order of the steps.
     window : {"fixed", "auto"}
 
     Returns
     -------
     Plan
-        Of at most 500 steps of the path. Windows at loads are those of Hertzian
-        contacts; the ones of rough spheres differ a little. Very large ones are planned
-        on a coarser lattice, without short waves. A step can't be calculated
-        if atoms could touch where the surface is not defined, or if a Hertzian contact,
-        which is never wider than a rough one, is wider than a fixed window of a free
-        half space.
+        Plan of at most 500 steps of the path. Windows at loads are made for Hertzian
+        contacts; windows of rough spheres differ a little. Very large ones are planned
+        on a coarser lattice, without short waves. A step can't be calculated if atoms
+        could touch where the surface is not defined, or if a Hertzian contact, which is
+        never wider than a rough one, is wider than a fixed window of a free half space.
     """
     wall, solid, control = problem.wall, problem.solid, control_of(control)
     indenter: Any = problem.indenter
@@ -177,13 +176,13 @@ def _contact_width(
         height = control.height(target, contact.first_contact)
         if not at_edge(contact.heights < wall.cutoff - height):
             return 0.0
-        # the depth of the mean sphere, not that of the lowest atom
+        # the depth of the mean sphere, not of the lowest atom
         a = math.sqrt(radius * max(wall.contact_distance - height, 0.0))
     return 2.0 * a / problem.spacing
 
 
 def _left_out(problem: Problem, window: str) -> list[str]:
-    """Return what is not calculated, with the reasons."""
+    """Return the effects that are not calculated, with the reasons."""
     wall, solid = problem.wall, problem.solid
     reasons = [LATERAL_LEFT_OUT]
     if problem.periodic:

@@ -22,10 +22,11 @@ from ase_roughcontact.results.record import size_of
 _SINGLE, _DOUBLE = 4, 8
 _DESCRIPTION, _COLUMNS = 4_000, 2_000
 _BYTES_OF_VIEW = 120_000
-# Number of steps that a plan lists; each of them stands for several of longer paths.
+# Largest number of steps that a plan lists; each one represents several of a longer
+# path.
 _MOST_LISTED = 500
 
-# Time of a step, in exact convolutions on the full grid.
+# Time of a step by kind of wall, in units of an exact convolution on the full grid.
 _PAIRS = {"hard": 150, "soft": 180, "attractive": 320}
 # Time of a step with hardly any atoms (s).
 _SHORTEST = 0.05
@@ -43,7 +44,7 @@ class PlannedStep:
     target : float
         Load (eV/Å), penetration or height (Å).
     count : int
-        Number of steps that it stands for, itself included.
+        Number of steps that it represents, including itself.
     window, grid : str
         Shapes of the window and of the FFT grid.
     memory : float
@@ -51,7 +52,7 @@ class PlannedStep:
     seconds : float
         Time (s).
     problem : str
-        Why the step can't be calculated; empty if it can.
+        Reason why the step can't be calculated; empty if it can.
     """
 
     target: float
@@ -71,16 +72,16 @@ class Plan:
     ----------
     steps : tuple of PlannedStep
     left_out : tuple of str
-        What is not calculated, and why that is justified.
+        Effects that are not calculated, each with its justification.
     available : float
         Free memory of the machine (bytes).
     advice : str
-        What to do about steps that can't be calculated; empty if there are none.
+        Advice on steps that can't be calculated; empty if all can.
     domain : int
         Side of the domain of the roughness that is advised, in spacings of the grid;
-        zero if none is.
+        zero without advice.
     repeated_step : bool
-        Whether one step stands for all of a path whose sizes are not known.
+        Whether one step represents all steps of a path, as their sizes are not known.
     keep : {"thinned", "all", "last"}
         Frames that the trajectory keeps.
     fields_of_frame, fields_of_state : int
@@ -98,7 +99,7 @@ class Plan:
     fields_of_state: int = 4
 
     def repeated(self, count: int) -> Plan:
-        """Return the plan of a path whose steps are about as large as these."""
+        """Return the plan of a path with `count` times as many steps of these sizes."""
         if count == 1:
             return self
         steps = tuple(replace(step, count=count * step.count) for step in self.steps)
@@ -153,12 +154,12 @@ class Plan:
         heading : str
             Name and unit of the targets.
         unit : float
-            That unit.
+            Size of the unit of the targets, in ASE's units.
 
         Returns
         -------
         list
-            For `ase_roughcontact._util.printing.show`.
+            Entries for `ase_roughcontact._util.printing.show`.
         """
         heads = [heading, "window", "grid", "memory (GB)", "time (s)"]
         rows = [
@@ -210,7 +211,7 @@ def thinned(
     Returns
     -------
     targets : ndarray of float
-        The first and the last one included.
+        Listed targets, including the first and the last one.
     counts : ndarray of int
     """
     number = len(targets)

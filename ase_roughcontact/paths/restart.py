@@ -34,12 +34,12 @@ from ase_roughcontact.results.record import LoadStep
 
 #: Version of the format.
 FORMAT = 1
-# Names of both places in the archive.
+# Names of the two places in the archive.
 _LAST, _CONVERGED = "last", "converged"
 
 
 class Place(NamedTuple):
-    """End of a step, from which a path goes on.
+    """End of a step, from which a path can be continued.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Place(NamedTuple):
     state : State
         State in which the step leaves the surface.
     position : dict
-        Where in its path the step is, beyond its number.
+        Position of the step in its path, beyond its number.
     """
 
     number: int
@@ -62,7 +62,7 @@ class FinishedStep(NamedTuple):
     Attributes
     ----------
     target : dict
-        What the step prescribes.
+        Quantities that the step prescribes.
     columns : dict
         Result of the step.
     """
@@ -78,11 +78,11 @@ class Restart:
     Attributes
     ----------
     system : dict
-        Description of all that a state depends on; see `Stepper.describe_system`.
+        Description of the parameters of a state; see `Stepper.describe_system`.
     path : dict
-        Kind of the path, what it prescribes, and parameters of all its steps.
+        Kind of the path, its control, and parameters of all its steps.
     settings : dict
-        What the results depend on beside the state; see `Stepper.describe_settings`.
+        Settings of results beside the state; see `Stepper.describe_settings`.
     steps : tuple of FinishedStep
     last : Place or None
         End of the last step.
@@ -213,7 +213,7 @@ def read_restart(file: PathName) -> Restart | None:
         description = json.loads(bytes(arrays.pop("description")))
         if description["format"] == FORMAT:
             return _restart(description, arrays)
-    except Exception as error:  # of any kind: what is damaged can be anything
+    except Exception as error:  # of any kind: a damaged file can contain anything
         raise ValueError(
             f"{os.fspath(file)} is damaged, or no restart file ({error}): restore a "
             "copy, delete it to begin again, or give another file or folder"
@@ -309,7 +309,7 @@ def _state(numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Stat
     )
     creep, history = numbers["creep"], dict(_below("history/", arrays))
     for name in history:
-        entry_of(name)  # raises unless somebody reads it
+        entry_of(name)  # raises unless it is registered
     return State(
         _box(numbers["window"]),
         numbers["height"],

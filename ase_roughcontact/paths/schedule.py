@@ -17,11 +17,12 @@ class Part(NamedTuple):
     Attributes
     ----------
     duration : float
-        Zero for a sudden change (time).
+        Duration of the part; zero for a sudden change (time).
     end : float
         Target at its end, without the oscillation.
     amplitude, frequency : float
-        Of the oscillation; cycles per time.
+        Amplitude (unit of the target) and frequency (cycles per time) of the
+        oscillation.
     """
 
     duration: float
@@ -30,7 +31,7 @@ class Part(NamedTuple):
     frequency: float = 0.0
 
     def target(self, start: float, part: float) -> float:
-        """Return the target after a part of the duration, given that at its start."""
+        """Return the target after a part of the duration, from the target at start."""
         if part == 1.0 and not self.amplitude:
             return self.end
         phase = 2.0 * math.pi * self.frequency * self.duration * part
@@ -48,6 +49,7 @@ class Schedule:
     first : float
         Target at time zero: penetration or height (length), or load (force).
     parts : sequence of Part
+        Parts of the schedule, one after the other.
 
     Raises
     ------
@@ -86,8 +88,9 @@ class Schedule:
         Parameters
         ----------
         times : sequence of float
-            Not decreasing, from zero; two equal ones are a sudden change (time).
+            Times from zero on, not decreasing; two equal ones are a sudden change.
         targets : sequence of float
+            Targets at these times.
 
         Raises
         ------
@@ -160,7 +163,7 @@ class Schedule:
         Parameters
         ----------
         sign : float
-            -1 for the smallest one.
+            1 for the largest target, -1 for the smallest one.
         """
         found, time = self.first, 0.0
         for begin, _, part in self.timed_parts():

@@ -1,1 +1,1 @@
-"""What is known of a relaxed step: columns, errors and limits of the model."""
+"""Results of a relaxed step: columns, errors and limits of the model."""

@@ -1,7 +1,7 @@
 """Output columns: a value of a relaxed step, its description, unit, label and range.
 
 A class of results has columns as fields, `column`, and on request, `column_on_request`:
-those are attributes of the classes that `LoadStep.with_columns` makes.
+which are attributes of the classes that `LoadStep.with_columns` makes.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ class Range:
     Attributes
     ----------
     text : str
-        What it is defined for: "walls with a hardness".
+        The cases in which the column is defined: "walls with a hardness".
     includes : callable
-        Called with a `RelaxedStep`; returns whether the column is defined.
+        Function of a `RelaxedStep` that returns whether the column is defined.
     constant : bool
-        Whether that depends on wall, solid, boundary and path alone, and so is the same
-        in all steps.
+        Whether the function depends on wall, solid, boundary and path alone, and so is
+        the same in all steps.
     """
 
     text: str
@@ -45,15 +45,15 @@ class Column:
     Attributes
     ----------
     value : callable
-        Called with a `RelaxedStep`; returns a number, a bool or a string.
+        Function of a `RelaxedStep` that returns a number, a bool or a string.
     description : str
-        Half a sentence for tables and reference pages.
+        A description of half a sentence for tables and reference pages.
     unit : str
-        ASE's unit; empty for a number without unit.
+        The unit in ASE's units; empty for a number without unit.
     label : str
         Short heading for printed tables; empty for a column that is not printed.
     where : Range
-        Where it is defined; NaN elsewhere.
+        The range in which the column is defined; it is NaN elsewhere.
     """
 
     value: Callable[[RelaxedStep], Any]
@@ -84,12 +84,12 @@ def column(
 
 
 class ColumnOnRequest:
-    """Column of a class of results that has it where it is asked for.
+    """Column that is calculated only in classes of results for which it is requested.
 
     Parameters
     ----------
     column : Column
-        Its values are floats.
+        The column, with values of type float.
     """
 
     def __init__(self, column: Column) -> None:
@@ -119,7 +119,7 @@ def column_on_request(
     label: str = "",
     where: Range = EVERYWHERE,
 ) -> ColumnOnRequest:
-    """Return a column that is calculated where it is asked for; see `Column`.
+    """Return a column that is calculated on request only; see `Column`.
 
     It is an attribute without a type of a class of results.
 

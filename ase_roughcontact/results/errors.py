@@ -42,7 +42,7 @@ _INSTABILITY = (
 
 
 class Errors(NamedTuple):
-    """Estimated errors of the answer; NaN where they are not known.
+    """Estimated errors of a result; NaN where they are not known.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ def _errors_without_contact(step: RelaxedStep) -> Errors:
 
 
 def _unknown_errors(step: RelaxedStep, reason: str) -> Errors:
-    """Return errors that are not known, for a reason, but of what is prescribed."""
+    """Return errors that are not known, except of quantities that are prescribed."""
     unknown = Errors.not_known(reason)
     if not step.run.support.fixed:
         return unknown._replace(force=step.run.unbalanced)

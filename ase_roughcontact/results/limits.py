@@ -26,7 +26,7 @@ LARGEST_ERROR_BY_FMAX = 0.01
 # Names of the limits by the hardness.
 _MEAN_PRESSURE = "mean pressure/hardness"
 _LARGEST_PRESSURE = "largest pressure/hardness"
-# Separates the entries of the column.
+# Separator of the entries of the column.
 _SEPARATOR = "; "
 
 
@@ -39,9 +39,9 @@ class Check:
     condition : str
         ``"quantity/unit > limit"`` or ``"< limit"``, outside of the validity.
     reason : str
-        Why it is a limit.
+        The reason for the limit.
     value : callable
-        Called with a `RelaxedStep`; returns the quantity, NaN if it is not defined.
+        Function of a `RelaxedStep` that returns the quantity, NaN if it is not defined.
     constant : bool
         Whether the quantity is the same in all steps of a path, apart from a local
         work of adhesion.
@@ -94,7 +94,7 @@ def marked_for_hardness(columns: Mapping[str, Any], hardness: float) -> str:
     """
     largest, mean = columns["largest_pressure"], columns["mean_pressure"]
     if columns["area_column"] == "continuum_area" and columns["contact_area"]:
-        mean *= columns["continuum_area"] / columns["contact_area"]  # that of the atoms
+        mean *= columns["continuum_area"] / columns["contact_area"]  # over atoms
     pressures = {_MEAN_PRESSURE: min(mean, largest), _LARGEST_PRESSURE: largest}
     entries = [
         check.entry(pressures[check.name] / hardness)
@@ -115,7 +115,7 @@ def failed_checks(validity: str) -> dict[str, Check]:
     Parameters
     ----------
     validity : str
-        As `violations` returns it.
+        The column, as `violations` returns it.
 
     Returns
     -------

@@ -1,6 +1,6 @@
 """Result of a load step: its attributes are output columns.
 
-A column is one entry of `LoadStep`, see `paths.column`. The CSV file, the trajectory,
+A column is one entry of `LoadStep`, see `results.column`. The CSV file, the trajectory,
 JSON lines and tables of columns follow from it. A subclass adds columns: ::
 
     from dataclasses import dataclass
@@ -14,8 +14,8 @@ JSON lines and tables of columns follow from it. A subclass adds columns: ::
 
     load_path(atoms, depths, output=Output(record=MyStep, csv="curve.csv"))
 
-A column that needs a solution of its own is on request, `column_on_request`: a class of
-results has it where it is asked for, see `LoadStep.with_columns`.
+A column that needs a solution of its own is calculated on request only, see
+`column_on_request` and `LoadStep.with_columns`.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _memory(step: RelaxedStep) -> float:
 
 Step = TypeVar("Step", bound="LoadStep")
 
-#: Value that stands for a missing one, by type.
+#: Value in place of a missing one, by type.
 MISSING: dict[type, Any] = {str: "", float: math.nan, int: -1, bool: False}
 
 
@@ -363,8 +363,8 @@ class LoadStep:
         Returns
         -------
         LoadStep
-            Of the class that it is called on. Forces, energy and gaps are calculated
-            from the positions, not taken from the optimizer.
+            The result, of the class that the method is called on. Forces, energy and
+            gaps are calculated from the positions, not taken from the optimizer.
 
         Raises
         ------
@@ -402,18 +402,18 @@ class LoadStep:
 
     @classmethod
     def from_columns(cls: type[Step], columns: Mapping[str, Any]) -> Step:
-        """Return the result that a file of this or another version has.
+        """Return the result with the columns of a file of this or another version.
 
         Parameters
         ----------
         columns : mapping
-            Values by column. Missing ones are NaN, -1, False or empty; others than
-            those of the class are ignored.
+            Values by column. Missing ones are NaN, -1, False or empty; columns that the
+            class does not have are ignored.
 
         Returns
         -------
         LoadStep
-            Of the class that it is called on.
+            The result, of the class that the method is called on.
 
         Raises
         ------
@@ -450,13 +450,13 @@ def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
 
 
 def missing_values(record: type[LoadStep] = LoadStep) -> dict[str, Any]:
-    """Return what stands for a missing value in each column; see `MISSING`."""
+    """Return the value in place of a missing one in each column; see `MISSING`."""
     types = get_type_hints(record)
     return {name: MISSING.get(types[name]) for name in columns_of(record)}
 
 
 def columns_on_request(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
-    """Return the columns that a class of results has where they are asked for."""
+    """Return the columns of a class of results that are calculated on request only."""
     found = {name: getattr(record, name, None) for name in dir(record)}
     return {k: v.column for k, v in found.items() if isinstance(v, ColumnOnRequest)}
 

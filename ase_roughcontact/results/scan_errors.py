@@ -2,7 +2,7 @@ r"""Errors of results by the scan that is pressed: pixels, noise, edges and filt
 
 Copies of the scan are pressed at a few targets of the path, on a grid of the accuracy
 "fast", when the first error is asked for. Errors at other normal forces are
-interpolated, those of area and force relative to them.
+interpolated, the errors of area and force in units of area and force.
 
 - *Pixels.* With the results :math:`A_1, A_2, A_4` of the scan, of half and of a quarter
   of its pixels, the error is what further halvings of the pixels would change, each a
@@ -12,16 +12,16 @@ interpolated, those of area and force relative to them.
             \Delta = \max\left(|A_1 - A_2|, \tfrac{1}{8} |A_2 - A_4|\right), \quad
             r = \min\left(\frac{\Delta}{|A_2 - A_4|}, \tfrac{1}{2}\right).
 
-  This assumes that the surface has little roughness beyond that at the pixels: waves
-  that were not measured are not known.
+  This assumes that the surface has little roughness that the pixels do not resolve:
+  waves that were not measured are not known.
 - *Noise.* Mean squares of slopes add up, and areas under light loads are in proportion
   to the inverse of the rms slope. With results :math:`A_n` of copies with as much noise
   again, the area without noise is about :math:`(2 A_1^{-2} - \langle A_n^{-2}
   \rangle)^{-1/2}`, taken as four times :math:`A_1` if it would be larger. Forces and
   heights change by as much again. The error is this change and the standard deviation
   of the copies, added in squares.
-- *Edges* of a periodic scan that do not fit each other: the change by a copy whose
-  edges do, without a `smooth_component`.
+- *Edges* of a periodic scan that do not fit each other: the change by a copy without a
+  `smooth_component`, so that its edges fit.
 - *Squares.* A periodic scan with pixels that are no squares is pressed on a grid of
   squares, with distances along y changed by a strain :math:`\epsilon`
   (`SquareGrid`). The cell changes by :math:`\epsilon` and the rms slope by up to
@@ -60,7 +60,7 @@ from ase_roughcontact.topography.measurement import HALVINGS, NOISY
 from ase_roughcontact.windows.footprint import BeyondSurfaceError
 
 _LOGGER = logging.getLogger(__name__)
-#: Number of targets at which copies are pressed, and what a plan says of them.
+#: Number of targets at which copies are pressed.
 TARGETS = 3
 COPIES_LEFT_OUT = (
     f"the time of up to {NOISY + HALVINGS + 1} copies of the scan, which are pressed "
@@ -70,7 +70,7 @@ COPIES_LEFT_OUT = (
 _LEAST_RATIO, _LARGEST_RATIO = 0.125, 0.5
 # Largest area without noise over that with it.
 _LARGEST_AREA = 4.0
-# Indices in results and errors, and their number.
+# Indices of the quantities in results and errors; number of quantities.
 _AREA, _FORCE, _HEIGHT, _PENETRATION, _COUNT = 0, 1, 2, 3, 4
 # Relative change of area and force by a strain of distances along y.
 _STRAINS = 1.5
@@ -93,14 +93,14 @@ class ScanErrors:
     Parameters
     ----------
     problem : Problem
-        With the scan as roughness of a `RoughSphere`.
+        The contact problem, with the scan as roughness of a `RoughSphere`.
     control : Control
     start : Box
         Window of all steps, or of the first one.
     options : StepOptions
-        Of the path.
+        Options of the steps of the path.
     targets : sequence of float
-        Of the path.
+        Penetrations or heights (Å), or loads (eV/Å), of the path.
     """
 
     problem: Problem
@@ -223,7 +223,7 @@ class ScanErrors:
 
 @dataclass(frozen=True)
 class _Result:
-    """Area and others of a relaxed step, in the order of `Errors`.
+    """Area, force, height and penetration of a relaxed step, as in `Errors`.
 
     `failure` is the reason why they are NaN, or empty.
     """
@@ -250,9 +250,9 @@ class _AtTarget:
     force : float
         Normal force of the scan; NaN if it is not known (eV/Å).
     errors : ndarray, shape (4,)
-        Of area and force relative to them, of height and penetration in Å.
+        Relative errors of area and force; errors of height and penetration (Å).
     unknown : str
-        Why some are not known; else empty.
+        Reason why some errors are not known; else empty.
     """
 
     target: float
@@ -262,7 +262,7 @@ class _AtTarget:
 
 
 def _pixels(given: FloatArray, coarser: FloatArray) -> FloatArray:
-    """Return the errors by pixels of results, and those of fewer pixels.
+    """Return the errors by pixels, from results with all and with fewer pixels.
 
     Without a result of a quarter of the pixels the ratio is 1/2. Without a result of
     half of the pixels it is 1/2, too, and the error a third of the other change.
@@ -295,9 +295,9 @@ def _noise(given: FloatArray, noisy: FloatArray) -> FloatArray:
 
 
 def _edges(given: FloatArray, seamless: FloatArray) -> FloatArray:
-    """Return the errors by edges that do not fit of results, and those without."""
+    """Return the errors by edges that do not fit, from results with and without."""
     return abs(seamless[0] - given)
 
 
-# Errors by the results of each kind of copies.
+# Functions that estimate the errors from the results of each kind of copies.
 _CHANGES = {"coarser": _pixels, "noisy": _noise, "seamless": _edges}

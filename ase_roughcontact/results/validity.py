@@ -17,7 +17,7 @@ from ase_roughcontact.elasticity.named_materials import LARGEST_RELATIVE_HARDNES
 from ase_roughcontact.results.limits import failed_checks
 from ase_roughcontact.windows.regrid import GridChange, lost_text
 
-# Relative difference of a spacing from that of the crystal of its name.
+# Largest relative difference of a spacing from the crystal of the same name.
 _SAME_SPACING = 0.02
 
 
@@ -34,12 +34,12 @@ class Validity:
     Attributes
     ----------
     action : {"warn", "raise", "ignore"}
-        A `ValidityWarning`, once for each limit, an error after the step is written, or
-        nothing.
+        The reaction: a `ValidityWarning`, once for each limit, an error after the step
+        is written, or nothing.
     hardness : float, optional
         Hardness of the substrate, with which pressures are compared (eV/Å^3): infinity
-        for a solid that is elastic by intent, NaN if it is not known. By default that
-        of the element in `HARDNESS`, if the spacing is that of its crystal and the
+        for a solid that is elastic by intent, NaN if it is not known. The default is
+        the element's hardness in `HARDNESS`, if the spacing fits its crystal and the
         solid is not a `Layer`, and else none. If such an element is not in the table,
         pressures are compared with `hardness_bound_for`.
 
@@ -79,6 +79,7 @@ class ValidityReport:
     Parameters
     ----------
     action : {"warn", "raise", "ignore"}
+        The reaction to a limit that is exceeded; see `Validity`.
 
     Raises
     ------
@@ -96,9 +97,9 @@ class ValidityReport:
         Parameters
         ----------
         number : int
-            Of the step.
+            Number of the step, from zero.
         validity : str
-            Its column `validity`.
+            Column `validity` of the step.
 
         Raises
         ------
@@ -130,7 +131,7 @@ def warn_of_lost_slope(lost: float, change: GridChange | None, action: str) -> N
 def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -> float:
     """Return the hardness with which the pressures of a problem are compared (eV/Å^3).
 
-    It is that of the wall, if it has one, or the given one; else that of the element,
+    It is the wall's hardness, if it has one, or the given hardness; else the element's,
     unless the solid is a layer.
 
     Raises
@@ -154,7 +155,7 @@ def hardness_bound_for(
     """Return the pressure that an element of unknown hardness can hardly bear.
 
     It is `LARGEST_RELATIVE_HARDNESS` times the contact modulus (eV/Å^3); NaN if a
-    hardness is known or given, for layers, and if the spacing is not that of the
+    hardness is known or given, for layers, and if the spacing differs from the
     element's crystal.
     """
     known = hardness is not None or problem.wall.plastic or symbol in HARDNESS
@@ -167,8 +168,8 @@ def hardness_bound_for(
 def _hardness_of(symbol: str, spacing: float) -> float:
     """Return the hardness of an element in `HARDNESS` (eV/Å^3).
 
-    NaN if it is not known, or if the spacing is not that of the element's crystal, as
-    in other units.
+    NaN if it is not known, or if the spacing differs from the element's crystal, as in
+    other units.
     """
     if not _is_spacing_of(symbol, spacing):
         return math.nan
@@ -176,7 +177,7 @@ def _hardness_of(symbol: str, spacing: float) -> float:
 
 
 def _is_spacing_of(symbol: str, spacing: float) -> bool:
-    """Return whether a spacing may be that of an element's surface (Å)."""
+    """Return whether a spacing (Å) may belong to the surface of an element."""
     try:
         crystal = fcc_spacing(symbol)
     except ValueError:  # neither fcc nor diamond: any spacing may be meant

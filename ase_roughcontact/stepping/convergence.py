@@ -35,9 +35,9 @@ _TYPICAL_FORCE = 0.05
 _MARGIN, _REDUCTION = 0.8, 0.5
 # A load counts as not carried if rounding leaves more than this part of it.
 _UNCARRIED_PART = 0.1
-# Largest force of a converged step, or force that would close a gap, over the tolerance.
-# Rounding error that is added, relative to the sum of the forces of the wall, and
-# smallest tolerance in units of E* a0^2.
+# Largest force of a converged step, or force that would close a gap, in units of the
+# tolerance. Rounding error that is added, relative to the sum of the forces of the
+# wall; it is also the smallest tolerance in units of E* a0^2.
 _EXCESS, _ROUNDING = 2.0, 1e-13
 
 #: Kinds of a status of a step that is not as required, although its solver converged.

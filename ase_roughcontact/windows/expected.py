@@ -146,7 +146,7 @@ class ExpectedContact:
         if control == HEIGHT:
             return self.wall.cutoff - target
         level = self.wall.reach
-        level -= self._depth_of_roughness  # by which asperities hold the sphere up
+        level -= self._depth_of_roughness  # asperities hold the sphere up
         if control == PENETRATION:
             return level + target
         if self.indenter.radius == math.inf:
@@ -156,7 +156,7 @@ class ExpectedContact:
         return level + radius**2 / self.indenter.radius
 
     def _reach(self, level: float) -> float:
-        if self.indenter.radius == math.inf:  # of a whole tip nothing is known
+        if self.indenter.radius == math.inf:  # no bound for a whole tip
             return 0.0
         return self._smooth.reach(level, self.spacing)
 
