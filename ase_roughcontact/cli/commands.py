@@ -33,8 +33,8 @@ def plan(options: argparse.Namespace) -> int:
     that are expected; when "run" refuses a step it prints a lower bound. Of a loop and
     of a path in time the deepest state is planned.
 
-    Exit status, as that of "run": 0 all steps can run in the free memory, 2 some can't,
-    or the scene is invalid.
+    Exit status, as for "run": 0 all steps can run in the free memory, 2 some can't, or
+    the scene is invalid.
     """
     given = checked_scene(options)
     scene, described = given.planned, given.path.describe(given.bodies)
@@ -53,14 +53,14 @@ def plan(options: argparse.Namespace) -> int:
 
 
 def optimizers(options: argparse.Namespace) -> int:
-    """Compare optimizers, ours and those of ASE, on the deepest state of a scene.
+    """Compare optimizers of this package and of ASE on the deepest state of a scene.
 
     Each relaxes the same flat atoms, on the window of this state, to the forces that
     the wanted error of force and area needs. Steps, evaluations, FFT pairs and time,
-    the pairs to this error, and the errors at the end are printed: against the state
-    that the solver for the wall finds, with the atoms in contact in only one of the
-    states and the energy above. The reasons of failures follow. The error against the
-    FFT pairs is drawn.
+    the pairs to this error, and the errors at the end are printed. Errors are relative
+    to the state found by the solver for the wall: of force and area, the atoms in
+    contact in only one of the states, and the difference of the energies. The reasons
+    of failures follow. The error against the FFT pairs is drawn.
 
     Exit status: 0 all have found the state, 1 some have not, 2 the scene or a name is
     invalid.

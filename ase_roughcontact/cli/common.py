@@ -1,4 +1,4 @@
-"""What several commands share: scenes, progress, and lines of JSON."""
+"""Functions for several commands: scenes, progress, and lines of JSON."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def prints_text(options: argparse.Namespace) -> bool:
 def progress_bar(options: argparse.Namespace) -> Iterator[Callable | None]:
     """Return the function that draws a bar of a number, a total and a text; or None.
 
-    Bars are drawn on terminals, unless nothing or JSON is printed. What the package
-    logs, texts with a number and a total, is drawn, too.
+    Bars are drawn on terminals, unless nothing or JSON is printed. Messages that the
+    package logs with a number and a total are drawn, too.
     """
     if not (prints_text(options) and sys.stdout.isatty()):
         yield None
@@ -91,8 +91,8 @@ def json_line(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
     values : mapping
         Numbers, strings, lists and dicts.
     units : mapping
-        Units of the values that have one, written under the key ``units``; those of
-        other keys are ignored.
+        Units of values, written under the key ``units``; units of other keys are
+        ignored.
     """
     used = {key: unit for key, unit in units.items() if key in values}
     return json.dumps(_plain({**values, "units": used}))
@@ -105,7 +105,7 @@ def step_line(step: LoadStep) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value in which JSON has all numbers."""
+    """Return a value with numbers that JSON can represent."""
     if isinstance(value, dict):
         return {key: _plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):

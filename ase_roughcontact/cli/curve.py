@@ -39,7 +39,7 @@ def curve(options: argparse.Namespace) -> int:
     the residuals: a few lines instead of a scene, for elastic contacts without
     adhesion. Indenters are "paraboloid RADIUS", "sphere RADIUS", "punch RADIUS", "cone
     ANGLE", "pyramid ANGLE" (half angles), and "truncated cone ANGLE RADIUS", "rounded
-    cone ANGLE RADIUS", and the same of pyramids. --thickness is that of an
+    cone ANGLE RADIUS", and the same of pyramids. --thickness is the thickness of an
     incompressible layer that is bonded to a rigid base.
 
     With --relaxation the approach and the hold after it, at constant height or force,
@@ -93,7 +93,7 @@ def _length(name: str, text: str) -> float:
 
 
 def _rows(measured: ForceCurve) -> list[tuple[str, str, str]]:
-    """Return names, values and units of what was read."""
+    """Return names, values and units of the properties of a measured curve."""
     nm, nN = UNITS["nm"], UNITS["nN"]
     rows = []
     for branch in measured.branches:
@@ -120,7 +120,7 @@ def _line(
     checks: list[str],
     fit: IndentationFit | RelaxationFit | None,
 ) -> str:
-    """Return what was read, and a fit, as a line of JSON."""
+    """Return the measured curve, and a fit, as a line of JSON."""
     nN = UNITS["nN"]
     values: dict[str, Any] = {
         "points": len(measured.force),

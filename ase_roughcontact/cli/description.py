@@ -116,7 +116,7 @@ def pull_off_text(reference: Reference) -> str:
 
 
 def _origin(scene: Scene) -> str:
-    """Return what determines the range of the attraction if it is not given."""
+    """Return the origin of the range of the attraction if it is not given."""
     materials = scene.substrate.material and scene.sphere.material
     if materials or "attraction_range" in scene.interaction.parameters:
         return ""
@@ -124,7 +124,7 @@ def _origin(scene: Scene) -> str:
 
 
 def _resampled(scene: Scene) -> str:
-    """Return how a scan with pixels that are no squares is sampled, if it is."""
+    """Return how a scan is sampled if its pixels are not squares."""
     if scene.scan is None or math.isclose(*scene.scan.spacing, rel_tol=1e-6):
         return ""
     x, y = (each / UNITS["nm"] for each in scene.scan.spacing)
@@ -158,7 +158,7 @@ def _hardness(scene: Scene) -> str:
 
 
 def _under_soft_wall(scene: Scene) -> str:
-    """Return in what the area under a soft wall differs from that of theory."""
+    """Return how the area under a soft wall differs from the area of theory."""
     if scene.wall.hard:
         return ""
     if not scene.wall.attractive:

@@ -43,7 +43,7 @@ _VALUE = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^]]*\]|\{[^}]*\}|[^,])+?(?=,|$)"""
 _SEED = "roughness.seed"
 # Values of some keys, and the scene that has them.
 _Variant: TypeAlias = tuple[dict[str, Any], Scene]
-# What is printed of a mean area whose error is not one that is wanted.
+# Attributes printed of a mean area, without a wanted error.
 _MEAN = "target", "realisations", "mean", "error", "unknown"
 
 
@@ -168,7 +168,7 @@ def _print_means(
     means: Sequence[MeanArea],
     sampling: Sampling | None = None,
 ) -> None:
-    """Print the mean areas of a variant, and what is still needed of a sampled one."""
+    """Print the mean areas of a variant, and the realisations that it still needs."""
     settings, scene = variant
     if options.json:
         units = {"mean": "Å^2", "target": report.target_unit(scene)}
@@ -183,7 +183,7 @@ def _print_means(
 def means_table(
     scene: Scene, means: Sequence[MeanArea], sampling: Sampling | None = None
 ) -> list[Any]:
-    """Return mean areas, their errors, and what is still needed of a sampled one."""
+    """Return mean areas, their errors, and the realisations that are still needed."""
     reasons = Counter(mean.unknown for mean in means if mean.unknown)
     notes = [
         f"Errors are not known in {count} of {len(means)} steps: {reason}."

@@ -18,7 +18,7 @@ from ase_roughcontact._util.printing import write, write_error
 from ase_roughcontact.cli.messages import ERRORS, print_error
 from ase_roughcontact.cli.parser import function_of, make_parser
 
-# Packages whose versions matter to results and files.
+# Packages with versions that matter to results and files.
 _DEPENDENCIES = (
     *("ase", "numpy", "scipy", "pyfftw", "ducc0", "matscipy", "matplotlib"),
     *("SurfaceTopography", "distributed"),
@@ -57,9 +57,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _prepare_streams() -> None:
-    """Replace characters that streams lack, and streams that are closed.
+    """Replace characters that streams can't encode, and closed streams.
 
-    Files that are opened later would have the numbers of the latter.
+    Files that are opened later would have the numbers of closed streams.
     """
     closed = sys.stdout is None
     for number, name in (1, "stdout"), (2, "stderr"):
@@ -77,7 +77,7 @@ def _prepare_streams() -> None:
 
 
 def _print_versions(verbose: bool) -> None:
-    """Print the version, and those of Python and the dependencies if wanted."""
+    """Print the version, if wanted with the versions of Python and the dependencies."""
     write(f"ase-roughcontact {metadata.version('ase-roughcontact')}")
     if not verbose:
         return
@@ -133,7 +133,7 @@ def _print_warning(warning: Warning | str) -> None:
 
 
 def _what_is_kept(options: argparse.Namespace) -> str:
-    """Return what an interrupted command leaves, and how it is continued."""
+    """Return which results of an interrupted command are kept, and how to continue."""
     if options.command not in ("run", "ensemble"):
         return ""
     again = "to continue, give the same command again"

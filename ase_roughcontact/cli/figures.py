@@ -35,14 +35,14 @@ _ROUNDING = 1e-12
 _MAPS = 4
 # Maps share their range if their widths differ by at most this factor.
 _SHARED_RANGE = 3.0
-# Number of points of a curve of theory, and its extent relative to that of the steps.
+# Number of points of a curve of theory, and factor by which it exceeds the steps.
 _POINTS, _EXTENT = 60, 1.2
 
 
 def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
     """Write view.traj: few atoms, contact in colour, indenter cut open.
 
-    Of a path in time it has the steps that are printed.
+    For a path in time it has the steps that are printed.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
     steps : sequence of LoadStep
         All steps.
     folder : path
-        Contains the ``sweep.traj`` of the run.
+        Folder with the ``sweep.traj`` of the run.
     """
     surface, times, kept = scene.sampled_surface, printed_times(scene), None
     if times.size:
@@ -82,7 +82,7 @@ def draw(
     steps : sequence of LoadStep
         All steps.
     folder : path
-        Contains the ``sweep.traj`` of the run.
+        Folder with the ``sweep.traj`` of the run.
     shown : sequence of LoadStep, optional
         Steps with a frame, in order. Those in contact have maps; by default four.
 

@@ -42,7 +42,7 @@ def fit(options: argparse.Namespace) -> int:
     output: the residuals relative to the noise, and the parameters.
 
     With a path in time the columns are "time (s)" and "force (nN)", under given loads
-    "depth (nm)", and the path is that of the measurement. relaxation_moduli and
+    "depth (nm)", and the path is the measured one. relaxation_moduli and
     relaxation_times may be free, too, all of a series at once.
 
     Exit status: 0 the fit has converged, 1 it has not, 2 the scene or the table is

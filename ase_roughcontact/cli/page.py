@@ -17,7 +17,7 @@ from ase_roughcontact.cli import report
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene.reference import Reference
 
-# Columns of the table of steps, with those of their errors.
+# Columns of the table of steps, with the columns of their errors.
 _COLUMNS = {
     "step": "",
     "nominal_pressure": "",
@@ -60,7 +60,7 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
         Theory for the scene.
     steps : sequence of LoadStep
     folder : path
-        Contains ``scene.toml`` and the figures, which become part of the page.
+        Folder with ``scene.toml`` and the figures, which become part of the page.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
         for name in (first, *own, *others)
         if name in record
         and name not in other_area
-        # what is not defined for the wall has no column
+        # quantities that are not defined for the wall have no column
         and not (record[name].where.constant and steps and _is_unknown(steps, name))
     }
     units = report.units_of(scene)

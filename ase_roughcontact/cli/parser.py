@@ -69,7 +69,7 @@ def function_of(name: str) -> Callable[[argparse.Namespace], int]:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser; its option ``function`` is the name of that of the command."""
+    """Return the parser; its option ``function`` names the function of the command."""
     parser = _Parser(
         "ase-roughcontact",
         description="Contact of a rough sphere, a measured tip or a rough flat, rigid "
@@ -316,7 +316,7 @@ def _add_path(
     completion: dict[str, str] = _FILE,
     **options: Any,
 ) -> None:
-    """Add an argument whose value is the name of a file or folder."""
+    """Add an argument for the name of a file or folder."""
     added: Any = parser.add_argument(*names, **options)
     added.complete = completion
 

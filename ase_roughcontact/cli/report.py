@@ -25,7 +25,7 @@ from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
-# Error of an area from which a line below the table says so.
+# Error of an area from which a line below the table reports it.
 _SHOWN_ERROR = 0.001
 # Columns of the errors.
 _ERRORS = "area_error", "force_error", "height_error", "penetration_error"
@@ -33,18 +33,19 @@ _ERRORS = "area_error", "force_error", "height_error", "penetration_error"
 _WIDTH = 7
 # Entry for the time of a step of an earlier run.
 _RESTORED = "restored"
-# Rounding of times, relative; and values, in printed units, that are rounding errors.
+# Relative rounding of times, and value in printed units below which it is zero.
 _ROUNDING, _ZERO = 1e-12, 1e-12
 # Part of the largest friction below which a lateral force is a rounding error.
 _NO_FORCE = 1e-9
-# Number of rows of a path in time, and the least one for each part of its schedule.
+# Number of rows of a path in time, and least number of rows of a part of its schedule.
 _ROWS, _LEAST_ROWS = 30, 3
 # Time after which the next step of a path in time has a row (s).
 _SILENT = 10.0
-# Labels of columns in the table of steps that differ from those of files.
+# Labels of columns in the table of steps, where they differ from the labels in files.
 _LABELS = {"largest_pressure": "p max"}
-# Reasons for ratios to theory, and theory, that are not known.
+# Reason for a ratio to theory that is not known.
 _NO_RATIO = "without a contact under compression there is no ratio"
+# Reason for an area by theory that is not known.
 _NO_THEORY = "theory has no area for this force"
 
 
@@ -56,9 +57,9 @@ class TableColumn(NamedTuple):
     head : str
         Heading with the unit.
     text_of : callable
-        Returns the text for a step, "-" if it is not known.
+        Function that returns the text for a step, "-" if the value is not known.
     reason_of : callable
-        Returns why it is not known.
+        Function that returns why the value is not known.
     """
 
     head: str
@@ -100,15 +101,16 @@ class StepTable:
     def parts(self, step: LoadStep, restored: bool = False) -> list[Any]:
         """Return the row of a step and notes on it, headings before the first one.
 
-        Limits of the model that it exceeds are marked by a star, and named when they
-        are new; those that all steps of a path exceed are not. Of a path in time some
-        steps have no row, unless something about them is new, or 10 s have passed.
+        Limits of the model that the step exceeds are marked by a star, and named where
+        they are first exceeded; limits that all steps of a path exceed are not. Some
+        steps of a path in time have no row, unless a limit is new, the step has not
+        converged, or 10 s have passed.
 
         Parameters
         ----------
         step : LoadStep
         restored : bool
-            Whether the step is that of an earlier run.
+            Whether the step was calculated by an earlier run.
         """
         row = [f"{step.step}{self._total}"]
         row += (
@@ -134,7 +136,7 @@ class StepTable:
         return found
 
     def _is_due(self, step: Any) -> bool:
-        """Return whether the next of the times that have a row is reached."""
+        """Return whether the step reaches the next time that has a row."""
         if not self._times.size:
             return True
         now = step.time * (1.0 + _ROUNDING)
@@ -270,7 +272,7 @@ def unknown_counted(reasons: Mapping[str, Iterable[str]], total: int) -> dict[st
     Parameters
     ----------
     reasons : mapping of str to iterable of str
-        By name, the reason for each step; empty where the value is known.
+        Reason for each step, by name of the value; empty where the value is known.
     total : int
         Number of steps.
     """
@@ -409,7 +411,7 @@ def _solver(scene: Scene, step: LoadStep) -> str:
 
 
 def _failure(scene: Scene, step: LoadStep) -> str:
-    """Return why a step is no result."""
+    """Return why a step failed."""
     touches = step.repulsive_atoms or step.attractive_atoms
     if scene.control == LOAD and not touches:
         target = scene.path.target_of(scene.bodies, step)

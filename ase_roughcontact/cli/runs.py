@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
     With --preview a part of the steps is calculated on a grid of up to four times the
     spacing, in a part of the time, into the folder DIR-preview. The errors of the areas
     are estimated, as in any run. A run of few steps in small windows is calculated
-    itself, since it takes hardly longer. Of a loop the deepest state is shown.
+    itself, since it takes little longer. Of a loop the deepest state is shown.
 
     Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is
     invalid, a file of it is damaged, or a step exceeds a limit with --strict, 130
@@ -89,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
         _relax(options, reference, steps)
     except ERRORS:
         if steps:
-            with suppress(OSError, MemoryError):  # in favour of the first error
+            with suppress(OSError, MemoryError):  # do not mask the first error
                 _write_results(options, reference, steps)
         raise
     failure = _write_results(options, reference, steps)
@@ -108,7 +108,7 @@ def _relax(
     count, earlier = scene.path.count(scene.bodies), read_restart(folder / RESTART)
     restored = len(earlier.steps) if earlier else 0
     if count is not None:
-        # more steps than the scene has are those of another one, which `run` refuses
+        # more steps than the scene has belong to another scene, which `run` refuses
         restored = min(restored, count)
         costs["path"] = expected_costs(scene)
     meter = ProgressMeter(costs)
@@ -177,8 +177,8 @@ def draw_figures(options: argparse.Namespace) -> int:
     """Draw the figures of a run again.
 
     Draws curve.png, force.png and contact.png of a finished or interrupted run, and
-    writes view.traj, as "run" does. Maps of a path in time are those of the steps
-    closest to the times, for instance: --times 0.5,1,"1500 ms".
+    writes view.traj, as "run" does. Maps of a path in time show the steps closest to
+    the times, for instance: --times 0.5,1,"1500 ms".
     """
     folder, scene, steps = _of_results(options)
     shown = _at_times(folder, scene, steps, options.times)
@@ -212,8 +212,8 @@ def write_maps(options: argparse.Namespace) -> int:
 
     The run may be finished or interrupted; steps with a frame in sweep.traj have maps,
     with [output] keep = "all" all steps. The format is NetCDF (nc), arrays of NumPy
-    (npz) or that of ParaView (vti). With --times 0.5,1,"1500 ms" only the steps of a
-    path in time that are closest to these times have maps.
+    (npz) or the format of ParaView (vti). With --times 0.5,1,"1500 ms" only the steps
+    of a path in time that are closest to these times have maps.
     """
     folder, scene, steps = _of_results(options)
     shown = _at_times(folder, scene, steps, options.times)

@@ -37,11 +37,11 @@ def plot_curve(
     load : ndarray, shape (k,)
         Positive normal forces (nN).
     area, hertz_area : ndarray, shape (k,)
-        Simulated areas and those of the smooth sphere, in the same unit.
+        Areas of the simulation and of the smooth sphere, in the same unit.
     theory : mapping of str to (array_like, array_like), optional
         Loads (nN) and areas relative to Hertz of theories, by label.
     converged : array_like of bool, shape (k,), optional
-        Whether steps are converged; the others are drawn as crosses. Default: all.
+        Whether steps are converged; other steps are drawn as crosses. Default: all are.
     hertz_label : str
         Label of the line at a relative area of one.
     area_error : array_like, shape (k,), optional
@@ -122,8 +122,8 @@ def plot_force(
     """Plot force against penetration or height; tension is negative.
 
     The axes are limited to the simulation and the pull-off force; theories outside of
-    them are left out. A path that reverses is drawn as two: up to where it is furthest
-    from its beginning, and from there on.
+    them are left out. A path that reverses is drawn as two curves, which meet at the
+    step furthest from the first one.
 
     Parameters
     ----------
@@ -139,8 +139,8 @@ def plot_force(
     xlabel : str
         Quantity and unit of `depth`.
     converged : array_like of bool, shape (k,), optional
-        Whether steps are converged; the others are drawn as crosses apart from the
-        curve. Default: all.
+        Whether steps are converged; other steps are drawn as crosses apart from the
+        curve. Default: all are.
     pull_off_label : str
         Label of `pull_off_force`.
     depth_error, force_error : array_like, shape (k,), optional

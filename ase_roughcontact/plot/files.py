@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from ase_roughcontact._util.files import check_replaced, replaced
 from ase_roughcontact.plot.style import WIDTH, style
 
-# By which pictures of the package are known, and its key in the metadata of formats.
+# Mark of the package in the metadata of its pictures.
 _MARK = "ase_roughcontact"
+# Key of the mark in the metadata, by format.
 _MARKED = {"png": "Software", "pdf": "Creator", "svg": "Creator", "eps": "Creator"}
 
 
@@ -24,9 +25,9 @@ def written(file: Path, height: float, width: float = WIDTH) -> Iterator[Figure]
     Parameters
     ----------
     file : path
-        Its ending is the format; PNG without one.
+        Name of the file; its ending is the format, PNG without an ending.
     height, width : float
-        Of the figure (inches).
+        Height and width of the figure (inches).
     """
     with style():
         figure = Figure(figsize=(width, height))
@@ -43,7 +44,7 @@ def draw_file(file: Path, draw: Callable[..., Any], *values: Any) -> None:
     ----------
     file : path
     draw : callable
-        Called with axes and the values.
+        Function that is called with axes and the values.
     *values
     """
     with written(file, 2.8) as figure:

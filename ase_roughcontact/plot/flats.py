@@ -12,7 +12,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.plot.style import GREY, ORANGE, add_right_scale
 
 _MPA, _NM = UNITS["MPa"], UNITS["nm"]
-# Number of points of a curve of theory, and its extent relative to that of the steps.
+# Number of points of a curve of theory, and factor by which it exceeds the steps.
 _POINTS, _EXTENT = 60, 1.5
 
 
@@ -33,9 +33,9 @@ def plot_flat_area(
     pressure : ndarray, shape (k,)
         Nominal pressures, positive (eV/Å^3).
     fraction : array_like, shape (k,)
-        A/A0.
+        Contact fractions A/A0.
     scale : float
-        ``h' E*`` (eV/Å^3).
+        The pressure ``h' E*``, with the rms slope h' (eV/Å^3).
     error : array_like, shape (k,), optional
         Estimated errors of the fractions; error bars show twice the estimate.
 
@@ -83,11 +83,11 @@ def plot_flat_conductance(
     pressure : ndarray, shape (k,)
         Nominal pressures (eV/Å^3).
     stiffness : ndarray, shape (k,)
-        Of the contact (eV/Å^2).
+        Normal stiffness of the contact (eV/Å^2).
     modulus : float
-        E* (eV/Å^3).
+        Contact modulus E* (eV/Å^3).
     conductance : ndarray, shape (k,), optional
-        Times the sum of the resistivities (Å).
+        Conductance times the sum of the resistivities (Å).
 
     Returns
     -------

@@ -28,13 +28,13 @@ def plot_moduli(
     ----------
     axes : matplotlib Axes
     fit : RelaxationFit
-        From `elasticity.fit_relaxation`.
+        Relaxation series from `elasticity.fit_relaxation`.
     frequencies : array_like, shape (n,)
         Angular frequencies (rad/s).
     storage, loss : array_like, shape (n,)
         Measured moduli.
     unit : str
-        That of the moduli, for the label.
+        Unit of the moduli, for the label.
 
     Returns
     -------

@@ -17,7 +17,7 @@ def plot_optimizers(axes: Any, comparison: OptimizerComparison) -> Any:
     """Plot the error of each optimizer against the FFT pairs that it took.
 
     An evaluation of energy and forces of all atoms costs one pair. Circles mark the
-    last states of optimizers that have converged, crosses those of others.
+    last states of converged optimizers, crosses the last states of other optimizers.
 
     Parameters
     ----------

@@ -22,10 +22,10 @@ DASHES = ("--", ":", "-.")
 LINES = ("-", *DASHES)
 #: Names, colours and widths of lines of the branches of a force curve.
 BRANCHES = ("approach", BLUE, 2.0), ("retraction", ORANGE, 0.8)
-# Length of labels of which two are beside each other in a legend.
+# Largest number of characters of labels that are placed side by side in a legend.
 _SHORT = 20
-# Part of a line of which an arrow shows the mean direction, and size of its head,
-# larger than the points of the line.
+# Part of a line that determines the direction of its arrow, and size of the head of the
+# arrow, larger than the points of the line.
 _ARROW, _HEAD = 0.04, 14
 
 
@@ -67,18 +67,18 @@ def style() -> AbstractContextManager:
 
 
 def add_jump(axes: Any, before: Sequence[float], after: Sequence[float]) -> None:
-    """Draw an arrow from the point before an instability to that after it."""
+    """Draw an arrow from the point before an instability to the point after it."""
     axes.annotate("", after, before, arrowprops={"arrowstyle": "->"})
 
 
 def add_right_scale(axes: Any, label: str, factor: float, **options: Any) -> None:
-    """Add a scale at the right that is proportional to that at the left."""
+    """Add a scale at the right, proportional to the scale at the left."""
     functions = (lambda value: factor * value, lambda value: value / factor)
     axes.secondary_yaxis("right", functions=functions).set_ylabel(label, **options)
 
 
 def letters(count: int) -> list[str]:
-    """Return the letters of panels, a, b, ...; numbers of more than 26."""
+    """Return the letters of panels, a, b, ...; numbers if there are more than 26."""
     if count > len(ascii_lowercase):
         return [str(number) for number in range(1, count + 1)]
     return list(ascii_lowercase[:count])

@@ -47,8 +47,8 @@ def plot_contact(
     circle_label : str
         Label of the first circle.
     around_load : bool
-        Whether the centre of the repulsive pressure is that of circles and map, not the
-        axis of the indenter.
+        Whether circles and map are centred at the centre of the repulsive pressure, not
+        at the axis of the indenter.
     unit : str
         Unit of the pressure.
 
@@ -91,8 +91,8 @@ def show_as_scanned(axes: Any, scanned: str) -> None:
     ----------
     axes : matplotlib Axes
     scanned : str
-        Role of the scanned body, of which an "indenter" was turned over; nothing is
-        turned if it is empty.
+        Role of the scanned body: the scan of an "indenter" was turned over; empty: the
+        map is not changed.
     """
     if scanned:
         axes.invert_yaxis()
@@ -101,7 +101,7 @@ def show_as_scanned(axes: Any, scanned: str) -> None:
 
 
 def pixels_of(contacts: ContactMap) -> dict[str, Any]:
-    """Return options of `imshow` for a map whose first index is along x (nm)."""
+    """Return options of `imshow` for a map with the first index along x (nm)."""
     half = 0.5 * contacts.spacing / NM
     x, y = contacts.x / NM, contacts.y / NM
     extent = x[0] - half, x[-1] + half, y[0] - half, y[-1] + half
@@ -123,9 +123,9 @@ def scale_bar(axes: Any, unit: str) -> None:
     Parameters
     ----------
     axes : matplotlib Axes
-        With equal scales, which may be inverted.
+        Axes with equal scales, which may be inverted.
     unit : str
-        Unit of its coordinates.
+        Unit of the coordinates.
     """
     limits = (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     width = right - left

@@ -18,7 +18,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.topography import HeightMap
 
-# Length of a theoretical curve, relative to the range of the steps.
+# Ratio of the largest contact radius of a theoretical curve to the radius of the steps.
 _EXTENT = 1.2
 
 

@@ -16,10 +16,10 @@ from ase_roughcontact.plot.style import COLOURS, GREY
 from ase_roughcontact.tradeoff.result import Tradeoff
 
 _MARKERS = "osD^v<>P"
-# Smallest error that is distinguished from zero, relative to the wanted one.
+# Smallest error that is distinguished from zero, relative to the wanted error.
 _SMALLEST = 1e-3
-# Size of the markers of the first source, and by how much those of the next ones are
-# larger, which lie behind, so that none hides another; distances of labels (points).
+# Size of the markers of the first source, and increase of the size for each further
+# source, drawn behind it, so that no marker hides another; label distances (points).
 _SIZE, _LARGER, _DISTANCES = 5.0, 0.8, (8.0, 14.0, 22.0)
 # Directions from a point to its label, the preferred ones first.
 _DIRECTIONS = (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)
@@ -53,14 +53,14 @@ def plot_tradeoff(
     choices : sequence of (str, str, float, float)
         Source of the error, label, relative error and cost. Zeros, and errors of less
         than 1e-3 of the wanted one, are drawn at a tenth of the smallest other value,
-        or of the wanted error if that is smaller.
+        or of the wanted error if this is smaller.
     front : collection of int
-        Numbers of the choices than which no other of their source is both cheaper and
-        more accurate.
+        Numbers of the choices on the Pareto front of their source: no other choice of
+        the source is both cheaper and more accurate.
     wanted : float, optional
         Wanted error, drawn as a horizontal line.
     of : str
-        The answer that has the errors.
+        The answer with these errors: "area", "force" or "height".
 
     Returns
     -------
@@ -98,14 +98,14 @@ def plot_tradeoff(
 
 
 def _above_edge(values: np.ndarray, wanted: float | None = None) -> np.ndarray:
-    """Return values with a tenth of the smallest other one in place of small ones."""
+    """Return values; small values are replaced by a tenth of the smallest other one."""
     shown = values > _SMALLEST * (wanted or 0.0)
     edge = min(values[shown].min(initial=math.inf), wanted or math.inf) / 10.0
     return np.where(shown, values, edge if edge < math.inf else 1.0)
 
 
 def _edge(moved: np.ndarray, side: str) -> str:
-    """Return what a label of an axis says if values are drawn at its edge."""
+    """Return the addition to the label of an axis with values drawn at its edge."""
     return f" (about 0 at the {side} edge)" if moved.any() else ""
 
 

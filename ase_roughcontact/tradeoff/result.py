@@ -12,9 +12,9 @@ from ase_roughcontact._util.units import UNITS
 
 #: Sources of errors that are numerical, which a plan may combine.
 NUMERICAL = ("tolerance", "grid", "steps", "optimizer", "cutoff", "boundary")
-# Choices beside the numerical ones whose errors are those of a single run.
+# Choices beside the numerical ones that also add to the error of a single run.
 _BESIDE = {"realisations": ("1",), "model": ("atoms / continuum",)}
-# What they are, and what to do next; and after a plan that leaves nothing larger.
+# Names of the errors of these choices, and advice.
 _NEXT = {
     "realisations": (
         "the scatter of single realisations",
@@ -27,8 +27,9 @@ _NEXT = {
         "point is an atom, the count is the answer.",
     ),
 }
+# Advice after a plan with an error above the errors of these choices.
 _RUN = "Next: add these lines to the scene: ase-roughcontact run SCENE"
-#: Part of the wanted error that a plan may have on the steps it is made for.
+#: Part of the wanted error that a plan may have on the steps used for planning.
 SAFETY = 0.7
 
 
@@ -39,10 +40,11 @@ class Choice:
     Attributes
     ----------
     source : str
-        Of the error: the scene as given, counted atoms in place of the continuum,
-        tolerance, grid, steps of a loop, optimizer, cutoff, boundary, wall, theory or
-        realisations.
+        Source of the error: the scene as given, counted atoms in place of the
+        continuum, tolerance, grid, steps of a loop, optimizer, cutoff, boundary, wall,
+        theory or realisations.
     label : str
+        Name of the choice in tables.
     error : float
         Largest relative error of the answer of any step.
     cost : float
@@ -55,8 +57,8 @@ class Choice:
     settings : dict
         Values by key of the scene file.
     is_bound : bool
-        Whether the error is only known to be smaller, as the finest grid has about this
-        error itself.
+        Whether the error is an upper bound, as the finest grid has about this error
+        itself.
     """
 
     source: str
@@ -92,12 +94,12 @@ class Tradeoff(Printed):
         Targets of the calculated steps.
     choices : tuple of Choice
     plan : tuple of Choice
-        Numerical choices whose errors add up to less; empty if there are none.
+        Numerical choices with errors that add up to less; empty without such choices.
     checked : float
-        Error of the plan on a surface, or at loads, that it was not made for; NaN
-        without a plan.
+        Error of the plan on a surface, or at loads, not used for planning; NaN without
+        a plan.
     of : {"area", "force", "height"}
-        The answer that has the errors; that of the height is relative to the
+        The answer with these errors; the error of the height is relative to the
         penetration.
     left_out : tuple of str
         Choices and steps that were not calculated, and why.
@@ -118,7 +120,7 @@ class Tradeoff(Printed):
 
     @property
     def realisations(self) -> int:
-        """Number of surfaces whose mean has the wanted error, too; 0 if unknown."""
+        """Number of surfaces for a mean with the wanted error, too; 0 if unknown."""
         single = [c.error for c in self.choices if c.source == "realisations"]
         left = self.wanted**2 - sum(c.error for c in self.plan) ** 2
         if not single or not self.plan or left <= 0.0:
@@ -139,7 +141,7 @@ class Tradeoff(Printed):
 
     @property
     def front(self) -> list[Choice]:
-        """Numerical choices that no other of their source beats in error and cost."""
+        """Numerical choices on the Pareto fronts of error and cost of their sources."""
         return [
             each
             for each in self.choices
@@ -149,7 +151,7 @@ class Tradeoff(Printed):
 
     @property
     def parts(self) -> list[Any]:
-        """The table of choices, what it means, and the plan."""
+        """The table of choices, its explanation, and the plan."""
         heads = ["source", "choice", f"{self.of} error", "cost (1e6)", "time (s)"]
         rows = [
             (
@@ -181,7 +183,7 @@ class Tradeoff(Printed):
         ]
 
     def _of_largest(self) -> list[str]:
-        """Return the source of the largest error beside the plan, and what is next."""
+        """Return the source of the largest error beside the plan, and advice."""
         beside = [c for c in self.choices if c.label in _BESIDE.get(c.source, ())]
         of_plan = sum(choice.error for choice in self.plan)
         largest = max(beside, key=lambda choice: choice.error, default=None)

@@ -1,9 +1,9 @@
 """Trade-off between accuracy and cost: the error budget of a scene.
 
-Each choice changes one thing in a scene whose other choices are the most accurate ones.
-The areas, forces or heights of a few steps are compared with those of that scene, and
-for grids with those of a grid that is finer than all of them. What is calculated and
-chosen depends on counts of grid points and FFT pairs, never on measured times.
+Each choice changes one thing in the scene with the most accurate choices. The areas,
+forces or heights of a few steps are compared with the results of this scene, and for
+grids with the results on a finer grid than all of them. What is calculated and chosen
+depends on counts of grid points and FFT pairs, never on measured times.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ from ase_roughcontact.tradeoff.variants import (
 
 # Numbers of realisations.
 _COUNTS = (1, 4, 16, 64)
-# Columns of the answers, that of the area is the scene's, and of what their errors are
-# relative to.
+# Columns of each answer, and of the quantity that its errors are relative to; empty for
+# the area, whose column depends on the scene.
 _COLUMNS = {
     "area": ("", ""),
     "force": ("normal_force", "normal_force"),
     "height": ("height", "penetration"),
 }
-# Sources that change the grid, whose errors are those against the finest one.
+# Sources that change the grid: their errors are relative to the finest grid.
 _AGAINST_FINEST = ("scene", "grid")
 
 
@@ -54,13 +54,14 @@ class _Answers:
     Attributes
     ----------
     values, errors : ndarray, shape (steps,)
-        With the estimated errors.
+        Answers and their estimated errors.
     scale : ndarray, shape (steps,)
-        That errors are relative to: the values, or for heights the penetrations.
+        Quantity that errors are relative to: the values, or for heights the
+        penetrations.
     cost, seconds, memory : float
         See `Choice`.
     converged : bool
-        Whether all steps are.
+        Whether all steps are converged.
     """
 
     values: FloatArray
@@ -72,12 +73,12 @@ class _Answers:
     converged: bool = True
 
     def error(self, exact: _Answers) -> float:
-        """Return the largest relative difference."""
+        """Return the largest relative difference from accurate answers."""
         return exact._relative(self.values - exact.values)
 
     @property
     def estimate(self) -> float:
-        """Largest relative estimated error that is known; zero if none is."""
+        """Largest known relative estimated error; zero if no error is known."""
         return self._relative(np.nan_to_num(self.errors, nan=0.0))
 
     def _relative(self, differences: FloatArray) -> float:
@@ -102,10 +103,10 @@ def tradeoff(
     ----------
     scene : Scene
     error : float
-        Total relative error that is wanted.
+        Wanted total relative error.
     of : {"area", "force", "height"}
-        The answer that has this error. The error of the height is relative to the
-        penetration. Of a loop it is the force at pull-off.
+        The answer with this error. The error of the height is relative to the
+        penetration. The force of a loop is the pull-off force.
     steps : int
         Number of steps of the path to calculate, the first and the last one included.
     points : int
@@ -200,7 +201,7 @@ def tradeoff(
 
 
 def _without_steps(scene: Scene) -> str:
-    """Return the message that a path has no known steps, and what has an error."""
+    """Return the error for a path of dependent states, with steps to use instead."""
     deepest = scene.planned.path
     targets = np.unique(scene.planned.targets) / UNITS[deepest.unit]
     values = ", ".join(f"{target:.4g}" for target in targets)
@@ -212,7 +213,7 @@ def _without_steps(scene: Scene) -> str:
 
 
 def _targets(finest: Scene, steps: int, points: int) -> tuple[list[float], list[str]]:
-    """Choose targets of a path whose grids are small enough, and name the others."""
+    """Choose targets of a path with small enough grids, and name the others."""
     planned = finest.plan().steps
     possible = [step for step in planned if not step.problem]
     if not possible:
@@ -264,7 +265,7 @@ def _of_optimizers(
 ) -> tuple[list[Choice], list[str]]:
     """Return the choices of an optimizer of ASE, on the grid as given.
 
-    And those that have not converged.
+    The second list names the choices that have not converged.
     """
     accurate, variants_of = with_optimizers(scene)
     if not variants_of:
@@ -317,7 +318,7 @@ def _cheapest(choices: Sequence[Choice], wanted: float) -> tuple[Choice, ...]:
     """Return the cheapest numerical choices, one of each source, that suffice."""
     groups = ([c for c in choices if c.source == source] for source in NUMERICAL)
     plans = product(*filter(None, groups))
-    # each cost is that of one change: the costs relative to the most accurate multiply
+    # each cost is due to one change: the costs relative to the most accurate multiply
     return min(
         (plan for plan in plans if sum(c.error for c in plan) <= wanted),
         key=lambda plan: math.prod(choice.cost for choice in plan),

@@ -20,10 +20,10 @@ from ase_roughcontact.topography import SelfAffine
 PILOT = 4
 #: Optimizers of this package, which need no tolerance of their own.
 SOLVERS = NewtonKrylov, ActiveSet
-# Sides of periodic cells in diameters of a smooth contact, as multiples of atoms that
-# any grid divides.
+# Sides of periodic cells in diameters of a smooth contact, and number of atoms of which
+# they are a multiple, so that any grid divides them.
 _CELLS, _MULTIPLE = (2, 4), 16
-# Errors for which a grid is chosen, between those of the levels.
+# Errors for which a grid is chosen, between the errors of the levels.
 _BETWEEN = (0.03, 0.02, 0.005)
 # Relative errors of the energy balance of a loop, the smallest one the most accurate.
 _LOOPS, _FINEST_LOOP = (1e-2, 1e-3), 1e-4
@@ -31,12 +31,12 @@ _LOOPS, _FINEST_LOOP = (1e-2, 1e-3), 1e-4
 _FMAX = (1e-3, 1e-4, 1e-5)
 # Loose and tight tolerance of the model of atoms.
 _LOOSE, _TIGHT = 1e-1, 1e-8
-# Error of the continuum that the finest grid is chosen for: half that of "high".
+# Error of the continuum for which the finest grid is chosen: half the error of "high".
 _FINEST = LEVELS["high"] / 2.0
-# Tolerance of the solver against which optimizers are compared, and radius of the
-# sphere on which the plan of a loop is checked, relative to the given one.
+# _ACCURATE: tolerance of the solver against which optimizers are compared.
+# _OTHER: radius at which the plan of a loop is checked, relative to the given radius.
 _ACCURATE, _OTHER = 1e-3, 1.1
-# Cutoffs of the 9-3 wall in units of the spacing, and that of the most accurate scene.
+# Cutoffs of the 9-3 wall in units of the spacing, and in the most accurate scene.
 _CUTOFFS, _LARGEST_CUTOFF = (3.0, 5.0, 10.0, 20.0), 30.0
 
 
@@ -58,9 +58,9 @@ def most_accurate(scene: Scene) -> Scene:
 
 
 def of_continuum(best: Scene) -> Scene | None:
-    """Return the most accurate scene of the continuum for one that counts atoms.
+    """Return the most accurate scene of the continuum for a scene of counted atoms.
 
-    None if it is of the continuum itself, or the solid is a lattice of atoms.
+    None if the scene is of the continuum itself, or the solid is a lattice of atoms.
     """
     if best.is_continuum or best.substrate.of_atoms:
         return None
@@ -70,7 +70,7 @@ def of_continuum(best: Scene) -> Scene | None:
 def with_optimizers(scene: Scene) -> tuple[Scene, list[tuple[str, dict[str, Any]]]]:
     """Return a scene with the built-in solver, and choices of its optimizer of ASE.
 
-    The choices, labels and settings, are none for a solver of this package.
+    The choices are labels and settings; a solver of this package has no choices.
     """
     solved: dict[str, Any] = {"solver.optimizer": None, "solver.fmax": None}
     accurate = scene.with_values({**solved, "solver.accuracy": _ACCURATE})
@@ -87,9 +87,9 @@ def with_optimizers(scene: Scene) -> tuple[Scene, list[tuple[str, dict[str, Any]
 
 
 def finest_grid(best: Scene) -> Scene:
-    """Return the scene on a grid finer than that of any choice, if the memory allows.
+    """Return the scene on a grid finer than all choices, if the memory allows it.
 
-    The error of the most accurate choice is then only known by its own estimate.
+    Otherwise the error of the most accurate choice is only known by its own estimate.
     """
     if not best.is_continuum:
         return best
@@ -142,7 +142,7 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[float]]:
-    """Return another surface, or for a smooth one other targets; a loop's radius."""
+    """Return scene and targets to check a plan: other surface, targets or radius."""
     if scene.roughness is not None:
         seed = scene.roughness.seed + PILOT
         return scene.with_values({"roughness.seed": seed}), targets
