@@ -51,8 +51,8 @@ class RoughContact(PropertiesCalculator):
     .. math:: f = -a_0^2 [K u + p - \langle p\rangle], \qquad
               f_\text{indenter} = a_0^2 \sum p - L, \qquad p = -V'(g).
 
-    :math:`K` is the inverse of the half space's Green's function. The boundary is that
-    of the atoms: ``pbc = (True, True, False)`` makes a periodic half space, in which
+    :math:`K` is the inverse of the half space's Green's function. The boundary follows
+    from the atoms: ``pbc = (True, True, False)`` makes a periodic half space, in which
     the mean plane is the reference (the averages above), ``pbc = False`` a free one,
     in which they are zero. Forces have lateral components where atoms `stick` only.
 
@@ -73,8 +73,8 @@ class RoughContact(PropertiesCalculator):
     interaction : Interaction, optional
         The wall; by default `LennardJones93.repulsive` as stiff as the substrate.
     heterogeneity : Heterogeneity, optional
-        Local work of adhesion relative to that of an attractive wall; by default it is
-        the same everywhere. See `Heterogeneity`.
+        Local work of adhesion, relative to the work of adhesion of an attractive wall;
+        by default it is the same everywhere. See `Heterogeneity`.
     solid : ElasticSolid, optional
         Substrate that is not isotropic, in place of `contact_modulus`.
     load : float
@@ -113,8 +113,8 @@ class RoughContact(PropertiesCalculator):
     Indenter, solid and walls can also be given by what their method `todict` returns,
     so that ``RoughContact(**calc.todict())`` is an equal calculator; see `fromdict`.
 
-    Numerical forces, as of `ase.calculators.fd.calculate_numerical_forces`, are those
-    of z: give ``icarts=[2]``.
+    Numerical forces, as of `ase.calculators.fd.calculate_numerical_forces`, are
+    defined along z: give ``icarts=[2]``.
 
     The work of the load on a fixed indenter, where it is wanted in an energy, is
     ``load * atoms.positions[-1, 2]``.
@@ -185,7 +185,7 @@ class RoughContact(PropertiesCalculator):
         Parameters
         ----------
         parameters : mapping
-            What `todict` returns, also from a file.
+            Result of `todict`, also from a file.
 
         Returns
         -------
@@ -215,7 +215,7 @@ class RoughContact(PropertiesCalculator):
         Parameters
         ----------
         **kwargs
-            Any parameters of the class.
+            Parameters of the class.
 
         Returns
         -------
@@ -324,7 +324,7 @@ class RoughContact(PropertiesCalculator):
         Parameters
         ----------
         atoms : Atoms, optional
-            By default those of the last calculation.
+            The atoms; by default the ones of the last calculation.
 
         Returns
         -------
@@ -416,7 +416,7 @@ def contact_of(atoms: Atoms) -> Contact:
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator.
+        Atoms with a `RoughContact` calculator.
 
     Returns
     -------

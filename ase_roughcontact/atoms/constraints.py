@@ -1,4 +1,4 @@
-"""What solvers read off the atoms: the contact, the load and the constraints."""
+"""Contact, load and constraints of atoms, for the solvers."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ase_roughcontact.contact.support import External, Support
 
 
 def soft_contact_of(atoms: Atoms) -> Contact:
-    """Return the contact of atoms whose wall has a gradient.
+    """Return the contact of atoms under a soft wall.
 
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator.
+        Atoms with a `RoughContact` calculator.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def soft_contact_of(atoms: Atoms) -> Contact:
 
 
 def support_of(atoms: Atoms) -> Support:
-    """Return what holds the indenter atom: its height, or the load, and springs.
+    """Return the support of the indenter atom: its height, or the load, and springs.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def support_of(atoms: Atoms) -> Support:
 
 
 def support_beside_others(atoms: Atoms) -> Support:
-    """Return what holds the indenter atom, or its load alone if surface atoms are held.
+    """Return the support of the indenter, or its load alone if surface atoms are held.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class _Springs:
 
     def __call__(self, height: float) -> tuple[float, float]:
         """Return energy and upward force (eV, eV/Å)."""
-        # a stand-in for arrays over all atoms, of which Hookean reads one entry
+        # in place of arrays over all atoms: Hookean reads one entry
         position = np.array([*self._xy, height])
         atoms = SimpleNamespace(positions={self._last: position}, **self._cell)
         forces, energy = {self._last: np.zeros(3)}, 0.0
@@ -147,12 +147,12 @@ def _supported(constraint: object, atoms: Atoms) -> bool:
 
 
 def reference_stiffness(contact: Contact) -> float:
-    """Return a stiffness to add to that of the half space, so that no wave is too soft.
+    """Return a stiffness to add to the half space, so that no wave is too compliant.
 
     Parameters
     ----------
     contact : Contact
-        With a soft wall.
+        Contact with a soft wall.
 
     Returns
     -------

@@ -39,12 +39,12 @@ def made(name: str, kind: Any, description: Mapping[str, Any]) -> Any:
     Parameters
     ----------
     name : str
-        What it is, for errors.
+        Name of the parameter, for errors.
     kind : type
         Class from which its class is derived.
     description : mapping
-        What the method `todict` of the object returns: the ``name`` of the class, or
-        the ``kind`` of a wall, and the parameters.
+        Result of the object's method `todict`: the ``name`` of the class, or the
+        ``kind`` of a wall, and the parameters.
 
     Returns
     -------

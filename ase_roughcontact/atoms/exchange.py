@@ -21,7 +21,7 @@ from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 def set_window(atoms: Atoms, window: Box) -> None:
     """Exchange the window of a free half space for one with flat atoms, in place.
 
-    There is no padding afterwards, and arrays of the atoms are those of new ones.
+    There is no padding afterwards, and the atoms have the arrays of new ones.
     Calculator, `info` and constraints of the indenter stay.
 
     Parameters
@@ -49,12 +49,12 @@ def regrid(atoms: Atoms, change: GridChange) -> float:
     """Exchange the grid of surface atoms for a finer or coarser one, in place.
 
     The window, the indenter, the wall and the solid stay. The substrate is flat
-    afterwards, and arrays of the atoms are those of new ones.
+    afterwards, and the atoms have the arrays of new ones.
 
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator.
+        Atoms with a `RoughContact` calculator.
     change : GridChange
 
     Returns

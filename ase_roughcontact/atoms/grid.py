@@ -138,7 +138,7 @@ class SurfaceGrid:
         number : int
             Atomic number of the surface atoms.
         height : float
-            Of the indenter (Å).
+            Height of the indenter (Å).
 
         Returns
         -------
@@ -167,7 +167,7 @@ def displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray:
 
 
 def on_grid(values: np.ndarray, grid: SurfaceGrid, padding: float = 0.0) -> np.ndarray:
-    """Return values on a window, shape (..., n, m), with those of the padding."""
+    """Return values on a window, shape (..., n, m), extended to the padding."""
     shape = (*values.shape[:-2], *grid.shape)
     found = np.full(shape, padding, dtype=values.dtype)
     found[..., : grid.window[0], : grid.window[1]] = values
@@ -255,7 +255,7 @@ def _lattice_of(
 ) -> tuple[tuple[int, int], tuple[int, int], float]:
     """Return shape of the grid, window and spacing from the order of the atoms.
 
-    The spacing is that of the cell, which is not rounded like positions.
+    The spacing follows from the cell, which is not rounded like positions.
     """
     first_step = float(np.ptp(xy[:2], axis=0).max() if len(xy) > 1 else sides[0])
     columns = max(int(np.searchsorted(xy[:, 0], xy[0, 0] + first_step / 2)), 1)

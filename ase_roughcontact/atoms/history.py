@@ -1,4 +1,4 @@
-"""What the surface keeps of earlier steps, as arrays of the atoms: see `State.history`.
+"""History of the surface as arrays of the atoms: see `State.history`.
 
 The frame of a path has the same fields as text in its `info`, under the same names.
 """
@@ -35,7 +35,7 @@ CREEP = "creep"
 
 
 def kept_keys(atoms: Atoms) -> list[str]:
-    """Return the keys of what a surface has kept of earlier steps; see `history_of`."""
+    """Return the keys of the history that a surface has kept; see `history_of`."""
     info = info_of(atoms)
     keys = [*filter(is_entry, atoms.arrays), *filter(_in_info, info)]
     if PLASTIC_DEPTH in info and info.get(INDENTED):
@@ -48,7 +48,7 @@ def kept_keys(atoms: Atoms) -> list[str]:
 
 
 def check_history(atoms: Atoms) -> None:
-    """Raise `ValueError` if atoms have lost what their surface has kept."""
+    """Raise `ValueError` if atoms have lost the history of their surface."""
     check_kept(atoms)
     kept = kept_keys(atoms)
     lost = set(info_of(atoms).get(HISTORY, ())) - set(kept)
@@ -62,19 +62,19 @@ def check_history(atoms: Atoms) -> None:
 
 
 def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
-    """Return what a surface has kept of earlier steps.
+    """Return the history that a surface has kept of earlier steps.
 
     Parameters
     ----------
     atoms : Atoms
         Surface and indenter, or the frame of a path.
     grid : SurfaceGrid
-        Of the atoms.
+        Grid of the atoms.
 
     Returns
     -------
     dict of ndarray, shape (n, m)
-        On the window; empty for a new surface.
+        Entries of the history on the window; empty for a new surface.
     """
     n, m = grid.window
     history = {
@@ -146,6 +146,6 @@ def same_arrays(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> boo
 def _in_info(key: str) -> bool:
     """Return whether an entry of frames is kept by the surface if it is there.
 
-    The plastic depth of a frame may be that of its pressures, which is not kept.
+    A frame may have the plastic depth under its pressures, which is not kept.
     """
     return is_entry(key) and key != PLASTIC_DEPTH

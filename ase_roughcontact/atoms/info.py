@@ -20,7 +20,7 @@ HISTORY = "history"
 #: Key in the `info` of a frame of whether its surface has kept the plastic depth.
 INDENTED = "indented"
 #: Key in the `info` of a frame of the mask of the atoms that touch a hard wall with
-#: attraction, not those under a positive pressure.
+#: attraction, which may be under a tension.
 TOUCHING = "touching"
 #: Key in the `info` of atoms of the lattice from which they are displaced laterally.
 LATTICE = "lattice"

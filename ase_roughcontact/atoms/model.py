@@ -1,4 +1,4 @@
-"""What a calculator makes of its parameters and atoms: checks, problem and contact."""
+"""Checks, contact problem and contact from the parameters and atoms of a calculator."""
 
 from __future__ import annotations
 
@@ -148,12 +148,12 @@ def problem_for(grid: SurfaceGrid, parameters: Mapping[str, Any]) -> Problem:
 
 @dataclass
 class ContactModel:
-    """What follows from the lattice of atoms and the parameters, without z.
+    """Contact of a lattice of atoms for the parameters, apart from the positions z.
 
     Attributes
     ----------
     grid : SurfaceGrid
-        All that the model depends on, beside the parameters.
+        The lattice of the atoms: with the parameters it determines the model.
     problem : Problem
     contact : Contact
     known : tuple of (ndarray, float or None, ndarray), optional
@@ -161,9 +161,9 @@ class ContactModel:
         causes the displacement. A hard wall exerts this pressure if the indenter is at
         the height; None if a solver has not found it.
     fields : ContactState, optional
-        Of this displacement and height.
+        Fields of the displacement and the height in `known`.
     history : mapping of str to ndarray of shape (n, m)
-        What the surface has kept of earlier steps.
+        History that the surface has kept of earlier steps.
     """
 
     grid: SurfaceGrid
@@ -194,7 +194,7 @@ class ContactModel:
         return SurfaceGrid.of(atoms) == self.grid
 
     def adopt_history(self, atoms: Atoms) -> None:
-        """Give the contact what the atoms have kept of earlier steps."""
+        """Give the contact the history that the atoms have kept."""
         new = history_of(atoms, self.grid)
         if same_arrays(self.history, new):
             return

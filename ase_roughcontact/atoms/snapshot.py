@@ -46,7 +46,7 @@ from ase_roughcontact.contact.state import PLASTIC_DEPTH, SHIFTS, SLIPPING
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 
-#: Tags of the atoms of a snapshot; 3 is that of the indenter in a view.
+#: Tags of the atoms of a snapshot; 3 is the tag of the indenter in a view.
 TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED, TAG_PLASTIC, TAG_SLIPPING = 0, 1, 2, 4, 5
 
 
@@ -56,7 +56,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator.
+        Atoms with a `RoughContact` calculator.
     **info
         Numbers and strings to be stored with the frame.
 
@@ -152,7 +152,7 @@ def fields_of_frame(frame: Atoms) -> dict[str, bool]:
     Parameters
     ----------
     frame : Atoms
-        From `snapshot`.
+        Frame from `snapshot`.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Constraints of ASE: on the indenter, and that by which atoms stick to it."""
+"""Constraints of ASE: on the indenter, and the one by which atoms stick to it."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ class SlipError(RuntimeError):
 class Sticking:
     """Constraint of ASE under which atoms move sideways with the indenter: see `stick`.
 
-    It adds the lateral forces on these atoms to that on the indenter. In a periodic
-    half space it keeps the mean lateral displacement of the surface.
+    It adds the lateral forces on these atoms to the force on the indenter. In a
+    periodic half space it keeps the mean lateral displacement of the surface.
 
     Parameters
     ----------
     atoms : Atoms
-        Where friction is as given.
+        Atoms in the positions at which the friction is as given.
     index : ndarray of int, shape (k,)
         Numbers of the atoms that stick.
     bounds : ndarray, shape (k,)
@@ -75,7 +75,7 @@ class Sticking:
         self._friction, self._stiffness = friction, stiffness
         self._start = atoms.positions[-1, :2].copy()
         self._offsets = atoms.positions[index, :2] - self._start
-        self._others = np.zeros(0, dtype=int)  # whose mean must be adjusted
+        self._others = np.zeros(0, dtype=int)  # with a mean to be adjusted
         if atoms.pbc.any():
             self._others = np.setdiff1d(np.arange(len(atoms) - 1), index)
             self._middle = atoms.positions[:-1, :2].mean(axis=0)
@@ -97,9 +97,9 @@ class Sticking:
         Parameters
         ----------
         atoms : Atoms
-            The other atoms stay where they are: relax them.
+            Surface and indenter. The other atoms stay where they are: relax them.
         displacement : (float, float)
-            Along x and y (Å).
+            Displacement along x and y (Å).
 
         Raises
         ------
@@ -129,7 +129,7 @@ class Sticking:
         Returns
         -------
         ndarray, shape (k, 2)
-            eV/Å.
+            Friction along x and y (eV/Å).
         """
         return self._friction + self._stiffness @ (place - self._start)
 
@@ -146,7 +146,7 @@ class Sticking:
         self._set(new, np.where(held, atoms.positions[-1, :2], new[-1, :2]))
 
     def adjust_forces(self, atoms: Atoms, forces: np.ndarray) -> None:
-        """Add the forces on the atoms that stick to that on the indenter."""
+        """Add the forces on the atoms that stick to the force on the indenter."""
         place = atoms.positions[-1, :2]
         distance = abs(atoms.positions[self.index, :2] - place - self._offsets).max()
         if distance > _DISTANCE:

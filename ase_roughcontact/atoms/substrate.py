@@ -59,7 +59,7 @@ def substrate(
         `RoughSphere`, `SelfAffine`, `HeightMap` or any object with their method
         `heights` and, so that files and checks can name it, `todict`.
     spacing : float, optional
-        Distance of neighbours (Å), in place of that of the crystal.
+        Distance of neighbours (Å), in place of the crystal's spacing.
     periodic : bool
         Periodic half space (pbc in x and y) instead of a free one. A free half space is
         built with its padding, which makes about four times as many atoms.
@@ -92,8 +92,8 @@ def substrate(
     Warns
     -----
     UserWarning
-        If the heights of a flat indenter jump at the edges of a periodic cell, whose
-        sides are not the periods of the indenter.
+        If the heights of a flat indenter jump at the edges of a periodic cell, because
+        its sides are not the periods of the indenter.
 
     Examples
     --------

@@ -5,8 +5,8 @@ The energy of a displacement :math:`u` under an indenter at height :math:`Z` is
 .. math:: U(u, Z) = a_0^2 \left[\tfrac12 \sum u\, K u + \sum V(g)\right], \qquad
           g = Z + h - (u - \langle u \rangle),
 
-summed over the displaced atoms (elastic energy) and those of the window (wall). The
-mean :math:`\langle u \rangle` is that of a periodic cell, and zero for a free half
+summed over the displaced atoms (elastic energy) and the atoms of the window (wall). The
+mean :math:`\langle u \rangle` is taken over a periodic cell, and zero for a free half
 space. With the pressure :math:`p = -V'(g)` of the wall, the force on an atom and the
 normal force on the indenter are
 

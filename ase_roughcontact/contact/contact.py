@@ -9,11 +9,11 @@ from ase_roughcontact.contact.state import ContactState, flows
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import Interaction, scaled_attraction
 
-# An atom is in contact with a hard wall if its gap is below this part of the spacing,
-# and carries load if its pressure is above this part of the largest one.
+# Largest gap of an atom in contact with a hard wall, in units of the spacing.
 _HARD_GAP = 1e-5
+# Smallest pressure of an atom that carries load, relative to the largest pressure.
 _HARD_PRESSURE = 1e-9
-# An atom may overlap if its pressure is closer than this to the hardness, relatively.
+# An atom may overlap if the relative distance of its pressure from the hardness is less.
 _OVERLAP_PRESSURE = 1e-3
 
 
@@ -30,8 +30,8 @@ class Contact:
     interaction : Interaction
         The wall.
     adhesion : ndarray, shape (n, m), optional
-        Local work of adhesion relative to that of the wall; see `scaled_attraction`. By
-        default it is one everywhere.
+        Local work of adhesion, relative to the wall's work of adhesion; see
+        `scaled_attraction`. By default it is one everywhere.
     plastic_depth : ndarray, shape (n, m), optional
         Depth by which the surface has flowed in earlier steps (length).
     creep_pressure, past_depth : ndarray, shape (n, m), optional
@@ -173,7 +173,7 @@ class Contact:
         reaction : ndarray, shape (n, m), optional
             Pressure of a hard wall, if a solver has it. By default it is the elastic
             pressure on the atoms that touch it; if all atoms of a periodic surface do,
-            the smallest one is that of the attraction, or zero.
+            the smallest one is the pressure of the attraction, or zero.
 
         Returns
         -------
@@ -182,8 +182,8 @@ class Contact:
         Raises
         ------
         ValueError
-            If the displacement has a wrong shape, or atoms overlap with a hard wall,
-            whose reaction is not a function of the positions then.
+            If the displacement has a wrong shape, or atoms overlap with a hard wall:
+            the reaction is not a function of the positions then.
         """
         if displacement.shape != self.halfspace.dof_shape:
             raise ValueError(
@@ -191,7 +191,7 @@ class Contact:
                 f"atoms, got {displacement.shape}"
             )
         periodic, area = self.halfspace.periodic, self.halfspace.cell_area
-        elastic = known_pressure  # on the window: there is none on the padding
+        elastic = known_pressure  # on the window: zero on the padding
         if elastic is None:
             elastic = self.elastic_pressure(displacement)
         loaded = displacement[: elastic.shape[0], : elastic.shape[1]]
@@ -227,7 +227,7 @@ class Contact:
         Parameters
         ----------
         displacement : ndarray, shape of the displaced atoms
-            Of the state (length).
+            Displacement of every atom in the state (length).
         state : ContactState
 
         Returns

@@ -1,4 +1,4 @@
-"""What a path prescribes: penetrations, heights, loads, or heights of a base."""
+"""Controlled quantities of a path: penetration, height, load, or height of a base."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class Control:
     name : str
         Name in scenes, tables and frames.
     plural : str
-        Name of arguments that take its targets.
+        Name of arguments that take the targets.
     unit : {"nN", "Å"}
         Unit of targets that are given as numbers in a scene.
     column : str
-        Column of a result that has its value.
+        Column of a result with the value of the quantity.
     prescribed : tuple of str
         Columns of a result that have no error, as they are given.
     free : bool

@@ -1,4 +1,4 @@
-"""What a surface keeps of earlier steps: a registry of the entries of its history.
+"""Registry of the entries of a surface's history, which it keeps of earlier steps.
 
 An entry is declared by the code that reads it, such as a wall, a solid or a law of
 friction, also one of your own: ::
@@ -11,7 +11,7 @@ friction, also one of your own: ::
     state.history[AGE.name]  # in the next step
 
 Nothing else is kept. All entries are in the restart file of a path, in double
-precision; those of `in_frames` also in the frames of its trajectory, in single
+precision; entries with `in_frames` are also in the frames of its trajectory, in single
 precision. A snapshot has all of them.
 """
 
@@ -28,12 +28,12 @@ class HistoryEntry:
     Attributes
     ----------
     name : str
-        Key of the entry. A name that ends with "_" stands for all names that continue
+        Key of the entry. A name that ends with "_" represents all names that continue
         it by a number: ``creep_pressure_1``, ``creep_pressure_2``.
     unit : str
         Unit of ASE; empty for a number without unit.
     in_frames : bool
-        Whether frames of trajectories have it.
+        Whether frames of trajectories have the entry.
     entering : float
         Value of an atom that enters a window.
     """

@@ -34,8 +34,9 @@ LATERAL = *TRACTIONS, *SHIFTS, SLIPPING
 #: Depth that the tractions cause, if normal and lateral motion are coupled.
 TRACTION_DEPTH = declare(HistoryEntry("traction_depth", "Å")).name
 
-# Relative distance to the hardness within which pressures are at it: that of atoms that
-# have flowed, at the same load again, is known to the tolerance of the solver only.
+# Largest relative distance from the hardness of a pressure that counts as the hardness:
+# the pressure on atoms that have flowed, at the same load again, is known to the
+# tolerance of the solver only.
 _FLOW_PRESSURE = 1e-5
 
 
@@ -48,6 +49,7 @@ class EarlierState:
     target : float
         Load or height that was prescribed, or the time.
     window : Box
+        Window of the state.
     pressure : ndarray, shape (n, m)
         Pressure of the wall.
     height : float
@@ -77,7 +79,7 @@ class State:
     displacement : ndarray, shape (n, m), optional
         Displacement that the pressure causes, if it is known (length).
     history : mapping of str to ndarray of shape (n, m)
-        What the surface keeps of earlier steps: entries that are declared, see
+        History that the surface keeps of earlier steps: entries that are declared, see
         `HistoryEntry`, such as a plastic depth, the pressures of a viscoelastic past,
         or the tractions of friction.
     depths : mapping of str to ndarray of shape (n, m)

@@ -1,4 +1,4 @@
-"""What holds the indenter: a given height, or a load, and springs."""
+"""Support of the indenter: a given height, or a load, and springs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ External: TypeAlias = Callable[[float], tuple[float, float]]
 
 @dataclass(frozen=True)
 class Support:
-    """What holds the indenter along z: a fixed height, or a load, and springs.
+    """Support of the indenter along z: a fixed height, or a load, and springs.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Spring:
 
 @dataclass(frozen=True)
 class LateralSupport:
-    """What holds the indenter sideways, unless its displacement is given.
+    """Support of the indenter along x and y, unless its displacement is given.
 
     It is not part of `Support`, as friction is solved after the normal contact, for
     tractions in units of pressure.
@@ -76,8 +76,8 @@ class LateralSupport:
     force : (float, float)
         Sums of the tractions along x and y at no displacement (pressure).
     stiffness : float
-        By which these sums decrease with the displacement (pressure/length); zero under
-        a constant force.
+        Decrease of these sums per displacement (pressure/length); zero under a constant
+        force.
     """
 
     force: tuple[float, float]

@@ -18,7 +18,7 @@ from ase_roughcontact.atoms.grid import SurfaceGrid, lateral_displacement
 from ase_roughcontact.atoms.info import LATTICE, PRESSURE, as_text, field_of
 from ase_roughcontact.atoms.snapshot import fields_of_frame
 
-# Size of the description.
+# Format of the size of the description.
 _LENGTH = struct.Struct("<I")
 # Level of compression: masks and empty surroundings of a contact take no space.
 _LEVEL = 1

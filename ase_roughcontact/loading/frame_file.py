@@ -24,7 +24,7 @@ from ase_roughcontact._util.files import (
 
 #: Beginning of the file, with the version of the format.
 MAGIC = b"frames of ase_roughcontact 1\n"
-# Size and CRC-32 of the contents of a frame, and CRC-32 of both.
+# Format of the size and the CRC-32 of the contents of a frame, and the CRC-32 of both.
 _SIZES, _CHECK = struct.Struct("<QI"), struct.Struct("<I")
 
 
@@ -34,7 +34,7 @@ def read_contents(file: PathName) -> Iterator[bytes]:
     Parameters
     ----------
     file : path
-        It may be missing, empty, or cut off at its end.
+        The file; it may be missing, empty, or cut off at its end.
 
     Yields
     ------
@@ -95,8 +95,9 @@ class FrameFile:
     Parameters
     ----------
     file : path
-        Replaced by a file with the given frames.
+        The file, which is replaced by one with the given frames.
     contents : iterable of bytes
+        Contents of the given frames.
     """
 
     def __init__(self, file: PathName, contents: Iterable[bytes]) -> None:

@@ -57,7 +57,7 @@ def load_path(
     Parameters
     ----------
     atoms : Atoms
-        From `substrate`, with a `RoughContact` calculator. They are moved.
+        Atoms from `substrate`, with a `RoughContact` calculator. They are moved.
     penetrations, heights, loads : sequence of float
         The path, exactly one of: distances that the indenter has moved down since it
         first repels the flat substrate (Å), heights of the indenter (Å), or loads on
@@ -65,12 +65,13 @@ def load_path(
         from an adhesive contact is made in parts of at most half the range of the
         attraction.
     optimizer : callable, optional
-        Called as ``optimizer(atoms, logfile=None)``; returns an ASE optimizer. A class,
-        or a `functools.partial` of one with its options; a class of ASE also gets those
-        of `settings_for`. By default `NewtonKrylov`, or `ActiveSet` for a hard wall.
+        Function called as ``optimizer(atoms, logfile=None)`` that returns an ASE
+        optimizer: a class, or a `functools.partial` of one with its options. A class of
+        ASE also gets the options of `settings_for`. By default `NewtonKrylov`, or
+        `ActiveSet` for a hard wall.
     fmax : float, optional
-        Tolerance of the force on every atom (eV/Å), instead of `accuracy`. Steps whose
-        force or area it leaves wrong by more than 1 % are marked; see `fmax_for`.
+        Tolerance of the force on every atom (eV/Å), instead of `accuracy`. Steps with
+        an error of force or area by it above 1 % are marked; see `fmax_for`.
     accuracy : {"fast", "normal", "high"} or float
         Allowed relative error of force and area. For the model of atoms it sets a
         tolerance relative to the mean force on the atoms in contact, 1e-4 for each of
@@ -88,22 +89,22 @@ def load_path(
         `RoughSphere`.
     grid : str
         "atoms": each grid point is an atom. Otherwise the grid is numerical, and the
-        continuum is asked for: on a spacing relative to that of the atoms, such as
-        ``"a0/2"`` or ``"2 a0"``, or with "continuum" on the one that the accuracy
+        continuum is asked for: on a spacing relative to the spacing of the atoms, such
+        as ``"a0/2"`` or ``"2 a0"``, or with "continuum" on the one that the accuracy
         needs. The grid of the atoms is exchanged first, in place. All else stays, but
         for the waves of the indenter that a coarser grid can't resolve: they are left
         out, with a warning.
     validity : {"warn", "raise", "ignore"} or Validity
-        What to do if a step exceeds a limit of the model; `Validity` has the hardness
-        of the substrate, too.
+        Reaction to a step that exceeds a limit of the model; `Validity` has the
+        hardness of the substrate, too.
     output : Output, optional
         Files (CSV, trajectory), resuming from them, and columns of your own.
 
     Yields
     ------
     LoadStep
-        After it is written. A step that has not converged is yielded and written too,
-        with ``converged=False`` and a message.
+        Result of a step, after it is written. A step that has not converged is yielded
+        and written too, with ``converged=False`` and a message.
 
     Raises
     ------
@@ -158,7 +159,7 @@ class AtomsPath:
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator. They are moved.
+        Atoms with a `RoughContact` calculator. They are moved.
     control : Control
     optimizer : callable, optional
     grid : str
@@ -166,7 +167,7 @@ class AtomsPath:
     validity : str or Validity
     output : Output, optional
     **options
-        Of `StepOptions`. For all of them see `load_path`.
+        Options of `StepOptions`; see `load_path`.
 
     Attributes
     ----------
@@ -195,7 +196,7 @@ class AtomsPath:
         symbol = atoms.symbols[0]
         model = GridModel.of(grid, accuracy)
         settings = StepOptions(
-            # before the spacing is no more that of the crystal
+            # before the spacing differs from the crystal
             hardness=hardness_for(problem, symbol, validity.hardness),
             hardness_bound=hardness_bound_for(problem, symbol, validity.hardness),
             accuracy=accuracy,
@@ -243,14 +244,14 @@ class AtomsPath:
         Parameters
         ----------
         steps : PathSteps
-            With `stepper`.
+            Steps of the path, made with `stepper`.
         **description
-            What a state depends on beside the path, such as a cantilever.
+            Parameters of a state beside the path, such as a cantilever.
 
         Returns
         -------
         generator of LoadStep
-            After an error the atoms are in the last state that was relaxed.
+            The results. After an error the atoms are in the last relaxed state.
         """
         description["springs"] = self._springs
         found = follow_states(

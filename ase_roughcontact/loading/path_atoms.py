@@ -57,12 +57,12 @@ class PathAtoms:
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator. They are moved.
+        Atoms with a `RoughContact` calculator. They are moved.
 
     Attributes
     ----------
     problem : Problem
-        Of the atoms.
+        Contact problem of the atoms.
     """
 
     def __init__(self, atoms: Atoms) -> None:
@@ -83,7 +83,7 @@ class PathAtoms:
         Parameters
         ----------
         contact : Contact
-            On the window of the state.
+            Contact on the window of the state.
         state : State
         """
         atoms, self._reached = self.atoms, None
@@ -205,7 +205,7 @@ class ProblemAtoms(PathAtoms):
     fixed : bool
         Whether the indenter is fixed.
     padded : bool
-        Whether they have the padding of a free half space, which optimizers of ASE
+        Whether the atoms have the padding of a free half space, which optimizers of ASE
         need.
     """
 
@@ -251,7 +251,7 @@ def relaxer_of(
     atoms: PathAtoms,
     springs: bool = False,
 ) -> Relaxer:
-    """Return what relaxes the steps of a path.
+    """Return the function that relaxes the steps of a path.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def relaxer_of(
         See `load_path`.
     wall : Interaction
     atoms : PathAtoms
-        On which an optimizer of ASE works.
+        The atoms that an optimizer of ASE moves.
     springs : bool
         Whether there are springs on a free indenter.
 
@@ -294,7 +294,7 @@ def _ran(optimizer: Any, fmax: float, steps: int) -> Status:
     """Run an optimizer of ASE; return whether it has converged, or why it has not."""
     try:
         converged = bool(optimizer.run(fmax=fmax, steps=steps))
-    except OptimizerConvergenceError as error:  # as those of SciPy do
+    except OptimizerConvergenceError as error:  # raised by optimizers of SciPy
         return Status(OPTIMIZER_ENDED, {"reason": str(error)})
     return status_of(optimizer, converged)
 

@@ -27,12 +27,13 @@ def read_frames(file: PathName) -> Iterator[Atoms]:
     Parameters
     ----------
     file : path
-        As `load_path` writes it. It may be missing, empty, or cut off at its end.
+        File that `load_path` has written. It may be missing, empty, or cut off at its
+        end.
 
     Returns
     -------
     iterator of Atoms
-        Like those of `snapshot`, in single precision and without forces.
+        Frames like the ones of `snapshot`, in single precision and without forces.
 
     Raises
     ------
@@ -77,7 +78,7 @@ def trajectory_writer(
     Parameters
     ----------
     file : path
-        It is not changed before a frame is written.
+        The trajectory, which is not changed before a frame is written.
     keep : {"thinned", "all", "last"}
         Frames that the file keeps; see `has_frame`.
     finished : int or None
@@ -87,7 +88,7 @@ def trajectory_writer(
     Yields
     ------
     callable
-        Writes the frame of a step.
+        Function that writes the frame of a step.
 
     Raises
     ------

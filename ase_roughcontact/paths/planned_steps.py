@@ -17,10 +17,11 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.kept_frames import number_of_frames
 from ase_roughcontact.results.record import size_of
 
-# Sizes of a number in a frame and in a state, of the description of a frame and of the
-# columns of a step, and of a frame for viewing (bytes).
+# Sizes of a number in a frame and in a state (bytes).
 _SINGLE, _DOUBLE = 4, 8
+# Sizes of the description of a frame and of the columns of a step (bytes).
 _DESCRIPTION, _COLUMNS = 4_000, 2_000
+# Size of a frame for viewing (bytes).
 _BYTES_OF_VIEW = 120_000
 # Largest number of steps that a plan lists; each one represents several of a longer
 # path.

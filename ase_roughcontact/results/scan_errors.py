@@ -62,6 +62,7 @@ from ase_roughcontact.windows.footprint import BeyondSurfaceError
 _LOGGER = logging.getLogger(__name__)
 #: Number of targets at which copies are pressed.
 TARGETS = 3
+#: Effect that a plan of a path leaves out.
 COPIES_LEFT_OUT = (
     f"the time of up to {NOISY + HALVINGS + 1} copies of the scan, which are pressed "
     f"for the errors at {TARGETS} steps, on a grid that is often coarser"

@@ -17,9 +17,9 @@ from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.known import Topography, topography_of
 from ase_roughcontact.windows.memory import available_memory, memory_of
 
-# Side of the tiles in which a surface is searched, in atoms. Half the side of the
-# square about the axis that is searched first, in atoms.
+# Side of the tiles in which a surface is searched, in atoms.
 _TILE = 512
+# Half the side of the square about the axis that is searched first, in atoms.
 _FIRST_HALF_SIDE = 64
 # When a larger square is searched, its side grows by this factor or more.
 _SEARCH_GROWTH = 1.25

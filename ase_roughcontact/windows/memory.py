@@ -23,8 +23,9 @@ _PERIODIC_HARD, _HARD, _REPULSIVE, _PER_ATOM = 80, 140, 255, 350
 _PER_LATERAL, _PER_COUPLED = 900, 500
 # Bytes for each atom of the frames that a run writes and draws.
 _PER_FRAME = 200
-# Bytes for each point of a roughness: while it is synthesised, and afterwards.
+# Bytes for each point of a roughness while it is synthesised.
 _PER_POINT_MADE = 30
+# Bytes for each point of a roughness afterwards.
 _PER_POINT_KEPT = 11
 # Bytes of Python and its libraries, including the ones for figures: up to 60 MB less in
 # some installations. Bytes beside them that are not checked: reading the limits would
