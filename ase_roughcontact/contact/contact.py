@@ -13,7 +13,8 @@ from ase_roughcontact.interactions import Interaction, scaled_attraction
 _HARD_GAP = 1e-5
 # Smallest pressure of an atom that carries load, relative to the largest pressure.
 _HARD_PRESSURE = 1e-9
-# An atom may overlap if the relative distance of its pressure from the hardness is less.
+# Largest relative distance from the hardness of the pressure on an atom that may
+# overlap.
 _OVERLAP_PRESSURE = 1e-3
 
 

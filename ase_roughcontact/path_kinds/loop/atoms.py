@@ -55,8 +55,8 @@ def adhesion_loop(
     Parameters
     ----------
     atoms : Atoms
-        From `substrate`, with a `RoughContact` calculator without load, the indenter
-        fixed. They are moved.
+        Atoms from `substrate`, with a `RoughContact` calculator without load and a
+        fixed indenter. They are moved.
     deepest : float, optional
         Penetration at which to turn, counted from where the indenter first repels the
         flat substrate (Å). If negative, the indenter stays in the attractive range. By
@@ -76,7 +76,7 @@ def adhesion_loop(
     validity, output
         See `load_path`.
     callback : callable, optional
-        Called with each state after it is written.
+        Function called with each state after it is written.
     **options
         `optimizer`, `fmax`, `accuracy`, `max_steps` and `window`; see `load_path`.
 
@@ -106,7 +106,7 @@ def adhesion_loop(
     lost in a jump does not decrease with the step: halving distinguishes them. Between
     the states the curve is that polynomial, see `interpolated`.
 
-    *Smooth spheres.* With `LennardJones93.adhesive`, the pull-off force is that of
+    *Smooth spheres.* With `LennardJones93.adhesive`, the pull-off force agrees with
     Maugis-Dugdale theory for the same work and range, :math:`\sigma_0 = w/D`: smaller
     by 0 to 1.3 % for Maugis parameters from 0.05 to 2 (:math:`R` from 50 to 1000
     spacings). For the same largest tension, :math:`\sigma_0 = 4kD/27`, Maugis-Dugdale

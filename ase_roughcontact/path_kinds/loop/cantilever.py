@@ -63,7 +63,7 @@ class CantileverBranch:
     force : ndarray, shape (k,)
         Normal force (eV/Å).
     deflection : ndarray, shape (k,)
-        Of the cantilever, positive upward (Å).
+        Deflection of the cantilever, positive upward (Å).
     jumps : tuple of CantileverJump
     """
 
@@ -80,7 +80,7 @@ class CantileverCurve:
     Attributes
     ----------
     stiffness : float
-        k (eV/Å^2).
+        Stiffness k of the cantilever (eV/Å^2).
     approach, retraction : CantileverBranch
     """
 
@@ -131,7 +131,7 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
     ----------
     loop : AdhesionLoop
     stiffness : float
-        k of the cantilever (eV/Å^2); 1 N/m is 0.0624 eV/Å^2.
+        Stiffness k of the cantilever (eV/Å^2); 1 N/m is 0.0624 eV/Å^2.
 
     Returns
     -------
@@ -150,7 +150,7 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
     positive(stiffness=stiffness)
     first, down, _ = interpolated(loop.approach, loop.approach_jumps)
     last, up, _ = interpolated(loop.retraction, loop.retraction_jumps)
-    # beyond the loop the tip is free; a soft cantilever may get there from afar
+    # beyond the loop the tip is free; a soft cantilever may snap in from farther away
     free = max(first[0], last[-1]) + 1.1 * max(0.0, -up.min()) / stiffness
     first, down = np.append(free, first), np.append(0.0, down)
     last, up = np.append(last, free), np.append(up, 0.0)
@@ -197,7 +197,7 @@ def _followed(
 def follow(
     along: FloatArray, columns: FloatArray, ends: np.ndarray
 ) -> tuple[FloatArray, FloatArray, np.ndarray, FloatArray]:
-    """Return the points of a curve that a base reaches, and where it jumps.
+    """Return the points of a curve that a base reaches, and its jumps.
 
     Parameters
     ----------
@@ -205,14 +205,14 @@ def follow(
         Height of the base at equilibria in the order of the states, times the direction
         in which it moves (length).
     columns : ndarray, shape (n, c)
-        What else is known of the equilibria.
+        Further quantities of the equilibria.
     ends : ndarray of int
-        Points in front of which the surface has jumped.
+        Numbers of the first points after jumps of the surface.
 
     Returns
     -------
     along, columns : ndarray, shapes (m,) and (m, c)
-        At the points that are reached; at a jump before and after it.
+        Values at the points that are reached; at a jump before and after it.
     last : ndarray of int, shape (j,)
         Points before the jumps.
     landed : ndarray, shape (j, c)

@@ -33,7 +33,7 @@ def plot_loop(
     ----------
     axes : matplotlib Axes
     loop : AdhesionLoop
-        From `adhesion_loop`.
+        Loop from `adhesion_loop`.
     pull_off_forces : mapping of str to float, optional
         Pull-off forces of theories by label (eV/Å).
 
@@ -69,7 +69,7 @@ def plot_cantilever(axes: Any, curve: CantileverCurve) -> Any:
     ----------
     axes : matplotlib Axes
     curve : CantileverCurve
-        From `cantilever_curve`.
+        Force curve from `cantilever_curve`.
 
     Returns
     -------

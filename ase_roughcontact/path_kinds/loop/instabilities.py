@@ -95,9 +95,9 @@ class AdhesionLoop:
         Parameters
         ----------
         states : sequence of LoadStep
-            Of the whole loop, in order.
+            States of the whole loop, in order.
         smallest_step : float
-            Of the loop (Å); 1/256 of the largest one by default.
+            Smallest step of the loop (Å); 1/256 of the largest one by default.
 
         Returns
         -------
@@ -149,7 +149,7 @@ class AdhesionLoop:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the pull-off force is not, with the numbers; empty if nothing."""
+        """Why the pull-off force is a lower bound, with numbers; empty if it is not."""
         if not self.turns_in_tension:
             return ()
         return (tension_at_turn(self.turn, self.pull_off_force),)
@@ -190,7 +190,7 @@ class AdhesionLoop:
 
     @property
     def dissipation_error(self) -> float:
-        """What the balances of energy lack, and the errors of the jumps (eV)."""
+        """Residuals of the energy balances and errors of the jumps, added (eV)."""
         lacks = (abs(work(a, b) - (b.energy - a.energy)) for a, b in self._steps)
         return sum(lacks) + sum(jump.error for jump in self.jumps)
 
@@ -215,16 +215,16 @@ def balanced(
     That is, whether the work between them was stored, within a tolerance, and the
     antisymmetric part of the polynomial is small: it does no work, so that the balance
     of energy can close by chance where the polynomial is wrong. Where the force is
-    smooth, its relative size is that of the energy to the power 3/4.
+    smooth, its relative size is the relative size of the energy to the power 3/4.
 
     Parameters
     ----------
     before, after : LoadStep
         Neighbouring states.
     tolerance : float
-        Relative to the larger normal force.
+        Tolerance relative to the larger normal force.
     smallest_force : float
-        To which the tolerance is relative where the normal force is smaller (eV/Å).
+        Smallest force to which the tolerance is relative (eV/Å).
 
     Returns
     -------
@@ -289,8 +289,9 @@ def stable_parts(
     Parameters
     ----------
     states : sequence of LoadStep
-        Of an approach or a retraction, in order.
+        States of an approach or a retraction, in order.
     jumps : sequence of Jump
+        Instabilities of the branch.
 
     Returns
     -------
@@ -313,16 +314,16 @@ def interpolated(
     Parameters
     ----------
     states : sequence of LoadStep
-        Of an approach or a retraction, in order.
+        States of an approach or a retraction, in order.
     jumps : sequence of Jump
-        Its instabilities, across which nothing is interpolated.
+        Instabilities of the branch; the forces are not interpolated across them.
 
     Returns
     -------
     heights, forces, slopes : ndarray, shape (k,)
-        On cubic polynomials with the forces and contact stiffnesses of the states, with
-        differences in place of stiffnesses that are not finite (Å, eV/Å, eV/Å^2).
-        Without jumps every `POINTS`-th belongs to a state.
+        Values on cubic polynomials with the forces and contact stiffnesses of the
+        states, with differences in place of stiffnesses that are not finite (Å, eV/Å,
+        eV/Å^2). Without jumps every `POINTS`-th belongs to a state.
     """
     parts = [_interpolated(part) for part in stable_parts(states, jumps)]
     heights, forces, slopes = np.concatenate(parts, axis=1)
@@ -340,7 +341,7 @@ def least_force(before: LoadStep, after: LoadStep) -> tuple[float, float]:
     Returns
     -------
     height, force : float
-        Where both tangents intersect if the force has a minimum between them, which may
+        Intersection of both tangents if the force has a minimum between them, which may
         be a kink (Å, eV/Å); else the minimum of a cubic polynomial.
     """
     height, force, slope = _columns([before, after])

@@ -198,9 +198,9 @@ def relax_loop(scene: Scene, validity: str = "warn") -> AdhesionLoop:
     Parameters
     ----------
     scene : Scene
-        With a path of kind "loop".
+        Scene with a path of kind "loop".
     validity : {"warn", "raise", "ignore"}
-        What to do if a step exceeds a limit of the model; see `load_path`.
+        Reaction to a step that exceeds a limit of the model; see `load_path`.
 
     Returns
     -------

@@ -32,7 +32,7 @@ _GIVEN_UP = 100.0
 
 @dataclass(frozen=True)
 class LoopSpecification:
-    """What is given for a loop; the rest follows from the contact.
+    """Given numbers of a loop; the others follow from the contact.
 
     Attributes
     ----------
@@ -153,7 +153,7 @@ def default_step(wall: Interaction, depth: float) -> float:
     Returns
     -------
     float
-        Length.
+        Largest step (length).
     """
     return (wall.reach + depth) / _STEPS_DOWN
 
@@ -169,12 +169,12 @@ def expected_turn(problem: Problem, radius: float | None = None) -> float:
     ----------
     problem : Problem
     radius : float, optional
-        Radius of the indenter; by default that which it knows (length).
+        Radius of the indenter; by default the radius that the problem knows (length).
 
     Returns
     -------
     float
-        Positive (length).
+        Penetration, positive (length).
 
     Raises
     ------

@@ -2,11 +2,11 @@
 
 The indenter is moved in small steps and held; each state is relaxed from the last one,
 so that the surface stays in its minimum of energy until that minimum disappears. As
-long as it does, the work done on the indenter is stored, ``dE = -N dZ``. A step whose
-energy balance does not close is undone and repeated at half its size. The largest
-tension is bracketed. The loop turns at a given penetration, or else where the force is
-compressive by at least the largest tension so far: a rough indenter adheres by more
-asperities the deeper it was.
+long as it does, the work done on the indenter is stored, ``dE = -N dZ``. If the energy
+balance of a step does not close, it is undone and repeated at half its size. The
+largest tension is bracketed. The loop turns at a given penetration, or else where the
+force is compressive by at least the largest tension so far: a rough indenter adheres by
+more asperities the deeper it was.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 # Normal force below which the error of the balance does not decrease further, in units
-# of E* a0^2: about that on one atom in contact.
+# of E* a0^2: about the force on one atom in contact.
 _SMALLEST_FORCE = 0.05
 # Part of the smallest step by which the deepest height may be missed.
 _ROUNDING = 1e-3
-# Smallest step of which parts change the heights, relative to them.
+# Smallest step that still changes the heights when divided, relative to the heights.
 _RESOLVED = 1e-12
 # Smallest step at a kink of the force, where no energy is lost, relative to others.
 _AT_KINK = 1 / 16
@@ -37,7 +37,7 @@ _AT_KINK = 1 / 16
 
 @dataclass(frozen=True)
 class _Position:
-    """Where a loop is.
+    """Position of a state in a loop.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class _Position:
     least : float
         Least force of the branch so far, at most zero.
     retracts : bool
-        Whether it has turned.
+        Whether the loop has turned.
     """
 
     size: float
@@ -71,12 +71,12 @@ class _Reached(NamedTuple):
 
 @dataclass
 class LoopSteps(PathSteps):
-    """Heights of a loop whose steps are halved until their energy balance closes.
+    """Heights of a loop, in steps halved until their energy balance closes.
 
     Parameters
     ----------
     stepper : Stepper
-        Its targets are heights.
+        Stepper with heights as targets.
     loop : ContactLoop
         `AdhesionLoop.of` all steps is the loop.
     """
@@ -100,11 +100,11 @@ class LoopSteps(PathSteps):
 
     @property
     def specification(self) -> dict[str, Any]:
-        """What the loop prescribes for all its steps; see `PathSteps`."""
+        """Quantities that the loop prescribes for all its steps; see `PathSteps`."""
         return {"loop": self.loop.todict()}
 
     def differences(self, done: Restart) -> list[str]:
-        """Return in what the finished steps differ; see `PathSteps`."""
+        """Return the differences of the finished steps; see `PathSteps`."""
         return differences(done.path["loop"], self.loop.todict())
 
     def steps(

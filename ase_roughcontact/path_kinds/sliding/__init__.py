@@ -1,7 +1,7 @@
 """Sliding with friction.
 
-``coupling`` solves for normal and lateral motion in turn, and ``lateral_state`` is what
-is known of the tractions of a step.
+``coupling`` solves for normal and lateral motion in turn, and ``lateral_state`` has the
+tractions of a step.
 """
 
 SHOWN = {

@@ -46,11 +46,12 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
     Parameters
     ----------
     atoms : Atoms
-        From `substrate`, with a `RoughContact` calculator, relaxed or after a sliding
-        path in which no atom slips. They get the constraint that is returned.
+        Atoms from `substrate`, with a `RoughContact` calculator, relaxed or after a
+        sliding path in which no atom slips. They get the constraint that is returned.
     friction : FrictionLaw
-        The atoms on which it acts at the present pressure stick. Best `Tresca`: with
-        `Coulomb`, atoms at the edge, of almost no pressure, slip after a short way.
+        Law of friction. The atoms on which it acts at the present pressure stick. Best
+        `Tresca`: with `Coulomb`, atoms at the edge, of almost no pressure, slip after a
+        short way.
 
     Returns
     -------
@@ -83,7 +84,7 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
     are part of the results. Minus the sum of the forces on the atoms that stick is the
     ``lateral_force`` of the indenter, which `FixAtoms` or ``FixCartesian`` hold or a
     `Hookean` pulls: under the constraint it has the forces on these atoms. Bounds of
-    friction are those of the present pressure. `release` ends it.
+    friction follow from the present pressure. `release` ends it.
 
     Examples
     --------
@@ -151,13 +152,13 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
 
 
 def release(atoms: Atoms) -> None:
-    """End that atoms `stick`; they keep their friction, from which a path continues.
+    """Release atoms that `stick`; they keep their friction, and a path can continue.
 
     Parameters
     ----------
     atoms : Atoms
-        Changed in place: the indenter goes back above the middle of the lattice, which
-        stands for its displacement.
+        Atoms, changed in place: the indenter goes back above the middle of the lattice,
+        which represents its displacement.
     """
     instance_of(Atoms, atoms=atoms)
     if LATTICE not in info_of(atoms):
@@ -200,12 +201,12 @@ def sliding_path(
     Parameters
     ----------
     atoms : Atoms
-        From `substrate`, with a `RoughContact` calculator whose solid has lateral
+        Atoms from `substrate`, with a `RoughContact` calculator of a solid with lateral
         components: ``Isotropic(contact_modulus, poisson=...)``.
     friction : FrictionLaw
-        `Coulomb`, `Tresca`, or a class of your own.
+        Law of friction: `Coulomb`, `Tresca`, or a class of your own.
     penetrations, heights, loads : array_like, shape (steps,), or float
-        Exactly one of them; see `load_path`. One number is that of all steps.
+        Exactly one of them; see `load_path`. One number is the target of all steps.
     displacements, forces, bases : array_like, shape (steps,) or (steps, 2)
         Exactly one of them, along x or along x and y: lateral displacements of the
         indenter (Å), lateral forces on it (eV/Å), or displacements of the base of a
@@ -222,7 +223,8 @@ def sliding_path(
     Yields
     ------
     SlidingStep
-        Also one that has not converged, as a contact that slides under a force does.
+        Result of a step, also if it has not converged, as a contact that slides under a
+        force.
 
     Raises
     ------

@@ -1,10 +1,11 @@
 r"""Coupling of the normal and the lateral motion of a contact with friction.
 
 Tractions t lift the surface by :math:`\sum_a C_a * t_a`, and the pressure displaces it
-sideways by :math:`C_a * p` (see `CrossResponse`): the pressure is that under heights
-lowered by the first, and atoms that stick resist changes of the second since the last
-step. The normal and the lateral problem are solved in turn until the depth by the
-tractions no longer changes. The next depth is extrapolated from the last ones.
+sideways by :math:`C_a * p` (see `CrossResponse`): p is solved with heights
+:math:`h - \sum_a C_a * t_a`, and atoms that stick resist changes of :math:`C_a * p`
+since the last step. The normal and the lateral problem are solved in turn until the
+depth by the tractions no longer changes. The next depth is extrapolated from the last
+ones.
 
 References
 ----------
@@ -29,13 +30,13 @@ from ase_roughcontact.stepping.relaxed import RelaxedStep
 #: Largest number of alternations of a step.
 MOST_ALTERNATIONS = 50
 # Change of the depth by the tractions, relative to the largest displacement, at which
-# normal and lateral problem agree: this part of the accuracy, or less.
+# normal and lateral problem agree, in units of the accuracy. Its largest value.
 _AGREED, _LARGEST = 0.1, 1e-5
 #: Residual of the first lateral problem, and of the others relative to the change.
 FIRST_RESIDUAL = 0.1
-# Number of earlier depths that are mixed, and relative error of their weights.
+# Number of earlier depths that are mixed. Relative error of their weights.
 _MIXED, _RANK = 5, 1e-3
-# Number of boxes of which responses are kept.
+# Number of boxes with responses that are kept.
 _KEPT = 3
 
 
@@ -49,7 +50,7 @@ DISAGREEMENT = StatusKind(
 
 
 class Coupling:
-    """Displacements of the surface across the direction of what acts on it.
+    """Displacements of the surface across the direction of the tractions.
 
     Parameters
     ----------
@@ -113,7 +114,7 @@ def mixed(depths: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     Parameters
     ----------
     depths : sequence of (ndarray, ndarray), each of shape (n, m)
-        Depths at which the normal problem was solved, and those by the tractions that
+        Depths at which the normal problem was solved, and depths by the tractions that
         followed, in order.
 
     Returns

@@ -27,8 +27,8 @@ from ase_roughcontact.plot.surfaces import (
 _NN, _NM, _GPA = UNITS["nN"], UNITS["nm"], UNITS["GPa"]
 # Margin of maps beside contacts.
 _MARGIN = 1.1
-# Lateral force across the path, relative to that along it, above which it is drawn; and
-# lateral force, relative to its bound, above which the bound is drawn.
+# Force across the path, relative to the force along it, above which it is drawn.
+# Lateral force, relative to its bound, above which the bound is drawn.
 _DRAWN, _NEAR = 0.01, 0.5
 
 
@@ -53,7 +53,7 @@ def plot_friction_loop(
         Whether dashed lines are drawn at the forces at which all atoms slip, if the
         lateral force exceeds half of them.
     color, label : str
-        Of the force along the path.
+        Colour and label of the force along the path.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def plot_tractions(axes: Any, frame: Atoms, largest: float | None = None) -> lis
     ----------
     axes : matplotlib Axes
     frame : Atoms
-        Of the trajectory of a sliding path; see `ContactMap.lateral`.
+        Frame of the trajectory of a sliding path; see `ContactMap.lateral`.
     largest : float, optional
         Traction at the end of the colour scales (GPa).
 
@@ -177,7 +177,7 @@ def draw_tractions(
     frames : sequence of Atoms
         See `plot_tractions`.
     titles : sequence of str
-        Of the maps.
+        Titles of the maps.
     scanned : str
         See `show_as_scanned`.
     """

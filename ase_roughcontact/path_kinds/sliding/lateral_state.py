@@ -27,9 +27,9 @@ class LateralState:
     ----------
     box : Box
     halfspace : LateralHalfSpace
-        On the box.
+        Lateral half space on the box.
     bounds : ndarray, shape (n, m)
-        Of the tractions (eV/Å^3).
+        Bounds of the tractions (eV/Å^3).
     displacement, moved, base : ndarray, shape (2,)
         Displacement of the indenter along x and y, since it came down, and of the base
         of its spring, NaN without one (Å).
@@ -41,7 +41,7 @@ class LateralState:
     by_pressure : ndarray, shape (2, n, m), or float
         Lateral displacement by the pressure, zero if it is neglected (Å).
     alternations : int
-        How often the normal and the lateral problem were solved in turn; 0 if their
+        Number of alternations of the normal and the lateral problem; 0 if their
         coupling is neglected.
     new_contact : float
         Part of the atoms with friction that had no tractions before the step: under
@@ -63,7 +63,7 @@ class LateralState:
 
     @property
     def force(self) -> np.ndarray:
-        """What acts on the indenter along x and y to hold it (eV/Å)."""
+        """Force along x and y that holds the indenter (eV/Å)."""
         return self.cell_area * self.solution.tractions.sum(axis=(1, 2))
 
     @property

@@ -37,7 +37,7 @@ from ase_roughcontact.scene.path_kind import MOST_STEPS, PathKind, stiffness_of
 from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.stepping.step import Stepper
 
-# Number of maps in a figure, and part of the friction below which a force is rounding.
+# Number of maps in a figure. Part of the friction below which a force is rounding.
 _MAPS, _ROUNDING = 4, 1e-6
 
 
@@ -94,7 +94,7 @@ class Sliding(PathKind):
 
     @property
     def lateral_control(self) -> str:
-        """What is prescribed laterally, one of `LATERAL_CONTROLS`.
+        """Quantity that is prescribed laterally, one of `LATERAL_CONTROLS`.
 
         Raises
         ------
@@ -111,7 +111,7 @@ class Sliding(PathKind):
         return given[0]
 
     def turns(self, bodies: Bodies) -> tuple[str, FloatArray]:
-        """Return what is prescribed laterally, and the targets (Å or eV/Å).
+        """Return the lateral quantity that is prescribed, and its targets (Å or eV/Å).
 
         Raises
         ------

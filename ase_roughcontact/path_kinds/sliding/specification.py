@@ -11,14 +11,14 @@ from ase_roughcontact._util.validation import finite_array, one_of, positive
 from ase_roughcontact.contact.control import Control
 from ase_roughcontact.interactions.friction import COUPLINGS, FrictionLaw, check_law
 
-#: What a sliding path prescribes laterally: displacement of the indenter, force on it,
-#: or displacement of the base of a spring that moves it.
+#: Lateral targets of a sliding path: displacement of the indenter, force on it, or
+#: displacement of the base of a spring that moves it.
 LATERAL_CONTROLS = ("displacements", "forces", "bases")
 
 
 @dataclass(frozen=True, eq=False)
 class SlidingSpecification:
-    """What is given for a sliding path.
+    """Given targets, friction and options of a sliding path.
 
     Attributes
     ----------
@@ -28,8 +28,8 @@ class SlidingSpecification:
     lateral : ndarray, shape (steps, 2)
         Lateral targets along x and y; one column is along x alone.
     control : {"displacements", "forces", "bases"}
-        Whether they are displacements of the indenter (length), forces on it (force),
-        or displacements of the base of a spring (length).
+        Quantity of the lateral targets: displacements of the indenter (length), forces
+        on it (force), or displacements of the base of a spring (length).
     spring : float or None
         Stiffness of the spring, for bases (force/length).
     coupling : {"neglected", "solved"}
@@ -80,7 +80,7 @@ class SlidingSpecification:
         Parameters
         ----------
         control : Control
-            Quantity that they prescribe.
+            Quantity that the normal targets prescribe.
 
         Raises
         ------

@@ -4,7 +4,7 @@ Each step relaxes the contact along its normal, and then finds the lateral tract
 its pressure, see `solvers.friction`. That the tractions do not change the pressure, nor
 the pressure the lateral displacement, is exact for a Poisson's ratio of 1/2, and else
 Goodman's approximation; or both are repeated until they agree, see `coupling`. The
-indenter's heights are those before it slides: lateral displacements must be small
+indenter keeps the heights it had before it slides: lateral displacements must be small
 compared to the roughness.
 
 References
@@ -46,7 +46,7 @@ from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.retraction import relax_in_contact
 from ase_roughcontact.stepping.step import Stepper
 
-# Number of boxes of which half spaces are kept.
+# Number of boxes with half spaces that are kept.
 _KEPT_HALFSPACES = 3
 # Relative difference of lateral targets that counts as rounding.
 _ROUNDING = 1e-12
@@ -75,16 +75,15 @@ class _Move(NamedTuple):
 class SlidingSteps(NumberedSteps):
     """Steps of a contact with friction, each from the last one.
 
-    At first the contact has no tractions, unless the stepper's state has: a first
-    displacement is where the indenter comes down. A contact that can't carry a force is
-    not converged: how far it slides is not known, and counted neither as displacement
-    nor as energy.
+    At first the contact has no tractions, unless the stepper's state has: the first
+    displacement is the origin. A contact that can't carry a force is not converged: how
+    far it slides is not known, and counted neither as displacement nor as energy.
 
     Parameters
     ----------
     stepper : Stepper
     given : SlidingSpecification
-        Its normal targets are of the control of the stepper.
+        The path, with normal targets of the stepper's control.
 
     Raises
     ------
@@ -121,13 +120,13 @@ class SlidingSteps(NumberedSteps):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Friction, spring and coupling, which a state depends on."""
+        """Friction, spring and coupling, on which a state depends."""
         given = self.given
         law = {"friction": given.friction.todict(), "spring": given.spring or 0.0}
         return law | ({"coupling": given.coupling} if given.coupled else {})
 
     def target(self, number: int) -> dict[str, Any]:
-        """Return what a step prescribes."""
+        """Return the quantities that a step prescribes."""
         lateral = {self.given.control: self.given.lateral[number].tolist()}
         return super().target(number) | {"lateral": lateral}
 
@@ -206,7 +205,7 @@ class SlidingSteps(NumberedSteps):
         return _Move(target, at, origin, dissipated)
 
     def _on_window(self, lateral: LateralState, state: State) -> dict[str, np.ndarray]:
-        """Return what the surface keeps of a step."""
+        """Return the history that the surface keeps of a step."""
         window, box, found = state.window, lateral.box, lateral.solution
         tractions, shifts = _carried(found.tractions, box, window), found.displacement
         if box != window:
@@ -226,7 +225,7 @@ class SlidingSteps(NumberedSteps):
     ) -> LateralState:
         """Return the tractions at a target; the last ones are at another pressure.
 
-        The tolerance is at least that of `FrictionOptions`.
+        The tolerance is at least the one of `FrictionOptions`.
         """
         bounds, box, start = self._on_box(relaxed, before)
         halfspace = self._halfspace(box.shape)

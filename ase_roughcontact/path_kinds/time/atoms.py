@@ -38,8 +38,8 @@ def time_path(
     Parameters
     ----------
     atoms : Atoms
-        From `substrate`, with a `RoughContact` calculator of a `Viscoelastic` solid.
-        They are moved, and those of a free half space lose their padding.
+        Atoms from `substrate`, with a `RoughContact` calculator of a `Viscoelastic`
+        solid. They are moved, and in a free half space they lose their padding.
     penetrations, heights, loads, bases : Schedule
         Exactly one of: distances that the indenter has moved down since it first repels
         the flat substrate (Å), heights of the indenter (Å), loads on it (eV/Å), or
@@ -52,8 +52,8 @@ def time_path(
         Largest error of a time step, relative to the largest force of the path so far,
         and of its energy balance, relative to the largest work or dissipated energy.
         The steps follow from it, and the solver leaves a tenth of it; errors of steps
-        that add up count as one. At the start of the path these scales are those of one
-        step to the largest target.
+        that add up count as one. At the start of the path these scales are taken from
+        one step to the largest target.
     validity, output
         See `load_path`. Results are of the class `TimeStep`, with the time, and the
         energies that are stored, dissipated and lost.
@@ -64,7 +64,7 @@ def time_path(
     ------
     TimeStep
         The first state, of a surface that was at rest unless the atoms have a history,
-        and those at the end of each time step.
+        and the states at the end of each time step.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def time_path(
     The pressure is taken as linear in time during a step, which is then solved exactly,
     see `Creep.over`. An instability of the quasi-static contact is a fast motion here,
     which the steps resolve; one that remains at the instantaneous modulus is a jump at
-    a time, whose energy is the column ``lost_energy``.
+    a time, with the energy in the column ``lost_energy``.
 
     The z of the atoms is the displacement by the pressure of the moment, from which
     forces follow. In frames it is the surface, lower by the depth that the past adds,

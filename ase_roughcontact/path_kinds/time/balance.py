@@ -29,7 +29,8 @@ def energy_balance(
     missing : float
         Work that is neither stored nor dissipated (energy).
     uncertainty : float
-        Of the work, if the contact jumps at an unknown moment of the step (energy).
+        Uncertainty of the work, if the contact jumps at an unknown moment of the step
+        (energy).
     """
     (last_target, last), (target, step) = before, after
     first, second = _conjugate(stepper, *before), _conjugate(stepper, *after)

@@ -58,8 +58,8 @@ def plot_over_time(
     steps : sequence of TimeStep
     column : {"normal_force", "contact_area", "continuum_area"}
     ways : sequence of str, optional
-        What the path does at each step, "approach", "dwell", "retraction" or
-        "oscillation", by which lines are coloured and named.
+        Name of the branch at each step, "approach", "dwell", "retraction" or
+        "oscillation"; it sets color and label of lines.
 
     Returns
     -------

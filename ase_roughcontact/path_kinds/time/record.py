@@ -28,7 +28,7 @@ def _of_creep(step: RelaxedStep, density: Callable[[State, Creep], float]) -> fl
 class TimeStep(LoadStep):
     """Result of one time step; its attributes are the output columns.
 
-    Errors are those of the contact; those of the time steps come in addition.
+    Errors are errors of the contact; the errors of the time steps come in addition.
     """
 
     time: float = column(

@@ -61,7 +61,7 @@ _ROUNDING = 1e-12
 class Timed(PathKind):
     """``[path]`` of kind "time": targets and times (s), or rates (nm/s, nN/s).
 
-    A rate is that of all changes of the target, or there is one for each of them.
+    One rate applies to all changes of the target, or there is one for each of them.
     """
 
     kind = "time"
@@ -320,7 +320,7 @@ class Timed(PathKind):
     def _turn(self, bodies: Bodies, states: Sequence[LoadStep]) -> LoadStep | None:
         """Return the last state before the retraction with the largest tension.
 
-        None if the largest tension is not that of a retraction.
+        None if the largest tension does not belong to a retraction.
         """
         branches = self.branch_names(bodies, states)
         forces = [state.normal_force for state in states]

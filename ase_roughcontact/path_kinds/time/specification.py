@@ -11,7 +11,7 @@ from ase_roughcontact.paths.schedule import Schedule
 
 @dataclass(frozen=True)
 class TimeSpecification:
-    """What is given for a path in time.
+    """Schedule and tolerance of a path in time.
 
     Attributes
     ----------

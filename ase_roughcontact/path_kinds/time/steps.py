@@ -19,13 +19,13 @@ bend and the surface remembers,
 As :math:`\epsilon` vanishes in steps that are much longer than the times of the series,
 the `time_balance` of the energies has an error, too: it finds contacts that jump within
 such a step. It is relative to the largest work or dissipated energy of the path. At the
-start of a path the largest pressures and energies are those of one step from rest to
+start of a path the largest pressures and energies are taken from one step from rest to
 the largest target, which is relaxed for this estimate.
 
 A step of a larger error is repeated at half the duration, and so is one in which the
-pressures change much. Durations are those of a part of the schedule divided by powers
-of two, so that half spaces of few compliances are needed. The solver leaves a tenth of
-the tolerance.
+pressures change much. Durations are the duration of a part of the schedule divided by
+powers of two, so that half spaces of few compliances are needed. The solver leaves a
+tenth of the tolerance.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ _SOLVER_PART = 0.1
 _INSTANTANEOUS = 1.1
 # Part of the errors of successive steps that add up.
 _ADDED = 0.25
-# A contact is lost if it lacks more than this part of a tension.
+# A contact is lost if more than this part of a tension is not carried.
 _LOST_PART = 0.1
 # A step is followed by one of twice its duration if its error is below this part of the
 # tolerance: it grows eightfold.
@@ -75,7 +75,7 @@ _GROWTH = 0.1
 
 @dataclass(frozen=True)
 class _Position:
-    """Where the last time step of a path has ended.
+    """Position of the end of a time step in its path.
 
     Attributes
     ----------
@@ -126,9 +126,9 @@ class _Reached(NamedTuple):
 
 @dataclass
 class TimeSteps(PathSteps):
-    """Time steps whose durations follow from an estimate of their errors.
+    """Time steps with durations that follow from an estimate of their errors.
 
-    The first state, and those at the end of each time step.
+    These are the first state, and the states at the end of each time step.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ class TimeSteps(PathSteps):
         }
 
     def differences(self, done: Restart) -> list[str]:
-        """Return in what the finished steps differ; see `PathSteps`."""
+        """Return the differences of the finished steps; see `PathSteps`."""
         assert done.last is not None
         count = done.last.position["part"] + 1
         # the path may have been extended at its end
@@ -379,8 +379,8 @@ class TimeSteps(PathSteps):
     def _first_position(self, start: State) -> _Position:
         """Return the first position, with an estimate of pressures and energies.
 
-        They are those of one step that takes the surface from rest to the largest
-        target, in the time in which the path gets there.
+        They are taken from one step from rest to the largest target, in the time in
+        which the path gets there.
         """
         target, time = self.given.schedule.largest(self.stepper.control.deeper)
         position = _Position()
