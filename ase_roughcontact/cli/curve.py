@@ -88,7 +88,7 @@ def curve(options: argparse.Namespace) -> int:
 
 
 def _length(name: str, text: str) -> float:
-    """Return a length (Å), infinite if none is given."""
+    """Return a length (Å), infinite if it is not given."""
     return quantity(name, text, LENGTHS, "500 nm") if text else math.inf
 
 

@@ -142,7 +142,7 @@ def _relax(
 def _write_results(
     options: argparse.Namespace, reference: Reference, steps: list[LoadStep]
 ) -> str:
-    """Draw figures, print where they are, and return which of them failed."""
+    """Draw figures, print a summary and the files; return the error of figures."""
     pictures, failure = _drawn(reference, steps, options.out)
     if prints_text(options):
         show(*report.summary(reference, steps))
@@ -160,7 +160,7 @@ def _drawn(
     folder: Path,
     shown: list[LoadStep] | None = None,
 ) -> tuple[list[str], str]:
-    """Draw figures, write the trajectory for viewing; return names, and what failed."""
+    """Draw figures, write the trajectory for viewing; return names and the error."""
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     scene, failure = reference.scene, ""
@@ -242,7 +242,7 @@ def _of_results(options: argparse.Namespace) -> tuple[Path, Scene, list[LoadStep
 def _at_times(
     folder: Path, scene: Scene, steps: list[Any], text: str | None
 ) -> list[Any] | None:
-    """Return the steps with a frame closest to times as given; None if none are."""
+    """Return the steps with a frame closest to the given times; None without times."""
     if text is None:
         return None
     schedule = scene.path.schedule(scene.bodies)

@@ -74,7 +74,9 @@ def recalibration(
     file : path
         Name of the file, for messages.
     table : CurveTable
+        Contents of the file.
     given : Calibration
+        Calibration given by the user.
 
     Raises
     ------

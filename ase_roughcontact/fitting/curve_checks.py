@@ -1,4 +1,4 @@
-"""Checks of a measured force curve: what makes a fit of it doubtful."""
+"""Checks of a measured force curve before a fit."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _FEWEST = 10
 
 
 def curve_checks(curve: ForceCurve) -> list[str]:
-    """Return what is wrong or unusual in a curve, and what to do.
+    """Return warnings about a curve, with advice.
 
     Parameters
     ----------

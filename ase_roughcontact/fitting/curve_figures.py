@@ -34,6 +34,7 @@ def draw_curve(curve: ForceCurve, file: Path) -> None:
     ----------
     curve : ForceCurve
     file : path
+        Picture to write.
     """
     with written(file, 4.4) as figure:
         panels = figure.subplots(2, 1)
@@ -60,6 +61,7 @@ def draw_indentation(fit: IndentationFit, file: Path) -> None:
     ----------
     fit : IndentationFit
     file : path
+        Picture to write.
     """
     indentation = fit.indentation / _NM
     with written(file, 5.5) as figure:
@@ -98,6 +100,7 @@ def draw_relaxation(fit: RelaxationFit, file: Path) -> None:
     ----------
     fit : RelaxationFit
     file : path
+        Picture to write.
     """
     with written(file, 3.8) as figure:
         panels = figure.subplots(2, 1, height_ratios=(3, 1.3), sharex=True)

@@ -78,9 +78,13 @@ class _Measurement:
     Attributes
     ----------
     parts : list of _Part
+        Quantities of each segment, in the order of the measurement.
     stiffness : float or None
+        Spring constant of the cantilever (eV/Å^2), if it is known.
     remarks : tuple of str
+        Remarks on what was left out or changed.
     table : CurveTable
+        Contents of the file.
     """
 
     parts: list[_Part]
@@ -436,7 +440,7 @@ def _no_branch(file: PathName, branch: str) -> str:
 
 
 def _check_slope(file: PathName, table: CurveTable, parts: Sequence[_Part]) -> None:
-    """Raise `ValueError` if forces over deflections are not what the header says."""
+    """Raise `ValueError` if forces over deflections differ from the header's value."""
     for part in parts:
         bend, force = part.found.get("deflection"), part.found.get("force")
         if bend is None or force is None or not np.ptp(bend) > 0.0:

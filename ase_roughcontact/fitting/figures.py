@@ -27,9 +27,11 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
     Parameters
     ----------
     fit : Fit
+        Fit of a scene, with the measured curve.
     smooth : SmoothFit, optional
         Fit of a smooth sphere.
     file : path
+        Picture to write.
     """
     curves: list[tuple] = [("fit", fit, BLUE, 2.0, "-")]
     if smooth is not None:

@@ -117,7 +117,7 @@ def fit_curve(
 
 
 def _wrong_sign(scene: Scene, curve: ForceCurve, free: Sequence[str]) -> str:
-    """Return which columns have the wrong sign by a trial of each; empty if none."""
+    """Return which columns have the wrong sign, by a trial of each; may be empty."""
     misfits = {}
     for name, of_base, of_force in _SIGNS:
         base, force = of_base * curve.base, of_force * curve.force

@@ -48,6 +48,7 @@ class IndentationFit(Printed):
     Attributes
     ----------
     indenter : Indenter
+        Fitted indenter, with lengths in Å.
     thickness : float
         Thickness of the layer (Å); infinite for a half space.
     contact_modulus, contact_modulus_error : float
@@ -67,6 +68,7 @@ class IndentationFit(Printed):
     noise : float
         Standard deviation of the residuals of the compared points (eV/Å).
     converged : bool
+        Whether the least-squares solution has converged.
     warnings : tuple of str
         Reasons to doubt the fit.
     """

@@ -139,11 +139,13 @@ class Trial:
     Attributes
     ----------
     unknowns : ndarray, shape (p,)
+        Values of the unknowns of the model.
     residuals : ndarray, shape (n,)
         Residuals of the k points and of the jumps, relative to the noise.
     jacobian : ndarray, shape (n, p)
         Derivatives of the residuals to the unknowns.
     compared : ndarray of bool, shape (n,)
+        Residuals that count in the sum of squares.
     fitted : ndarray, shape (k,)
         Values of the curve at the measured points.
     """
@@ -210,13 +212,14 @@ def solve(
     Parameters
     ----------
     model : Residuals or TimeModel
-        With `names` and `units` of p parameters, their `values(x)` for the unknowns x,
-        which `start` at and have `bounds`; the points that were `measured`, the names
-        and units of these, the `abscissa` and the `ordinate`, their `noise`, and the
-        `error` of a `trial(x)`; the `changes(trial)` of residuals by what is not known
-        exactly, in m columns that are added without their signs; and the `reasons` for
-        residuals far above noise.
+        Model with `names` and `units` of p parameters, and their `values(x)` for the
+        unknowns x; first values `start` and `bounds` of x; the points that were
+        `measured`, the names and units `abscissa` and `ordinate` of their coordinates,
+        their `noise`, and the `error` of a `trial(x)`; the `changes(trial)` of
+        residuals by uncertain assumptions, in m columns that are added without their
+        signs; and the `reasons` for residuals far above noise.
     callback : callable or None
+        See `Callback`.
 
     Returns
     -------

@@ -54,7 +54,9 @@ def value_of(scene: Scene, name: str) -> float:
     Parameters
     ----------
     scene : Scene
+        Scene with the parameter.
     name : str
+        Name of the parameter.
 
     Returns
     -------
@@ -87,6 +89,7 @@ def changed(scene: Scene, values: Mapping[str, ArrayLike]) -> Scene:
     Parameters
     ----------
     scene : Scene
+        Scene with the old values.
     values : mapping of str to array_like
         Values by name: one number for a parameter of `FREE`, all numbers of a series of
         `SERIES`, in the units given there.
@@ -111,6 +114,7 @@ class ForceDerivatives:
     Parameters
     ----------
     scene : Scene
+        Scene of the relaxed states.
     free : sequence of str
         Parameters among `FREE`.
     with_range : bool

@@ -48,6 +48,7 @@ class RelaxationFit(Printed):
     Attributes
     ----------
     indenter : Indenter
+        Fitted indenter, with lengths in Å.
     contact_modulus, contact_modulus_error : float
         E* of the relaxed solid, E_inf, and its standard error (eV/Å^3).
     instantaneous_modulus : float
@@ -65,7 +66,9 @@ class RelaxationFit(Printed):
     noise : float
         Standard deviation of the residuals (eV/Å).
     converged : bool
+        Whether the least-squares solution has converged.
     warnings : tuple of str
+        Reasons to doubt the fit.
     """
 
     indenter: Indenter

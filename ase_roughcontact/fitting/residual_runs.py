@@ -22,6 +22,7 @@ def points_per_value(residual: FloatArray) -> float:
     Parameters
     ----------
     residual : ndarray, shape (k,)
+        Residuals in the order of the points, in any unit.
 
     Returns
     -------

@@ -78,6 +78,7 @@ class Residuals:
     scene : Scene
         Scene with first values of the free parameters, and the fixed ones.
     curve : ForceCurve
+        Measured force curve.
     free : sequence of str
         Parameters among `FREE` and `BASELINE`.
     """

@@ -59,6 +59,7 @@ def smooth_fit(
     scene : Scene
         Scene with radius, modulus and range of the attraction.
     curve : ForceCurve
+        Measured force curve.
     baseline : sequence of str
         Parameters of the measured forces that are fitted, too, see `ForceCurve`.
 

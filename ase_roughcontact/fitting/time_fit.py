@@ -105,7 +105,9 @@ class TimeModel:
     Parameters
     ----------
     scene : Scene
+        Scene with the path in time of the measurement.
     time, measured : ndarray, shape (k,)
+        Times (s), and forces (eV/Å) or penetrations (Å).
     free : sequence of str
         See `fit_in_time`.
 

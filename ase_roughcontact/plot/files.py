@@ -43,9 +43,11 @@ def draw_file(file: Path, draw: Callable[..., Any], *values: Any) -> None:
     Parameters
     ----------
     file : path
+        Picture to write; its ending is the format.
     draw : callable
         Function that is called with axes and the values.
     *values
+        Further arguments of the function.
     """
     with written(file, 2.8) as figure:
         draw(figure.subplots(), *values)

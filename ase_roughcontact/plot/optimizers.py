@@ -23,6 +23,7 @@ def plot_optimizers(axes: Any, comparison: OptimizerComparison) -> Any:
     ----------
     axes : matplotlib Axes
     comparison : OptimizerComparison
+        Errors and costs of the optimizers.
 
     Returns
     -------

@@ -154,6 +154,7 @@ def plot_pressure(
     ----------
     axes : matplotlib Axes
     contact_map : ContactMap
+        Map of the pressure.
     hertz_radius : float, optional
         Contact radius a of a smooth sphere under the same force (Å).
 

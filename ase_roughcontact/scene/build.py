@@ -64,8 +64,8 @@ def build(scene: SceneFile) -> Bodies:
     Raises
     ------
     ValueError
-        With section and key of all values that are out of range or inconsistent with
-        others, as far as they do not depend on each other.
+        If values are out of range or inconsistent with others, with section and key of
+        all of them, as far as they do not depend on each other.
     """
     bodies = _bodies(scene)
     spacing = fitting_spacing(scene, bodies)

@@ -24,9 +24,9 @@ from ase_roughcontact.optimize.settings import on_modes
 from ase_roughcontact.scene.section import KindSection, Section
 from ase_roughcontact.windows.regrid import GridChange
 
-# Element of the atoms if none is named.
+# Default element of the atoms.
 SYMBOL = "Cu"
-# Radius of the sphere if none is given, in units of the spacing.
+# Default radius of the sphere, in units of the spacing.
 DEFAULT_RADIUS = 1000.0
 
 

@@ -29,6 +29,7 @@ def read_text(file: str | Path) -> str:
     Parameters
     ----------
     file : path
+        Scene file, in UTF-8.
 
     Returns
     -------
@@ -170,8 +171,8 @@ class SceneFile:
         Raises
         ------
         ValueError
-            With file, section and key of each wrong value, as far as these do not
-            depend on each other.
+            If a value is wrong, with file, section and key of each, as far as these do
+            not depend on each other.
         MemoryError
             If the roughness needs more memory than is free.
         """
@@ -183,7 +184,7 @@ class SceneFile:
 
     @property
     def model(self) -> str:
-        """``"atoms"`` or ``"continuum"``: what the points of the grid are.
+        """Meaning of the points of the grid: ``"atoms"`` or ``"continuum"``.
 
         If it is not given, they are atoms where the grid is the surface of a crystal,
         and the indenter is neither measured nor flat.

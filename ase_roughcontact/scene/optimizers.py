@@ -27,11 +27,12 @@ def deepest_atoms(scene: Scene) -> Atoms:
     Parameters
     ----------
     scene : Scene
+        Scene with the deepest state on its path.
 
     Returns
     -------
     Atoms
-        With the padding of a free half space.
+        Atoms with the padding of a free half space, and the indenter.
 
     Raises
     ------

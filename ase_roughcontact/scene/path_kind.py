@@ -1,4 +1,4 @@
-"""Kinds of path: the section [path] of a scene, and what is done along the path."""
+"""Kinds of path: the section [path] of a scene, its steps, results and figures."""
 
 from __future__ import annotations
 
@@ -382,6 +382,7 @@ def write_curve(
     Parameters
     ----------
     file : path
+        Table to write.
     branches : sequence of str, length n
         Name of the branch of each point.
     columns : mapping of str to iterable of float, length n

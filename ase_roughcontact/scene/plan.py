@@ -184,7 +184,7 @@ def with_files_of(scene: Any, plan: Plan) -> Plan:
 
 
 def _history(scene: Any) -> list[HistoryEntry]:
-    """Return what the surface of a scene keeps of earlier steps."""
+    """Return the entries of the history of a scene's surface."""
     names = [PLASTIC_DEPTH] if scene.wall.permanent else []
     if scene.friction:
         names += [*LATERAL, *[TRACTION_DEPTH] * scene.friction.coupled]

@@ -46,7 +46,7 @@ class RandomFieldConfig(Section):
 class RoughnessConfig(KindSection, RandomFieldConfig):
     """``[roughness]``: wavelengths in units of the spacing if no unit is given.
 
-    Without a kind the roughness is self-affine. A roughness of one's own has a kind,
+    Without a kind the roughness is self-affine. A user-defined roughness has a kind,
     and may have further keys, see `Topography`.
     """
 
@@ -112,6 +112,7 @@ def random_field(
     Parameters
     ----------
     section : RandomFieldConfig
+        Section with the spectrum and the seed of the field.
     spacing : float
         Atomic spacing a0 (Å).
     least_domain : float

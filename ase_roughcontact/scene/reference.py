@@ -151,7 +151,7 @@ def _flat(scene: Scene) -> Reference:
 
 
 def _repulsive(scene: Scene) -> Reference:
-    """Choose the theory without adhesion, with what is known of light loads."""
+    """Choose the theory without adhesion, and explain its limits at light loads."""
     smooth = theory.Hertz(scene.radius, scene.contact_modulus)
     rough, hardness, nn = scene.rough, scene.wall.hardness, UNITS["nN"]
     if rough is not None and scene.bodies.rough_theory.single_asperity:
@@ -200,7 +200,7 @@ def _adhesive(scene: Scene, work: float) -> Reference:
 
 
 def _rough(smooth: Reference) -> Reference:
-    """Choose the theory of a rough adhesive sphere, given that of a smooth sphere."""
+    """Choose the theory of a rough adhesive sphere, given the smooth theory."""
     scene, rough = smooth.scene, smooth.scene.rough
     if rough is None:
         return smooth

@@ -1,4 +1,4 @@
-"""Folders with the results of a scene: its file, and what it needs, beside them."""
+"""Folders with the results of a scene, its file, and the other files that it needs."""
 
 from __future__ import annotations
 
@@ -66,15 +66,17 @@ def check_folder(
     Parameters
     ----------
     scene : SceneFile
+        Scene to be run.
     folder : path
+        Folder that the results are written to.
     results : sequence of str
         Names of the files that are results.
 
     Raises
     ------
     ValueError
-        With the differences of the scenes, or if the folder has results, but no valid
-        scene.
+        If the folder has results of another scene, with the differences, or results
+        without a valid scene.
     """
     has_results = any((folder / name).exists() for name in results)
     if has_results and (message := _another_scene(scene, folder)):
@@ -120,6 +122,7 @@ def write_inputs(scene: SceneFile, file: Path, text: str | None = None) -> None:
     ----------
     scene : SceneFile
     file : path
+        Scene file to write.
     text : str, optional
         Text of the scene's file, with its comments; by default `toml`.
     """
@@ -144,9 +147,11 @@ def write_results(
     ----------
     scene : SceneFile
     folder : path
+        Folder of the results.
     path : callable
-        Returns the steps, for the files in which they are stored.
+        Function that returns the steps, given the files in which they are stored.
     report : ValidityReport
+        Report of the limits that steps exceed.
     text : str or None
         See `write_inputs`.
 

@@ -84,7 +84,7 @@ class Scene(SceneFile):
     """
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the sections, without what was built from them."""
+        """Return the sections, without the objects built from them."""
         return {title: getattr(self, title) for title in SECTIONS}
 
     @property

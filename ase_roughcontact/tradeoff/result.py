@@ -93,6 +93,7 @@ class Tradeoff(Printed):
     steps : tuple of str
         Targets of the calculated steps.
     choices : tuple of Choice
+        All calculated choices.
     plan : tuple of Choice
         Numerical choices with errors that add up to less; empty without such choices.
     checked : float

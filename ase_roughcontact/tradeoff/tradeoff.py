@@ -37,7 +37,7 @@ from ase_roughcontact.tradeoff.variants import (
 # Numbers of realisations.
 _COUNTS = (1, 4, 16, 64)
 # Columns of each answer, and of the quantity that its errors are relative to; empty for
-# the area, whose column depends on the scene.
+# the area, as its column depends on the scene.
 _COLUMNS = {
     "area": ("", ""),
     "force": ("normal_force", "normal_force"),
@@ -102,6 +102,7 @@ def tradeoff(
     Parameters
     ----------
     scene : Scene
+        Scene to be planned.
     error : float
         Wanted total relative error.
     of : {"area", "force", "height"}

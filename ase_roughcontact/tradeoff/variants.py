@@ -20,8 +20,8 @@ from ase_roughcontact.topography import SelfAffine
 PILOT = 4
 #: Optimizers of this package, which need no tolerance of their own.
 SOLVERS = NewtonKrylov, ActiveSet
-# Sides of periodic cells in diameters of a smooth contact, and number of atoms of which
-# they are a multiple, so that any grid divides them.
+# Sides of periodic cells in diameters of a smooth contact. They are multiples of this
+# number of atoms, so that any grid divides them.
 _CELLS, _MULTIPLE = (2, 4), 16
 # Errors for which a grid is chosen, between the errors of the levels.
 _BETWEEN = (0.03, 0.02, 0.005)

@@ -86,7 +86,7 @@ def _note(note: bytes) -> dict[str, str]:
 
 
 def _number(note: Mapping[str, str], key: str, unit: float) -> float | None:
-    """Return a positive number of a note in ASE's units; None if it has none."""
+    """Return a positive number of a note in ASE's units; None if it is missing."""
     try:
         value = float(note[key])
     except (KeyError, ValueError):

@@ -31,7 +31,7 @@ _SEGMENTS = {
     "creep-compliance": ("approach", "hold", "retraction"),
     "stress-relaxation": ("hold", "approach", "hold", "retraction"),
 }
-# Metadata of afmformats that a user can give, and what asks for them.
+# Metadata of afmformats that a user can give, with the options for them.
 _ADVICE = {
     "spring constant": '[path] kind = "loop" and cantilever = "0.05 N/m" in the scene',
     "sensitivity": '--sensitivity "50 nm/V"',
@@ -46,6 +46,7 @@ def read_instrument(
     Parameters
     ----------
     file : path
+        File in a format of afmformats.
     curve : int, optional
         Number of the curve, from 1; needed if there are several.
     calibration : Calibration

@@ -59,7 +59,7 @@ def _columns(header: Mapping[str, str], lines: Mapping[int, str]) -> list[TextCo
 
 
 def _calibration(header: Mapping[str, str], key: str, unit: float) -> float | None:
-    """Return a number of a header in ASE's units; None if it has none."""
+    """Return a number of a header in ASE's units; None if it is missing."""
     try:
         return float(header[key]) * unit
     except (KeyError, ValueError):

@@ -31,6 +31,7 @@ def read_table(
     Parameters
     ----------
     file : path
+        Text, file of an instrument, or zip archive of such files.
     heads : sequence of str
         Names and units of the columns of a text in place of those in the file.
     curve : int or str, optional

@@ -32,7 +32,7 @@ class Column(Protocol):
 
     @property
     def unit(self) -> str | None:
-        """Unit; None if the file gives none."""
+        """Unit; None if it is not given in the file."""
 
     @property
     def away(self) -> bool | None:
@@ -49,6 +49,7 @@ class TextColumn:
     Attributes
     ----------
     head, name, unit, away
+        See `Column`.
     cells : sequence of (int, str or None)
         Number of the line in the file, and text of the cell.
     """
@@ -82,7 +83,9 @@ class ArrayColumn:
     Attributes
     ----------
     name, unit, away
+        See `Column`.
     values : ndarray, shape (k,)
+        Values in `unit`.
     """
 
     name: str
@@ -117,6 +120,7 @@ class Segment:
         A key of `SEGMENTS`; None for points in the order of the measurement without
         further information in the file.
     columns : sequence of Column
+        Columns of the segment.
     """
 
     kind: str | None

@@ -108,7 +108,7 @@ def _rows(lines: Mapping[int, str]) -> tuple[list[str], dict[int, list[str]]]:
 
 
 def _delimiter(lines: Iterable[str]) -> str:
-    """Return what separates the cells of most lines."""
+    """Return the delimiter of the cells in most lines."""
     lines = list(lines)
     for delimiter in "\t;,":
         if 2 * sum(delimiter in line for line in lines) >= len(lines):
@@ -218,7 +218,7 @@ def _parsed(head: str) -> tuple[str, str | None, str | None]:
 
 
 def _found(pattern: re.Pattern[str], text: str, unit: float) -> float | None:
-    """Return a number of a header in ASE's units; None if it has none."""
+    """Return a number of a header in ASE's units; None if it is missing."""
     found = pattern.search(text)
     return float(found[1]) * unit if found else None
 
