@@ -1,4 +1,4 @@
-"""Lines of a scan that were not measured as their neighbours were.
+"""Bad lines of a scan: not recorded, repeated, offset, or with scars.
 
 Found are lines of equal heights, as where nothing was recorded, lines that repeat the
 one before, lines that are offset from both neighbours, and scars: parts of a few lines
@@ -22,7 +22,7 @@ from ase_roughcontact.topography.noise import deviation
 
 # Standard deviations of the offsets of lines beyond which one is a bad line.
 _FAR = 8.0
-# Least number of points along a scar for each line across, and most lines.
+# Least number of points along a scar for each line across. Most lines across a scar.
 _LENGTH, _WIDTH = 8, 3
 # A scar is higher than these multiples of the standard deviation of differences of
 # neighbouring lines, of the largest such feature along y, and of the median along x.
@@ -33,14 +33,14 @@ _SIGNS = (1.0, -1.0)
 _LEAST = 1e-6
 # Largest number of runs of lines that are named.
 _MOST_NAMES = 8
-# Number of equal largest heights that are clipped, and over the mean number of points
-# of one height.
+# Least number of equal largest heights that are clipped. Its least ratio to the mean
+# number of points of one height.
 _CLIPPED, _CLIPPED_RATIO = 10, 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class BadLines:
-    """Lines (constant y) of a scan that were not measured as their neighbours were.
+    """Bad lines (constant y) of a scan, and heights that are clipped.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class BadLines:
 
     @property
     def _inside(self) -> dict[str, list[int]]:
-        """Bad lines that are left, by what is wrong with them."""
+        """Bad lines that are left, by their kind of fault."""
         kept = self.kept
         first = kept.start
         # the first line that is left after lines that it was copied to is good

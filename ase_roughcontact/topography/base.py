@@ -1,4 +1,4 @@
-"""What the other packages need of an indenter: its heights and a name."""
+"""Base classes of indenters: their heights and a name."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class BoundedSurface(Surface, Protocol):
         Returns
         -------
         float
-            Length; an upper bound is enough.
+            Distance, or an upper bound of it (length).
         """
         ...
 

@@ -44,7 +44,7 @@ class Channel:
 
     @property
     def is_height(self) -> bool:
-        """Whether unit and name are those of a height."""
+        """Whether unit and name belong to a height."""
         return self.is_length and not _OTHER.search(self.name)
 
     def __str__(self) -> str:

@@ -52,8 +52,8 @@ class HeightMap(Topography):
 
     Between the points of the map heights are interpolated by a cubic spline, with
     not-a-knot or periodic boundary conditions. The map is the lower side of an
-    indenter: its lowest points touch first. Scans of a microscope, whose highest points
-    touch first, are converted by `from_topography`.
+    indenter: its lowest points touch first. In scans of a microscope the highest points
+    touch first; they are converted by `from_topography`.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class HeightMap(Topography):
         Whether the map is periodic, with the periods n and m times the spacing.
     center : (float, float), optional
         Position (x, y) on the axis of the indenter, counted from element (0, 0)
-        (length). By default that of element (n//2, m//2).
+        (length). By default the position of element (n//2, m//2).
 
     Attributes
     ----------
@@ -144,18 +144,17 @@ class HeightMap(Topography):
             (constant y); see `scan_text`. Other formats are read by the package
             SurfaceTopography.
         role : {"indenter", "substrate"}
-            Which body was scanned. A substrate stays in place, ``h(x, y) = -z(x, y)``.
+            Scanned body. A substrate stays in place, ``h(x, y) = -z(x, y)``.
             An indenter is turned over around the y axis of the scan, ``h(x, y) =
             -z(-x, y)``.
         spacing : float or (float, float), optional
             Distance between points, or one each along x and y (`unit`). Required for
             arrays and files that do not contain it.
         unit : str, optional
-            Unit of all lengths: m, mm, µm, nm, Å, A or pm. By default that of the scan.
-            It is also the unit of a scan that has none; of an
-            array by default Å.
+            Unit of all lengths: m, mm, µm, nm, Å, A or pm. By default the unit of the
+            scan. It is also the unit of a scan that has none; of an array by default Å.
         detrend : {"plane", "mean", "curvature", "lines", "medians", "none"}
-            What is subtracted: the plane that fits best, the mean, a polynomial of
+            Subtracted trend: the plane that fits best, the mean, a polynomial of
             second degree in x and y, a straight line from each line of the scan
             (drift), or offsets of lines by the medians of the steps between them, and a
             plane. By default the plane; of a periodic scan, which has no tilt, the
@@ -176,12 +175,12 @@ class HeightMap(Topography):
             before anything else: the first index of ``.npy`` is then along y.
         noise : float, optional
             Standard deviation of the heights by noise (`unit`). By default it is
-            estimated, with that of the offsets of lines; see `Noise`.
+            estimated, with the noise of the offsets of lines; see `Noise`.
         cutoff_wavelength : float
             Cutoff of a Gaussian low-pass filter (`unit`), which halves waves of this
             length (ISO 16610-61); zero for none.
         remove_outliers : bool
-            Whether single points that stick out far are interpolated.
+            Whether single points that are outliers are interpolated.
         remove_bad_lines : bool
             Whether lines that were not recorded, that repeat the one before or are
             offset from both neighbours, and scars are interpolated, and the rest of a
@@ -191,7 +190,7 @@ class HeightMap(Topography):
         Returns
         -------
         HeightMap
-            In Å.
+            The lower side of the indenter, with lengths in Å.
 
         Raises
         ------
@@ -208,8 +207,8 @@ class HeightMap(Topography):
 
         Notes
         -----
-        Errors of the steps of a scene include those of the scan; see
-        `ase_roughcontact.results.scan_errors`. Those of `load_path` do not.
+        Errors of the steps of a scene include the errors by the scan; see
+        `ase_roughcontact.results.scan_errors`. Errors of `load_path` do not.
 
         Examples
         --------
@@ -271,7 +270,7 @@ class HeightMap(Topography):
     ) -> FloatArray:
         """Sample the map on a grid around its center; see `Surface.heights`.
 
-        The spacing of the grid may differ from that of the map.
+        The spacing of the grid may differ from the spacing of the map.
 
         Raises
         ------
@@ -405,7 +404,7 @@ class HeightMap(Topography):
         """Return a grid of n x m places on the map, for `centered`.
 
         Positions x and y, shapes (n,) and (m,), are counted from element (0, 0), and
-        those of the outer places are a margin from the edges of the map (length).
+        the outer places are a margin from the edges of the map (length).
 
         Raises
         ------
@@ -433,7 +432,7 @@ class HeightMap(Topography):
     def statistics(self) -> Statistics:
         """Return the rms height, slope and curvature as they are pressed.
 
-        See `pressed_statistics`. Those of the measured points alone are
+        See `pressed_statistics`. For the measured points alone see
         `spectrum.statistics`.
         """
         return self._statistics

@@ -22,7 +22,7 @@ from ase_roughcontact.topography.selfaffine import SelfAffine
 
 @dataclass(frozen=True)
 class Heterogeneity:
-    r"""Local work of adhesion, relative to that of the wall.
+    r"""Local work of adhesion, relative to the work of adhesion of the wall.
 
     .. math:: w(x, y)/w = \max(1 + f(x, y), 0)
 
@@ -38,8 +38,8 @@ class Heterogeneity:
         random field with a spectrum and a seed.
     rms : float, optional
         Root mean square of f, to which a map less its mean or a random field is
-        scaled, so that the mean work of adhesion is that of the wall; required for a
-        random field. By default the pattern is f itself, with its mean.
+        scaled, so that the mean work of adhesion is the wall's; required for a random
+        field. By default the pattern is f itself, with its mean.
 
     Raises
     ------
@@ -49,7 +49,7 @@ class Heterogeneity:
 
     Notes
     -----
-    Where f is below -1, w is zero: its mean is then larger than that of 1 + f.
+    Where f is below -1, w is zero: its mean is then larger than the mean of 1 + f.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What is known about an indenter or a roughness besides its heights."""
+"""Known properties of an indenter or a roughness besides its heights."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ class Plane(Topography):
 
 
 def topography_of(surface: Surface) -> Topography:
-    """Return what is known about any surface.
+    """Return the known properties of any surface.
 
     Parameters
     ----------

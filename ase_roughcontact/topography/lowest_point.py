@@ -20,11 +20,11 @@ _FRAME = 3
 
 
 def lowest_point_error(heights: np.ndarray, periodic: bool = False) -> float:
-    """Return by about how much the lowest point is below those of the grid (length).
+    """Return an estimate of the lowest point's depth below the grid's (length).
 
     It is the sum over the two lines of the grid through the lowest point of the depth
-    of the parabola, at most that of straight extrapolations, or half the depth of
-    parabolic ones, if that is more. Unless opposite edges are neighbours (periodic),
+    of the parabola, at most the depth of straight extrapolations, or half the depth of
+    parabolic ones, if this is more. Unless opposite edges are neighbours (periodic),
     the surface continues flat.
     """
     i, j = divmod(int(heights.argmin()), heights.shape[1])

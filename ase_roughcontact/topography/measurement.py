@@ -25,12 +25,12 @@ from ase_roughcontact.topography.spectrum import (
     smooth_component,
 )
 
-# Noise is neglected if its rms slope is below this part of that of the map.
+# Largest rms slope of noise that is neglected, relative to the rms slope of the map.
 _LEAST_NOISE = 1e-3
 # Fewest points along a side, for the interpolation.
 _LEAST_POINTS = 4
-# Standard deviation of the Gaussian filter in units of the cutoff wavelength, of which
-# it transmits a half (ISO 16610-61).
+# Standard deviation of the Gaussian filter in units of the cutoff wavelength: a half of
+# a wave of this length is transmitted (ISO 16610-61).
 _DEVIATION = math.sqrt(math.log(2.0) / 2.0) / math.pi
 # Pixels of a wave at which the spectrum of noise is still flat. Where waves between
 # pixels looked like noise it was flat up to 3.0 of them, and with noise on waves of
@@ -51,17 +51,19 @@ class Measurement:
     Attributes
     ----------
     heights : ndarray, shape (n, m)
-        Length.
+        Heights, positive upward (length).
     spacing : (float, float)
-        Of the pixels along x and y (length).
+        Distance of the pixels along x and y (length).
     periodic : bool
+        Whether the scan is periodic.
     noise : Noise
+        Noise of the heights.
     cutoff : float
         Cutoff wavelength of the filter; zero for none (length).
     missing, outliers : int
         Numbers of points that were not measured, and that are outliers.
     doubts : tuple of str
-        What is wrong with lines of the scan, and what helps.
+        Faults of lines of the scan, each with advice.
     margin : float
         Distance from the edges within which no lowest point is sought (length).
     strain : float
@@ -106,7 +108,7 @@ class Measurement:
     def lost_slope(self) -> float:
         """Part of the rms slope that the filter removed.
 
-        Without that of noise, if it is not roughness.
+        Without the slope of noise, if it is not roughness.
         """
         if not self.cutoff:
             return 0.0
@@ -151,8 +153,8 @@ class Measurement:
     def least_wavelength(self) -> float:
         """Wavelength below which the heights are mostly noise (length).
 
-        From the largest value of the power spectrum on, the first that is below twice
-        that of the noise.
+        It is the first one, from the largest value of the power spectrum on, at which
+        the spectrum is below twice the spectrum of the noise.
         """
         without_lines = self.heights - self.heights.mean(axis=0)
         q, density = power_spectrum(without_lines, self.spacing, periodic=False)

@@ -1,4 +1,4 @@
-"""Noise of the heights of a scan, and single points that stick out."""
+"""Noise of the heights of a scan, and outliers."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ class Noise:
     Attributes
     ----------
     points : float
-        Of each height, independent of the others (length).
+        Standard deviation of each height, independent of the others (length).
     lines : float
-        Of the offset of each line along x, such as by drift (length).
+        Standard deviation of the offset of each line along x, such as by drift
+        (length).
     """
 
     points: float = 0.0
@@ -42,10 +43,10 @@ class Noise:
     def of(cls, heights: FloatArray) -> Noise:
         """Estimate the noise of heights, shape (n, m), NaN at missing points.
 
-        That of points is at most the estimate: it follows from differences of fourth
-        order along x and y, to which waves longer than a few pixels hardly contribute.
-        That of lines is by how much more the means of lines along x differ than those
-        along y would, if they had as many points.
+        The noise of points is at most the estimate: it follows from differences of
+        fourth order along x and y, to which waves longer than a few pixels hardly
+        contribute. The noise of lines is the excess of the differences of the means of
+        lines along x over lines along y, if they had as many points.
         """
         if min(heights.shape) <= _ORDER:
             return cls()
@@ -65,7 +66,7 @@ class Noise:
 
 
 def outliers(heights: FloatArray) -> NDArray[np.bool_]:
-    """Return which points, of heights of shape (n, m), stick out far alone."""
+    """Return which points, of heights of shape (n, m), are outliers."""
     around = np.ones((3, 3), bool)
     around[1, 1] = False
     middle = ndimage.median_filter(heights, footprint=around)

@@ -1,8 +1,8 @@
 """Scans of surfaces, levelled and mended, and the side that is pressed.
 
 A microscope shows a surface from outside: the high points of a scan z(x, y) stick out
-of the body, and touch first. An indenter is described by its lower side h(x, y), whose
-low points touch first::
+of the body, and touch first. An indenter is described by its lower side h(x, y), and
+its low points touch first::
 
     role            lower side          the scanned body
     "substrate"     h(x, y) = -z(x, y)    stays in place below the tip
@@ -36,7 +36,7 @@ from ase_roughcontact.topography.noise import Noise, outliers
 from ase_roughcontact.topography.raw_scan import RawScan
 from ase_roughcontact.topography.scan import Length, in_angstrom, position
 
-#: Which of the two bodies was scanned.
+#: Names of the two bodies that may have been scanned.
 ROLES = ("indenter", "substrate")
 
 
@@ -56,7 +56,8 @@ def pressed_scan(
 ) -> tuple[Measurement, Point | None]:
     """Return the lower side of a scan in Å, and a place on it, `None` for the middle.
 
-    `unit` is that of given lengths (Å). See `HeightMap.from_topography` for the others.
+    `unit` is the unit of given lengths (Å). See `HeightMap.from_topography` for the
+    other parameters.
     """
     boolean(remove_outliers=remove_outliers, remove_bad_lines=remove_bad_lines)
     if periodic is None:
@@ -108,7 +109,7 @@ def _without(bad: BadLines, heights: FloatArray, periodic: bool) -> FloatArray:
 
 
 def _doubts(bad: BadLines, removed: bool) -> Iterator[str]:
-    """Yield what is wrong with the lines of a scan that is pressed, and what helps."""
+    """Yield the faults of the lines of a scan that is pressed, each with advice."""
     if not removed:
         for fault in bad.described():
             yield (
@@ -134,7 +135,7 @@ def _exchanged(heights: FloatArray) -> Iterator[str]:
 
 
 def _noise(heights: FloatArray, given: Length | None, unit: float) -> Noise:
-    """Return the noise of heights, that of points as given, if it is (Å)."""
+    """Return the noise of heights, with a given noise of points, if any (Å)."""
     found = Noise.of(heights)
     if given is None:
         return found

@@ -18,7 +18,7 @@ class LineProfile:
     Attributes
     ----------
     heights : ndarray, shape (n,)
-        In `unit`; NaN at missing points.
+        Heights (`unit`); NaN at missing points.
     places : ndarray, shape (n,), optional
         Places along the line, if they are known (`lateral_unit`).
     unit, lateral_unit : str, optional

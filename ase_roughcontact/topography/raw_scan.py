@@ -17,14 +17,15 @@ class RawScan:
     Attributes
     ----------
     heights : ndarray, shape (n, m)
-        NaN at missing points; the first index is along x.
+        Heights, NaN at missing points; the first index is along x.
     spacing : (float, float), optional
         Distance between points along x and y, if it is known (`lateral_unit`).
     unit : str, optional
         Unit of the heights, if it is known.
     periodic : bool
+        Whether the scan is periodic.
     lateral_unit : str, optional
-        Unit of the spacing; by default that of the heights.
+        Unit of the spacing; by default the unit of the heights.
     """
 
     heights: FloatArray

@@ -31,7 +31,7 @@ from ase_roughcontact.topography.scan_text import Table, scan_from_tables, table
 TEXT = ".txt", ".asc", ".dat", ".csv", ".xyz", ".tsv"
 # Functions that open compressed files, by the endings of their names.
 _COMPRESSED: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}
-# Number of bytes at the start of a file of which none is zero in a text.
+# Number of bytes at the start of a file; in a text no byte is zero.
 _START = 4096
 # A line of a header that has the scale of heights or places.
 _SCALE = re.compile(r"(?i)\b(?:factor|scale|pixel|conversion|mult\w*)\b.*[:=].*\d")
@@ -161,8 +161,8 @@ def _scan_of_channel(reader: Any, channel: int | str | None) -> RawScan | LinePr
 def _channel(found: Any) -> Channel:
     """Return a channel of SurfaceTopography.
 
-    If heights have another unit than x and y, the unit is a tuple; that of the heights
-    may be missing.
+    If heights have another unit than x and y, the unit is a tuple; the unit of the
+    heights may be missing.
     """
     unit, shape = found.data_unit or found.unit, found.nb_grid_pts
     is_length = found.data_kind.value == "height"

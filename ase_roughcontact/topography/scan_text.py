@@ -11,8 +11,8 @@ Gwyddion writes them::
     # Height: 2.00 µm
     # Value units: nm
 
-The next channel begins with such a header, or after a blank line. Two columns of which
-the first increases are a line profile. Cells that are empty, infinite or one of
+The next channel begins with such a header, or after a blank line. Two columns, the
+first one increasing, are a line profile. Cells that are empty, infinite or one of
 `MISSING` are missing points. Numbers may have a decimal comma unless commas separate
 the columns.
 """
@@ -62,7 +62,7 @@ class Table:
     header : str
         Lines between the table before and this one.
     columns : ndarray, shape (number of columns, number of rows)
-        NaN for missing numbers.
+        Numbers of the table; NaN for missing ones.
     """
 
     header: str

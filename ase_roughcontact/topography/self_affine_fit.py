@@ -1,7 +1,7 @@
 r"""Self-affine parameters of a measured surface.
 
-The Hurst exponent is that of the power spectrum, :math:`C \sim q^{-2-2H}`. The ends of
-the self-affine range are those of a surface with the same rms height h, slope h' and
+The Hurst exponent follows from the power spectrum, :math:`C \sim q^{-2-2H}`. The ends
+of the self-affine range belong to a surface with the same rms height h, slope h' and
 curvature h''. With the moments :math:`M_m` of the spectrum, see
 `ase_roughcontact.theory.self_affine.spectral_moment`,
 
@@ -23,8 +23,8 @@ from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.theory.self_affine import spectral_moment
 from ase_roughcontact.topography.spectrum import Statistics
 
-# The range of the fit is that between the ends, shortened by these factors: pixels blur
-# the shortest waves, and detrending changes the longest ones.
+# The range of the fit is the self-affine range, shortened at both ends by this factor:
+# pixels blur the shortest waves, and detrending changes the longest ones.
 _INSIDE = 1.5
 # Number of determinations, the first of them with a Hurst exponent of 0.5.
 _ROUNDS = 12
@@ -45,7 +45,7 @@ class SelfAffineFit(Statistics):
     Parameters
     ----------
     hurst : float
-        H.
+        Hurst exponent H.
     short_wavelength, long_wavelength : float
         Ends of the self-affine range (length).
     """

@@ -32,7 +32,7 @@ Modes: TypeAlias = tuple[IntArray, IntArray, NDArray[np.complex128]]
 # Points along the side of a whole period, and of a period over the shortest wavelength,
 # above which fields and waves are not kept for the next window: 34 and 50 MB.
 _LARGEST_KEPT, _MOST_WAVES = 2048, 1024
-# Relative tolerance of wavelengths, and part of a spacing that is rounding.
+# Rounding error of wavelengths, relative, and of places, in spacings.
 _ROUNDING = 1e-9
 
 
@@ -262,7 +262,7 @@ def _index(spacing: float, origin: Point) -> tuple[list[int], list[float]]:
     indices = [position / spacing for position in origin]
     whole = [math.floor(index + _ROUNDING) for index in indices]
     rest = [round(x - i, 12) for x, i in zip(indices, whole, strict=True)]
-    # rounding errors would be other surfaces, each of which is synthesised
+    # rounding errors would be other surfaces, and each one would be synthesised
     return whole, [x if x > _ROUNDING else 0.0 for x in rest]
 
 
@@ -277,7 +277,7 @@ def _drawn_modes(surface: SelfAffine) -> Modes:
     kx, ky = _half_plane(surface.side / surface.short_wavelength * (1 + _ROUNDING))
     phase, uniform = np.random.default_rng(surface.seed).random((kx.size, 2)).T
 
-    # Longer waves than those of the spectrum are skipped after the draw.
+    # Waves that are longer than the spectrum allows are skipped after the draw.
     wavenumber = np.sqrt(kx**2 + ky**2)
     longest = surface.longest_wavelength or surface.long_wavelength
     first = np.searchsorted(wavenumber, surface.side / longest * (1 - _ROUNDING))

@@ -17,7 +17,7 @@ from scipy import fft
 from ase_roughcontact._util.validation import FloatArray, Point, height_array, positive
 from ase_roughcontact.topography.interpolation import mean_squares
 
-# Rms difference of opposite edges over that of neighbours from which it is a step.
+# Least rms difference of opposite edges that is a step, relative to neighbouring lines.
 _STEP = 2.0
 
 
@@ -53,8 +53,8 @@ class Statistics:
 def smooth_component(heights: FloatArray) -> FloatArray:
     """Return a smooth surface without which heights are periodic.
 
-    Its Laplacian is zero but at the edges, where it is that of the steps between
-    opposite edges.
+    Its Laplacian is zero but at the edges, where it is the Laplacian of the steps
+    between opposite edges.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def smooth_component(heights: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray, shape (n, m)
-        Of mean zero.
+        Smooth surface of mean zero (length).
 
     References
     ----------
@@ -136,8 +136,8 @@ def pressed_statistics(
 ) -> Statistics:
     """Return the rms height, slope and curvature of a map as it is pressed.
 
-    They are exact for the spline, but for the height, which is that of the points,
-    and without the seam of a periodic map whose edges do not fit each other.
+    Slope and curvature are exact for the spline; the height is the rms height of the
+    points. The seam of a periodic map is left out if its edges do not fit each other.
     """
     seamless = periodic and not has_edge_step(heights)
     squares = mean_squares(heights, spacing, seamless)
@@ -219,7 +219,7 @@ def power_spectrum(
 
 
 def axis_spacings(spacing: Any) -> tuple[float, float]:
-    """Return the distances between points along x and y, of which one may be given."""
+    """Return the distances between points along x and y; one may be given for both."""
     x, y = spacing if np.ndim(spacing) == 1 and len(spacing) == 2 else (spacing,) * 2
     positive(spacing=x)
     positive(spacing=y)
@@ -231,7 +231,7 @@ def _waves(
 ) -> tuple[NDArray[Any], FloatArray, FloatArray]:
     """Return square wave number, multiplicity and mean square height of each wave.
 
-    The heights are real: waves of one half plane also represent those of the other.
+    The heights are real: waves of one half plane also represent the other half plane.
     """
     n, m = h.shape
     qx = 2 * np.pi * fft.fftfreq(n, spacing[0])

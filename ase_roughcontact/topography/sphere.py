@@ -31,8 +31,8 @@ class RoughSphere(Topography):
     Parameters
     ----------
     radius : float
-        R (length); infinity for a nominally flat indenter, and for a whole tip, whose
-        scan is the roughness.
+        Radius R (length); infinity for a nominally flat indenter, and for a whole tip
+        with its scan as the roughness.
     roughness : Surface, optional
         Roughness h, with its origin on the axis of the sphere; by default none.
     profile : {"paraboloid", "sphere"}
@@ -125,12 +125,12 @@ class RoughSphere(Topography):
 
     @property
     def rough(self) -> Topography:
-        """What is known about the roughness: a plane without one."""
+        """Known properties of the roughness: a plane without one."""
         return Plane() if self.roughness is None else topography_of(self.roughness)
 
     @property
     def apex_radius(self) -> float:
-        """R (length)."""
+        """Radius R of the sphere (length)."""
         return self.radius
 
     @property
@@ -167,7 +167,7 @@ class RoughSphere(Topography):
         return replace(self, roughness=self.rough.band_limited(shortest))
 
     def todict(self) -> dict[str, Any]:
-        """Return the name and the parameters, including those of the roughness."""
+        """Return the name and the parameters, including the roughness."""
         return {
             "name": "RoughSphere",
             "radius": self.radius,

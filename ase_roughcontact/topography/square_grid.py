@@ -1,4 +1,4 @@
-"""Grid of squares for a periodic map, the pixels of which may be no squares."""
+"""Grid of squares for a periodic map with pixels that may be no squares."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ase_roughcontact._util.validation import Point, Shape
 
 # Relative difference of the sides of pixels that is rounding.
 _SAME = 1e-6
-# Strain that is small enough, and largest number of points over those of the pixels.
+# Strain that is small enough. Largest number of points along x over the least number.
 _STRAIN, _MOST = 1e-3, 1.25
 
 
@@ -22,7 +22,7 @@ class SquareGrid:
     shape : (int, int)
         Number of points along x and y.
     spacing : float
-        Their distance (length).
+        Distance of the points (length).
     strain : float
         Relative change of lengths along y that makes the period a whole number of
         spacings.
@@ -36,8 +36,8 @@ class SquareGrid:
     def of(cls, shape: Shape, spacing: Point) -> SquareGrid:
         """Return the grid of a periodic map with points at distances along x and y.
 
-        The points of the map if its pixels are squares. Else the spacing is that of the
-        closer points, or slightly less, where that makes the strain smaller.
+        It has the points of the map if its pixels are squares. Else the spacing is the
+        smaller distance, or slightly less, where this makes the strain smaller.
         """
         (n, m), (x, y) = shape, spacing
         if math.isclose(x, y, rel_tol=_SAME):

@@ -13,12 +13,12 @@ from ase_roughcontact.topography.pressed_scan import highest
 
 # Largest radius of the fitted disc over the radius of curvature: the contact is there.
 _PART_OF_RADIUS = 0.5
-# Smallest radius of the fitted disc, in steps of the map, and number of fits.
+# Smallest radius of the fitted disc, in steps of the map. Number of fits.
 _LEAST_STEPS, _FITS = 4, 4
-# Number of sectors of the disc, each of which is left out for the error.
+# Number of sectors of the disc; each one is left out in turn for the error.
 _SECTORS = 8
-# Share of the variance above which the shape of a scan is that of a tip, and largest
-# error of its curvature.
+# Least share of the variance that the shape of a tip explains. Largest error of its
+# curvature.
 _SHARE_OF_A_TIP, _ERROR_OF_A_TIP = 0.7, 0.5
 # Slope below which a scan may also be a flat with the bow of a scanner, and largest
 # ratio of the curvatures at the lowest point and of the whole map, if it is not.
@@ -59,7 +59,7 @@ class TipFit:
 
     @property
     def is_tip(self) -> bool:
-        """Whether the curvature is more than that of a rough flat surface."""
+        """Whether the map is more curved than a rough flat surface."""
         if not (self.radius < math.inf and self.share > _SHARE_OF_A_TIP):
             return False
         agree = 1.0 / _UNEQUAL < self.whole < _UNEQUAL
@@ -76,8 +76,8 @@ class TipFit:
 
         They are fitted in a disc around the lowest point of the heights, shape (n, m),
         that is a margin from the edges (length). The disc is as large as the map
-        allows, and at most half as wide as the radius of curvature in it. The radius is
-        that of the better fit.
+        allows, and at most half as wide as the radius of curvature in it. The radius
+        follows from the better fit.
         """
         if min(np.multiply(heights.shape, spacing)) < 2.0 * (margin + max(spacing)):
             return cls(at_edge=True)
@@ -142,8 +142,8 @@ class _Disc:
     def fit(self, bend: float = 0.0) -> tuple[float, float]:
         """Return the curvature at the apex, and the share of the variance.
 
-        The shape is that of a sphere of the curvature `bend`, scaled, or for zero of a
-        paraboloid. The share is that of the variance about the plane that fits best.
+        The shape is a sphere of the curvature `bend`, scaled, or for zero a paraboloid.
+        The share refers to the variance about the plane that fits best.
         """
         square = self.x**2 + self.y**2
         shape = square / (1.0 + np.sqrt(np.maximum(1.0 - bend**2 * square, 0.0)))
