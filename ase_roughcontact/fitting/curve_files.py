@@ -231,7 +231,7 @@ def read_with_times(
     time : ndarray, shape (k,)
         Times of the points (s).
     curve : ForceCurve
-        Approach and hold, without what is before them and without the retraction.
+        Approach and hold, without earlier points and without the retraction.
 
     Raises
     ------
@@ -335,7 +335,7 @@ def _quantities(
             found[kind] = units[unit] * column.numbers(file)
         elif unit not in units:
             doubts.append(column)
-    if "separation" in found:  # of tip and surface
+    if "separation" in found:  # distance of tip and surface
         found.setdefault("depth", -found.pop("separation"))
     has_force = bool(found.keys() & {"force", "deflection"})
     has_depth = bool(found.keys() & {"depth", "indentation", "height"})

@@ -59,7 +59,7 @@ def increases_away(segments: Sequence[Heights]) -> bool:
             votes.add(_by_turn(segment.height))
         elif segment.kind != "hold" and (falls := _falls(segment.height)) is not None:
             votes.add(falls == (segment.kind == "approach"))
-    votes.discard(None)  # of segments that run neither way
+    votes.discard(None)  # segments that run neither way
     if len(votes) == 1:
         return bool(votes.pop())
     return _by_force(segments)

@@ -248,7 +248,7 @@ class ForceCurve:
 
         A branch of fewer than two points is ignored.
         """
-        first = self.turn  # of the retraction
+        first = self.turn  # point of the retraction
         if first is None:
             lowest = int(np.argmin(self.base))
             first = lowest + 1 if lowest else 0

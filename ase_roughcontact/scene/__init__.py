@@ -11,7 +11,7 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``solid``             the elastic solid, from ``[substrate]``
 ``spacing``           the spacing of the grid, and lengths in units of it
 ``build``             from the sections to a `Problem` in units of ASE
-``bodies``            what is built, and theory for it
+``bodies``            solid, indenter and wall that are built, and theory for them
 ``scene``             `Scene`: bodies, path and solver, which relax the steps
 ``plan``              warnings, steps that can't be calculated, memory and time
 ``results``           folders of results

@@ -35,7 +35,7 @@ class Bodies:
     hardness : float
         The hardness of the surface (eV/Å^3); NaN if it is not known.
     hardness_bound : float
-        Pressure that a named body of unknown hardness can hardly bear (eV/Å^3); NaN
+        Upper bound of the hardness of named bodies of unknown hardness (eV/Å^3); NaN
         without such a body.
     radius : float
         The radius of the sphere (Å); for a whole tip the radius of curvature of its

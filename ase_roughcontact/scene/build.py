@@ -249,7 +249,7 @@ def _hardness(scene: SceneFile) -> float:
 
 def _hardnesses(scene: SceneFile) -> list[float]:
     """Return the hardness of the substrate, and of a tip of a named material (GPa)."""
-    hardnesses = [math.nan]  # of a layer
+    hardnesses = [math.nan]  # not known for a layer
     if scene.substrate.layer_thickness is None:
         hardnesses = [named_materials.hardness_of(scene.substrate.name)]
     if scene.sphere.material:
@@ -258,7 +258,7 @@ def _hardnesses(scene: SceneFile) -> list[float]:
 
 
 def _hardness_bound(scene: SceneFile, modulus: float) -> float:
-    """Return the pressure that a named body of unknown hardness can hardly bear.
+    """Return an upper bound of the hardness of named bodies of unknown hardness.
 
     Parameters
     ----------
@@ -269,8 +269,8 @@ def _hardness_bound(scene: SceneFile, modulus: float) -> float:
     Returns
     -------
     float
-        The smaller pressure of both bodies (eV/Å^3); NaN if a hardness is given, or
-        known for all named bodies.
+        The smaller bound of both bodies (eV/Å^3); NaN if a hardness is given, or known
+        for all named bodies.
     """
     if scene.substrate.hardness is not None:
         return math.nan

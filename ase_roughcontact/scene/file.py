@@ -41,7 +41,7 @@ def read_text(file: str | Path) -> str:
         If the file can't be read.
     """
     try:
-        return Path(file).read_text(encoding="utf-8-sig")  # with the mark of Windows
+        return Path(file).read_text(encoding="utf-8-sig")  # Windows may add a mark
     except UnicodeDecodeError as error:
         raise ValueError(f"{file} is not a TOML file: it is not text") from error
     except OSError as error:
@@ -306,7 +306,7 @@ def _toml(value: Any) -> str:
     if value is None:
         return "not given"
     if isinstance(value, float) and value == math.inf:
-        return "inf"  # of JSON "Infinity"
+        return "inf"  # JSON has "Infinity"
     return json.dumps(value, ensure_ascii=False)
 
 

@@ -146,7 +146,7 @@ class PathKind(Section):
         """Return the path with another value; another kind has only its own keys."""
         kind = PATHS.get(str(value), PathKind) if name == "kind" else type(self)
         kept = {k: v for k, v in self.entries().items() if k in kind.types()}
-        if name == "kind":  # what is not given has the default of the new kind
+        if name == "kind":  # other keys get defaults of the new kind
             kept = {k: v for k, v in kept.items() if v is not None}
         return self.of({**kept, "kind": self.kind, name: value})
 

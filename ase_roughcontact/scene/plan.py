@@ -123,7 +123,7 @@ def check_path(scene: Any) -> None:
             return error
         return None
 
-    worst = error_at(steps[-1])  # what the others need is less
+    worst = error_at(steps[-1])  # the other steps need less
     if worst is None:
         return
     failing = steps[bisect_left(steps, True, key=lambda step: bool(error_at(step))) :]

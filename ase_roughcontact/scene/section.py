@@ -372,7 +372,7 @@ def _is_of_type(value: Any, kind: Any) -> bool:
     if kind == _NAMES:
         is_list = isinstance(value, (list, tuple))
         return is_list and all(isinstance(each, str) for each in value)
-    if kind is tuple:  # of quantities
+    if kind is tuple:  # a list of quantities
         return isinstance(value, (list, tuple)) and all(
             _is_of_type(each, float)
             or (isinstance(each, str) and QUANTITY.fullmatch(each))

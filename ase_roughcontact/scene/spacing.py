@@ -96,7 +96,7 @@ def fitting_spacing(scene: SceneFile, bodies: Bodies) -> float | None:
     if fixed or multiples or not smooth or bodies.problem.heterogeneity is not None:
         return None
     found = 0.0
-    with suppress(ValueError):  # of the path, which is checked later
+    with suppress(ValueError):  # the path is checked later
         found = _largest_radius(scene, bodies) / _RESOLUTION
     zone = _edge_zone(scene, bodies) / LEAST_EDGE_ZONE
     if zone > bodies.spacing:

@@ -73,7 +73,7 @@ def _wave(file: PathName) -> Mapping[str, Any]:
     igor = imported("igor2.binarywave", "curves", need, "; or export the curve as text")
     try:
         wave: Mapping[str, Any] = igor.load(str(file))["wave"]
-    except Exception as error:  # of any kind, see igor2
+    except Exception as error:  # igor2 raises errors of any kind
         raise ValueError(f"cannot read a wave from {file}: {error}") from error
     return wave
 

@@ -87,5 +87,5 @@ def _text(data: bytes, is_wide: bool) -> str:
     """Return the text of a file."""
     try:
         return data.decode("utf-16" if is_wide else "utf-8-sig")
-    except UnicodeDecodeError:  # of older programs
+    except UnicodeDecodeError:  # texts of older programs
         return data.decode("latin-1")

@@ -79,7 +79,7 @@ def _rows(lines: Mapping[int, str]) -> tuple[list[str], dict[int, list[str]]]:
     with numbers below it, or in the comment above the rows, as by `numpy.savetxt`.
     """
     kept = {i: x for i, x in lines.items() if x[0] not in "#\\" and x[:2] != '"\\'}
-    kept = {i: x.strip(" ") for i, x in kept.items() if x[:4] != "sep="}  # of Excel
+    kept = {i: x.strip(" ") for i, x in kept.items() if x[:4] != "sep="}  # for Excel
     if not kept:
         return [], {}
     delimiter = _delimiter(kept.values())
