@@ -1,7 +1,7 @@
 """Registry of the entries of a surface's history, which it keeps of earlier steps.
 
-An entry is declared by the code that reads it, such as a wall, a solid or a law of
-friction, also one of your own: ::
+An entry is declared by the code that reads it, such as the steps of a path, also of a
+path of your own; walls and friction laws do not see it: ::
 
     from ase_roughcontact.contact.history import HistoryEntry, declare
 

@@ -1,4 +1,4 @@
-"""Walls: interactions between the indenter and the atoms of the substrate.
+"""Walls, the interactions of the indenter with the substrate, and friction laws.
 
 A wall is an energy per area ``V(g)`` of the local gap ``g`` between the rigid indenter
 and an atom of the substrate. Pressure and stiffness follow from it::

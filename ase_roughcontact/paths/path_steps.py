@@ -118,7 +118,10 @@ class PathSteps(ABC):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Parameters of a state beside the problem."""
+        """Values that the steps depend on beside the problem and the targets.
+
+        A path is resumed only with equal values.
+        """
         return {}
 
     @property

@@ -19,7 +19,8 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 
 ``preview`` (a few steps on a coarse grid), ``reference`` (theory for the results) and
 ``optimizers`` (their comparison) are functions of a scene. Further kinds of path are in
-`ase_roughcontact.path_kinds`: they become known to scenes by their folders.
+`ase_roughcontact.path_kinds`: scenes find them by the entry "scene" of `SHOWN` in the
+`__init__` of their folders.
 """
 
 from importlib import import_module

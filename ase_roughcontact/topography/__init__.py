@@ -1,6 +1,22 @@
 """Indenters: spheres, self-affine roughness and measured height maps.
 
-Lengths are in any consistent unit. `spectrum` measures statistics of heights.
+Lengths are in any consistent unit.
+
+================================  ====================================================
+``base``, ``known``               heights of an indenter, and what else is known of it
+``sphere``, ``selfaffine``        the rough sphere, and random roughness
+``heightmap``, ``interpolation``  a map of heights, and splines through it
+``heterogeneity``                 a work of adhesion that varies over the surface
+``spectrum``, ``lowest_point``    statistics of heights, and their lowest point
+``scan_files``                    scans from files, by ``scan_text``, ``scan_points``,
+                                  ``channels`` and SurfaceTopography (``raw_scan``)
+``scan``, ``profile``             units of scans, and lines that are no maps
+``levelling``, ``bad_lines``      from measured to levelled heights, with
+``noise``, ``square_grid``        ``pressed_scan``, which orders these steps
+``measurement``                   copies of a scan with its errors
+``tip_fit``                       radius of a scanned tip
+``self_affine_fit``               self-affine parameters of a scan
+================================  ====================================================
 """
 
 from ase_roughcontact.topography.base import BoundedSurface, Surface

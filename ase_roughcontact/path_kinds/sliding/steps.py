@@ -1,7 +1,7 @@
 r"""Sliding paths: contacts with friction under lateral displacements or forces.
 
 Each step relaxes the contact along its normal, and then finds the lateral tractions at
-its pressure, see `solvers.friction`. That the tractions do not change the pressure, nor
+its pressure, see `solve_friction`. That the tractions do not change the pressure, nor
 the pressure the lateral displacement, is exact for a Poisson's ratio of 1/2, and else
 Goodman's approximation; or both are repeated until they agree, see `coupling`. The
 indenter keeps the heights it had before it slides: lateral displacements must be small
