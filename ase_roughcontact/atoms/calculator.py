@@ -350,7 +350,7 @@ class RoughContact(PropertiesCalculator):
         return False
 
     def check_state(self, atoms: Atoms, tol: float = 1e-15) -> list[str]:
-        """Return what has changed, in any bit, since the last calculation."""
+        """Return the names of changes, in any bit, since the last calculation."""
         if self.atoms is None:
             return all_changes[:]
         if self.parameters != self._checked_parameters:
@@ -455,7 +455,7 @@ def adopt_model(atoms: Atoms, model: ContactModel) -> None:
 
 
 def model_of(atoms: Atoms) -> ContactModel:
-    """Return what the calculator keeps of the atoms; see `contact_of`."""
+    """Return the model that the calculator has of the atoms; see `contact_of`."""
     return calculator_of(atoms)._model(atoms)
 
 

@@ -53,8 +53,9 @@ def checked(name: str, value: Any) -> Any:
     Parameters
     ----------
     name : str
+        Name of the parameter.
     value : object
-        As the user gives it; also what the method `todict` of a part returns.
+        Value as the user gives it, or the result of the method `todict` of a part.
 
     Returns
     -------

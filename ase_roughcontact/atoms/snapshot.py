@@ -169,7 +169,7 @@ def pressure_of(frame: Atoms) -> np.ndarray:
     Parameters
     ----------
     frame : Atoms
-        From `snapshot`, also read back from a file.
+        Frame from `snapshot`, also read back from a file.
 
     Returns
     -------
@@ -201,7 +201,7 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     Parameters
     ----------
     frame : Atoms
-        From `snapshot`, also read back from a file.
+        Frame from `snapshot`, also read back from a file.
     solid : ElasticSolid or float
         Substrate, or its contact modulus (eV/Å^3), from which the displacement of the
         padding follows.

@@ -161,11 +161,8 @@ class AtomsPath:
     atoms : Atoms
         Atoms with a `RoughContact` calculator. They are moved.
     control : Control
-    optimizer : callable, optional
-    grid : str
-    accuracy : str or float
-    validity : str or Validity
-    output : Output, optional
+    optimizer, grid, accuracy, validity, output
+        See `load_path`.
     **options
         Options of `StepOptions`; see `load_path`.
 

@@ -58,6 +58,7 @@ def plan_path(
     targets : sequence of float
         Targets of the path, in the order of the steps.
     window : {"fixed", "auto"}
+        Whether the window is fixed or follows the contact; see `load_path`.
 
     Returns
     -------

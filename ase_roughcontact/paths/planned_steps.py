@@ -72,6 +72,7 @@ class Plan:
     Attributes
     ----------
     steps : tuple of PlannedStep
+        Planned steps, at most 500.
     left_out : tuple of str
         Effects that are not calculated, each with its justification.
     available : float
@@ -203,17 +204,19 @@ def _size(size: float) -> str:
 def thinned(
     targets: Sequence[float] | np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return at most 500 targets of a path, and the numbers of steps they stand for.
+    """Return at most 500 targets of a path, and the numbers of steps they represent.
 
     Parameters
     ----------
     targets : sequence of float
+        Targets of the whole path.
 
     Returns
     -------
     targets : ndarray of float
         Listed targets, including the first and the last one.
     counts : ndarray of int
+        Number of steps that each of them represents.
     """
     number = len(targets)
     listed = np.linspace(0, number - 1, min(number, _MOST_LISTED)).round().astype(int)

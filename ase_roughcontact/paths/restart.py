@@ -84,6 +84,7 @@ class Restart:
     settings : dict
         Settings of results beside the state; see `Stepper.describe_settings`.
     steps : tuple of FinishedStep
+        Finished steps, in order.
     last : Place or None
         End of the last step.
     converged : Place or None

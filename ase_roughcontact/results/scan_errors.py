@@ -111,7 +111,7 @@ class ScanErrors:
     targets: Sequence[float]
 
     def todict(self) -> dict[str, Any]:
-        """Return what the errors depend on beside the scan that is pressed."""
+        """Return the parameters of the errors beside the scan that is pressed."""
         rough: Any = self.problem.topography.rough
         measurement = rough.measurement
         return {

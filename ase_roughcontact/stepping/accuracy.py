@@ -55,7 +55,7 @@ _AREA_COLUMNS = {"atoms": "contact_area", "continuum": "continuum_area"}
 
 @dataclass(frozen=True)
 class GridModel:
-    """What the points of a grid are, the error asked for, and the spacing.
+    """Model that a grid samples, the error asked for, and the spacing.
 
     Attributes
     ----------

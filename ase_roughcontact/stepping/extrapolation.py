@@ -47,6 +47,7 @@ def extrapolated(
     Parameters
     ----------
     earlier : tuple of EarlierState
+        Relaxed states of the last steps, in order.
     window : Box
         Window of the step.
     target : float

@@ -79,7 +79,7 @@ class StepOptions:
 
     @property
     def grid_model(self) -> GridModel:
-        """What the points of the grid are, and the error asked for."""
+        """Model that the grid samples, and the error asked for."""
         return GridModel("continuum" if self.continuum else "atoms", self.accuracy)
 
     @property

@@ -78,7 +78,7 @@ class RelaxedStep:
 
     @property
     def grid_model(self) -> GridModel:
-        """What the points of the grid are, and the error asked for."""
+        """Model that the grid samples, and the error asked for."""
         return self.options.grid_model
 
     @property

@@ -51,6 +51,7 @@ class Stepper:
     start : State
         First state.
     windows : AutoWindow or FixedWindow
+        Window of each step.
 
     Raises
     ------

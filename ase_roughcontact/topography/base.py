@@ -131,7 +131,7 @@ def surface_id(surface: Surface | None) -> str | None:
 
 
 def _plain(value: Any) -> Any:
-    """Return what JSON can represent in place of NumPy's types."""
+    """Return a value that JSON can represent in place of one of NumPy's types."""
     if isinstance(value, np.ndarray):
         return [value.shape, hashlib.sha256(value.tobytes()).hexdigest()]
     if isinstance(value, np.generic):

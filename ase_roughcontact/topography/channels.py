@@ -24,6 +24,7 @@ class Channel:
     Attributes
     ----------
     name : str
+        Name of the channel.
     shape : tuple of int
         Number of points along x and y; of a line profile along x only.
     unit : str, optional
@@ -59,6 +60,7 @@ def chosen(channels: Sequence[Channel], wanted: int | str | None = None) -> int:
     Parameters
     ----------
     channels : sequence of Channel
+        Channels of the file, in order.
     wanted : int or str, optional
         Number or name of a channel; by default the only one that is a height.
 

@@ -186,7 +186,7 @@ class SelfAffine(Topography):
                 f"of at least {max(shape)} spacings"
             )
         first, shift = _index(spacing, origin)
-        # of a whole period no other part is asked for
+        # a whole period has no other part that may be asked for
         used_once = shape == (points, points) and points > _LARGEST_KEPT
         field = (_field.__wrapped__ if used_once else _field)(self, points, *shift)
         if used_once and not any(i % points for i in first):

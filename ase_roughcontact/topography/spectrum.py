@@ -59,6 +59,7 @@ def smooth_component(heights: FloatArray) -> FloatArray:
     Parameters
     ----------
     heights : ndarray, shape (n, m)
+        Heights on a grid (length).
 
     Returns
     -------

@@ -219,7 +219,7 @@ class AutoWindow:
         return self.footprint.standard_size(self._needed(level, None))
 
     def describe_lattice(self) -> dict[str, Any]:
-        """Return what distinguishes the lattice from others, for resuming a path."""
+        """Return a description of the lattice, for resuming a path."""
         spacing = self.footprint.spacing
         offset = [round(x / spacing, 9) for x in self.footprint.offset]
         return {"window": "auto", "spacing": spacing, "offset": offset}

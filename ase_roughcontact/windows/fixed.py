@@ -74,7 +74,7 @@ class FixedWindow:
             )
 
     def describe_lattice(self) -> dict[str, Any]:
-        """Return what distinguishes the atoms from others, for resuming a path."""
+        """Return a description of the atoms' lattice, for resuming a path."""
         return {
             "window": self._window.shape,
             "spacing": self._problem.spacing,

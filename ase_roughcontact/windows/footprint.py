@@ -28,7 +28,7 @@ _SEARCH_GROWTH = 1.25
 # cost most.
 _SIDE_RATIO, _LARGE_SIDE_RATIO = 1.12, 1.04
 _SMALLEST_SIDE, _LARGE_SIDE = 8, 256
-# Factor by which a recommended domain is larger than the one required now.
+# Factor by which a recommended domain is larger than the required one.
 _DOMAIN_MARGIN = 1.3
 # Deviation from a whole number of spacings that counts as rounding.
 _ROUNDING = 1e-9

@@ -84,7 +84,7 @@ def frame_memory(atoms: int) -> float:
 def available_memory() -> float:
     """Return the memory that this process can still use (bytes).
 
-    It is the available memory of the machine, or what is left of a limit of the
+    It is the available memory of the machine, or the unused part of a limit of the
     process's control groups (containers, batch systems) or of its address space
     (``ulimit -v``), if that is less.
     """
@@ -93,7 +93,7 @@ def available_memory() -> float:
 
 
 def control_group_memory(root: Path = Path("/")) -> float:
-    """Return what is left of the memory limits of control groups on Linux.
+    """Return the unused part of the memory limits of control groups on Linux.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def control_group_memory(root: Path = Path("/")) -> float:
 
 
 def _left_in_group(folder: Path) -> float:
-    """Return what is left of the limit of a control group, if it has one (bytes)."""
+    """Return the unused part of the limit of a control group, if it has one (bytes)."""
     for limit, usage, cache in (
         ("memory.max", "memory.current", "inactive_file"),
         ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
@@ -139,7 +139,7 @@ def _left_in_group(folder: Path) -> float:
 
 
 def _address_space() -> float:
-    """Return what is left of the limit of the address space (bytes)."""
+    """Return the unused part of the limit of the address space (bytes)."""
     if resource is None:
         return math.inf
     allowed, _ = resource.getrlimit(resource.RLIMIT_AS)

@@ -102,13 +102,14 @@ class GridChange:
         Parameters
         ----------
         indenter : Surface
+            The indenter.
         spacing : float
             Spacing of the atoms (length).
 
         Returns
         -------
         Surface
-            The same indenter if the grid is finer.
+            The smoothed indenter; the same indenter if the grid is finer.
 
         Raises
         ------
@@ -160,6 +161,7 @@ def on_grid(problem: Problem, window: Box, change: GridChange) -> tuple[Problem,
     problem : Problem
     window : Box
     change : GridChange
+        Spacing of the new grid relative to the old one.
 
     Returns
     -------
@@ -195,7 +197,7 @@ def lost_slope(indenter: Surface, smooth: Surface) -> float:
 
 
 def lost_text(change: GridChange, lost: float) -> str:
-    """Return what a coarser grid can't resolve, for printed output."""
+    """Return a text on the waves that a coarser grid can't resolve."""
     part = "a part" if math.isnan(lost) else f"{100 * lost:.2g} %"
     unknown = ", which is not known" if math.isnan(lost) else ""
     return (

@@ -65,6 +65,7 @@ class CantileverBranch:
     deflection : ndarray, shape (k,)
         Deflection of the cantilever, positive upward (Å).
     jumps : tuple of CantileverJump
+        Jumps of the tip on this branch, in order.
     """
 
     distance: FloatArray

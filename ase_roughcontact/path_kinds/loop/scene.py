@@ -100,7 +100,7 @@ class Loop(PathKind):
         return Steps(PENETRATION.name, values=(0.0,))
 
     def describe(self, bodies: Bodies) -> str:
-        """Return what is planned, and what a cantilever must hold."""
+        """Return a text on the plan, with the force that a cantilever must hold."""
         if self.deepest is None:
             return (
                 "The loop goes on until the tip is pressed as much as it was pulled "
@@ -121,7 +121,7 @@ class Loop(PathKind):
         )
 
     def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
-        """Return what approaches and retracts."""
+        """Return the steps of the loop."""
         return LoopSteps(stepper, self.loop(bodies))
 
     def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:

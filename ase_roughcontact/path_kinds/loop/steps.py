@@ -60,8 +60,10 @@ class _Reached(NamedTuple):
     Attributes
     ----------
     position : _Position
+        Position of the state in the loop.
     state : State
     record : LoadStep
+        Result of the step.
     """
 
     position: _Position

@@ -196,7 +196,7 @@ class Sliding(PathKind):
             ) from error
 
     def describe(self, bodies: Bodies) -> str:
-        """Return the number of steps, and what is planned."""
+        """Return a text on the plan, with the number of steps."""
         key, _ = self.turns(bodies)
         time = "the time of friction is of the same order"
         if bodies.friction.coupled:

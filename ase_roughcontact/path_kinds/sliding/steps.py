@@ -58,6 +58,7 @@ class _Move(NamedTuple):
     Attributes
     ----------
     target : ndarray, shape (2,)
+        Lateral target along x and y.
     at : ndarray, shape (2,), or None
         Displacement of the indenter, None before the first step (Å).
     origin : ndarray, shape (2,)
@@ -131,7 +132,7 @@ class SlidingSteps(NumberedSteps):
         return super().target(number) | {"lateral": lateral}
 
     def change_of_target(self, old: dict[str, Any], number: int) -> str:
-        """Return in what the targets of a step differ; see `NumberedSteps`."""
+        """Return the difference of the targets of a step; see `NumberedSteps`."""
         if found := super().change_of_target(old, number):
             return found
         was, new = old["lateral"].get(self.given.control), self.given.lateral

@@ -57,9 +57,10 @@ def plot_over_time(
     axes : matplotlib Axes
     steps : sequence of TimeStep
     column : {"normal_force", "contact_area", "continuum_area"}
+        Name of the column.
     ways : sequence of str, optional
         Name of the branch at each step, "approach", "dwell", "retraction" or
-        "oscillation"; it sets color and label of lines.
+        "oscillation"; it sets the colour and the label of a line.
 
     Returns
     -------

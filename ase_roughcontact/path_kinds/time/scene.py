@@ -254,7 +254,7 @@ class Timed(PathKind):
         return found
 
     def describe(self, bodies: Bodies) -> str:
-        """Return duration and number of steps, and what is planned."""
+        """Return a text on the plan, with the duration and the number of steps."""
         creep = bodies.solid.creep
         grows = ""
         if self.unit in FORCES and creep is not None and creep.relaxed:
@@ -272,7 +272,7 @@ class Timed(PathKind):
         )
 
     def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
-        """Return what follows the schedule."""
+        """Return the steps that follow the schedule."""
         return TimeSteps(stepper, self.specification(bodies))
 
     @property

@@ -112,8 +112,10 @@ class _Reached(NamedTuple):
     Attributes
     ----------
     position : _Position
+        Position of the end of the step in the path.
     state : State
     target : float
+        Target at the end of the step.
     record : TimeStep or None
         Result of the step; None before the first one.
     """
@@ -134,6 +136,7 @@ class TimeSteps(PathSteps):
     ----------
     stepper : Stepper
     given : TimeSpecification
+        Schedule and tolerance.
     """
 
     kind = TimeStep
