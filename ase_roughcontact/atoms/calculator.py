@@ -110,7 +110,7 @@ class RoughContact(PropertiesCalculator):
     them all at once. ASE's file formats do not store them; `snapshot` makes frames that
     carry them.
 
-    Indenter, solid and walls can also be given by what their method `todict` returns,
+    Indenter, solid and walls can also be given by the result of their method `todict`,
     so that ``RoughContact(**calc.todict())`` is an equal calculator; see `fromdict`.
 
     Numerical forces, as of `ase.calculators.fd.calculate_numerical_forces`, are

@@ -1,4 +1,4 @@
-"""Indenters, solids and walls made from what their method `todict` returns."""
+"""Indenters, solids and walls made from the results of their method `todict`."""
 
 from __future__ import annotations
 

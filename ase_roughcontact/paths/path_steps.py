@@ -1,7 +1,7 @@
-"""Steps of a path of any kind: which come next, and what describes them in files.
+"""Steps of a path of any kind: their order, and their description in files.
 
 A restart file describes the path: the system, its kind, its control and its targets. A
-path is resumed from it only if these agree; if not, the error lists what differs.
+path is resumed from it only if these agree; if not, the error lists the differences.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ replaced when the new one is complete, after each step. In an archive of NumPy (
 without pickled objects) are
 
 - ``description``: the system, the kind of path and its settings, as JSON,
-- ``steps``: for each step what was prescribed, and its columns, as lines of JSON,
+- ``steps``: for each step its prescribed quantities and its columns, as lines of JSON,
 - ``last/...``: arrays of the state after the last step, and
 - ``converged/...``: arrays of the state before the first step that did not converge, if
   there is such a step: steps are calculated again from there if other settings may let

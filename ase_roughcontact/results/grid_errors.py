@@ -1,6 +1,6 @@
 r"""Errors of a contact of the continuum by the grid on which it is calculated.
 
-The page "Estimated errors" of the guide has the equations with what was measured for
+The page "Estimated errors" of the guide has the equations with measurements for
 their factors. Symbols: :math:`\Delta x` is the spacing of the grid, A the area of the
 contact, :math:`S_d` its perimeter along the lines of the grid, N the normal force and H
 the hardness.

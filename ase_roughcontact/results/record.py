@@ -369,7 +369,7 @@ class LoadStep:
         Raises
         ------
         AttributeError
-            If the function of a column asks for what a step does not have.
+            If the function of a column needs an attribute that a step does not have.
         """
         values = {}
         for name, each in columns_of(cls).items():

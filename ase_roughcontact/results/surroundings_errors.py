@@ -1,4 +1,4 @@
-r"""Errors by what surrounds a contact: images in a periodic cell, and edges of a scan.
+r"""Errors by the surroundings of a contact: images in a periodic cell, edges of a scan.
 
 Images of the contact in a square cell of side L shift the height, and press the
 surroundings down. The page "Estimated errors" of the guide has the equations.

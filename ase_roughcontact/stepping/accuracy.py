@@ -49,7 +49,7 @@ LEVELS = {"fast": 0.05, "normal": 0.01, "high": 0.002}
 OF_ATOMS = 1e-4
 # Part of the error of the continuum that the solver may contribute.
 _SOLVER_PART = 0.1
-# Columns of the contact area that answers the question, by what grid points are.
+# Column of the contact area that answers the question, by the model of the grid.
 _AREA_COLUMNS = {"atoms": "contact_area", "continuum": "continuum_area"}
 
 

@@ -1,4 +1,4 @@
-"""Relaxed step of a path: what its results, errors and limits are calculated from."""
+"""Relaxed step of a path, from which results, errors and limits are calculated."""
 
 from __future__ import annotations
 

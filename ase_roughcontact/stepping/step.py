@@ -31,7 +31,7 @@ from ase_roughcontact.windows.fixed import FixedWindow
 class Stepper:
     """Relaxes a contact at a target, from the state of the last step.
 
-    Nothing is kept between steps but what is cheaper to reuse than to calculate.
+    Only objects that are cheaper to reuse than to calculate are kept between steps.
 
     Parameters
     ----------

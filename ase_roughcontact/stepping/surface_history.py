@@ -1,4 +1,4 @@
-"""The contact of a state, with what its surface has kept of earlier steps."""
+"""The contact of a state, with the history of its surface."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ ROUGHNESSES: Registry[type[Topography]] = Registry("kind of roughness")
 class Topography(Registered, Surface):
     """Base class of surfaces: indenters, and the roughness of a sphere.
 
-    A subclass defines `heights`, and whatever else is known about it. A number that it
+    A subclass defines `heights`, and all other known properties. A number that it
     does not define is "not known": NaN, infinity where it is a bound, or zero where
     there is nothing of the kind. A surface of another class is described by
     `topography_of`.

@@ -48,7 +48,7 @@ class BeyondSurfaceError(ValueError):
     Attributes
     ----------
     problem, advice : str
-        What is wrong, and what to do.
+        Description of the error, and advice.
     domain : int
         Side of the domain that is advised, in spacings; zero without advice.
     """

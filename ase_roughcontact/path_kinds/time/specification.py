@@ -1,4 +1,4 @@
-"""Specification of a path in time: schedule, what it controls, and the tolerance."""
+"""Specification of a path in time: schedule, controlled quantity and tolerance."""
 
 from __future__ import annotations
 
