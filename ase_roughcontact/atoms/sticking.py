@@ -134,7 +134,7 @@ class Sticking:
         return self._friction + self._stiffness @ (place - self._start)
 
     def lateral_force(self, forces: np.ndarray) -> np.ndarray:
-        """Return the force on the indenter that balances elastic forces on all atoms."""
+        """Return the force on the indenter that balances the elastic forces."""
         found = -forces[self.index, :2].sum(axis=0)
         if self._others.size:  # they move backwards, by the mean
             found += len(self.index) * forces[self._others, :2].mean(axis=0)

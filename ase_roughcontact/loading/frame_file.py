@@ -43,7 +43,7 @@ def read_contents(file: PathName) -> Iterator[bytes]:
     Raises
     ------
     ValueError
-        If the file has no frames of this format, or one was changed.
+        If the file has no frames of this format, or one is damaged.
 
     Warns
     -----
