@@ -68,7 +68,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         (eV/Å), the contact area (Å^2), under friction the lateral force (eV/Å),
         compressed fields, which `analysis.ContactMap.from_frame` reads, the pressures
         also `pressure_of`, and `info`. For viewers, tags are 1 for atoms in contact, 4
-        for those in plastic contact, 5 for those that slip, 2 for atoms under
+        for atoms in plastic contact, 5 for atoms that slip, 2 for atoms under
         attraction and 0 for all others, and initial charges are the pressures in GPa.
         The arrays ``contact`` (1 or 0), ``pressure`` (GPa) and ``gap`` (Å) of all atoms
         become columns of .extxyz files, by which OVITO colours them.

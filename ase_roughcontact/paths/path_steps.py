@@ -105,7 +105,7 @@ class PathSteps(ABC):
         record : type
             Class of the results.
         last : LastStep, optional
-            Last step that is done: those after it are relaxed.
+            Last finished step: the steps after it are relaxed.
 
         Yields
         ------

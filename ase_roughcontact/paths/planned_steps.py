@@ -114,7 +114,7 @@ class Plan:
 
     @property
     def frames(self) -> float:
-        """Largest size of the frames, also of those for viewing (bytes)."""
+        """Largest size of the frames, including the ones for viewing (bytes)."""
         if not self.count:
             return 0.0
         atoms = sum(s.count * size_of(s.window) for s in self.steps if s.window)

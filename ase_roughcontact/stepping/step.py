@@ -315,7 +315,7 @@ class Stepper:
             )
 
     def _at(self, state: State, target: float) -> tuple[State, Support]:
-        """Return a state at a target, and what holds the indenter there."""
+        """Return a state at a target, and the support of the indenter there."""
         first_contact = self.windows.first_contact
         if self.control == LOAD:
             # out of contact nothing but the load acts, and some optimizers divide by 0

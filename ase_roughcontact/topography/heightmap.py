@@ -158,7 +158,7 @@ class HeightMap(Topography):
             second degree in x and y, a straight line from each line of the scan
             (drift), or offsets of lines by the medians of the steps between them, and a
             plane. By default the plane; of a periodic scan, which has no tilt, the
-            mean. Missing points, and those that are removed, do not count.
+            mean. Missing points and removed points do not count.
         center : {"middle", "highest"} or (float, float)
             Place on the axis of the indenter: the middle of the scan, its highest point
             after detrending, or a position (x, y) from its first point (`unit`).

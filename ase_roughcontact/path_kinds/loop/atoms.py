@@ -104,7 +104,7 @@ def adhesion_loop(
     On a curve :math:`N(Z)` without jumps, :math:`W - (E_2 - E_1)` is the error of the
     integral of a cubic polynomial, :math:`|N''''| |Z_1 - Z_2|^5/720`, while the energy
     lost in a jump does not decrease with the step: halving distinguishes them. Between
-    the states the curve is that polynomial, see `interpolated`.
+    the states the curve is this polynomial, see `interpolated`.
 
     *Smooth spheres.* With `LennardJones93.adhesive`, the pull-off force agrees with
     Maugis-Dugdale theory for the same work and range, :math:`\sigma_0 = w/D`: smaller

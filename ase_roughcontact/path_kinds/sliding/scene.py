@@ -275,7 +275,7 @@ class Sliding(PathKind):
             yield "tractions.png"
 
     def partly_slipping(self, states: Sequence[Any]) -> list[Any]:
-        """Return a few states with tractions in order, those with most partial slip.
+        """Return a few states with tractions in order, with the most partial slip.
 
         First one of each move between two turns, then a second one; of equal tractions
         only one.

@@ -272,7 +272,7 @@ class SlidingSteps(NumberedSteps):
     def _on_box(
         self, relaxed: RelaxedStep, before: State
     ) -> tuple[np.ndarray, Box, np.ndarray]:
-        """Return the bounds, a box of all tractions, and those before the step."""
+        """Return bounds, a box of all tractions, and the tractions before the step."""
         window, fields = relaxed.state.window, relaxed.fields
         problem = relaxed.problem
         place = problem.spacing, problem.origin(window)
@@ -288,7 +288,7 @@ class SlidingSteps(NumberedSteps):
     def _supported(
         self, move: _Move, area: float, last: LateralState | None
     ) -> tuple[np.ndarray, np.ndarray, LateralSupport | None]:
-        """Return where the indenter was, its known move, and what holds it."""
+        """Return the indenter's last place, its known move, and its support."""
         if self.given.control == "displacements":
             at = move.target if move.at is None else move.at
             return at, move.target - at, None
