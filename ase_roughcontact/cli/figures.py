@@ -57,7 +57,8 @@ def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
         known = [step.time * (1.0 + _ROUNDING) for step in steps]
         kept = set(np.searchsorted(known, times).tolist())
     file = folder / "sweep.traj"
-    shown = steps_with_frames(file)
+    # a run that was killed may have left the frame of a step that is not finished
+    shown = [n for n in steps_with_frames(file) if n < len(steps)]
     if not shown:
         return
     if kept is not None:

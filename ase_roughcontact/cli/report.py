@@ -379,7 +379,7 @@ def files_table(pictures: Sequence[str]) -> Any:
     """Return the table of the files of a run, given the names of its figures."""
     files = {
         "curve.csv": "all columns of the table",
-        "sweep.traj": "all atoms",
+        "sweep.traj": "frames for looking",
         "view.traj": "for viewing, with heights enlarged; purple: in contact, light "
         "blue: attracted" + (", green: slips" * ("friction.png" in pictures)),
         **dict.fromkeys(pictures, "figure"),

@@ -106,7 +106,9 @@ def _relax(
     if schedule:
         timer = TimeMeter(schedule, scene.path.expected_counts(scene.bodies))
     count, earlier = scene.path.count(scene.bodies), read_restart(folder / RESTART)
-    restored = len(earlier.steps) if earlier else 0
+    # a step that is relaxed again takes another time
+    seconds = [step.columns["seconds"] for step in earlier.steps] if earlier else []
+    restored = len(seconds)
     if count is not None:
         # more steps than the scene has belong to another scene, which `run` refuses
         restored = min(restored, count)
@@ -123,7 +125,7 @@ def _relax(
             if not steps and prints_text(options):
                 show(entries(report.inputs(reference).items()), "")
             steps.append(step)
-            is_restored = len(steps) <= restored
+            is_restored = seconds[len(steps) - 1 : len(steps)] == [step.seconds]
             meter.finish("path", step.step)
             if timer:
                 (timer.restart if is_restored else timer.finish)(step.time)
@@ -250,7 +252,8 @@ def _at_times(
         raise ValueError(
             f'--times needs a path of kind = "time", got kind = "{scene.path.kind}"'
         )
-    with_frame = [steps[n] for n in steps_with_frames(folder / "sweep.traj")]
+    numbers = set(steps_with_frames(folder / "sweep.traj"))
+    with_frame = [step for step in steps if step.step in numbers]
     known = np.array([step.time for step in with_frame])
     found = set()
     for each in text.split(","):

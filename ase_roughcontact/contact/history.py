@@ -69,7 +69,7 @@ def declare(entry: HistoryEntry) -> HistoryEntry:
 
 def is_entry(name: str) -> bool:
     """Return whether an entry of this name is declared."""
-    return name in _ENTRIES or name.rstrip(string.digits) in _ENTRIES
+    return _declared(name) in _ENTRIES
 
 
 def entry_of(name: str) -> HistoryEntry:
@@ -85,4 +85,10 @@ def entry_of(name: str) -> HistoryEntry:
             f"no entry {name!r} of the history is declared: declare a HistoryEntry "
             "of this name, or import the module that does"
         )
-    return _ENTRIES.get(name) or _ENTRIES[name.rstrip(string.digits)]
+    return _ENTRIES[_declared(name)]
+
+
+def _declared(name: str) -> str:
+    """Return the name under which an entry of this name is declared."""
+    stem = name.rstrip(string.digits)
+    return stem if stem.endswith("_") else name

@@ -183,10 +183,15 @@ class State:
         Raises
         ------
         ValueError
-            If an entry is not declared.
+            If an entry is not declared, or has not the shape of the window.
         """
-        for name in history:
+        for name, values in history.items():
             entry_of(name)
+            if values is not None and np.shape(values) != self.window.shape:
+                raise ValueError(
+                    f"the entry {name!r} of the history must have the shape "
+                    f"{self.window.shape} of the window, got {np.shape(values)}"
+                )
         kept = {k: v for k, v in self.history.items() if k not in history}
         kept |= {k: v for k, v in history.items() if v is not None}
         return replace(self, history=kept)

@@ -56,6 +56,33 @@ def test_steps_that_do_not_converge_are_marked_and_set_the_exit_status(scene, ca
 
 
 @without_pictures
+def test_steps_that_are_calculated_again_are_not_called_restored(scene, capsys):
+    text = scene.read_text()
+    scene.write_text(text.replace("[solver]", "[solver]\nmax_steps = 1"))
+    assert main(["run", str(scene)]) == 1
+    scene.write_text(text)
+    capsys.readouterr()
+    assert main(["run", str(scene)]) == 0
+    assert "restored" not in capsys.readouterr().out
+    assert main(["run", str(scene)]) == 0
+    assert "restored" in capsys.readouterr().out
+
+
+def test_the_frame_of_a_step_that_is_not_finished_is_not_shown(scene, tmp_path):
+    out, text = tmp_path / "out", scene.read_text()
+    scene.write_text(text.replace("last = 0.6\nsteps = 2", "last = 0.2\nsteps = 1"))
+    assert main(["run", str(scene), "--out", str(out)]) == 0
+    restart = (out / "sweep.restart.npz").read_bytes()
+    scene.write_text(text)
+    assert main(["run", str(scene), "--out", str(out)]) == 0
+    (out / "sweep.restart.npz").write_bytes(restart)  # as of a run that was killed
+    assert len(read(out / "sweep.traj", ":")) == 2
+    assert main(["maps", str(out)]) == 0
+    assert main(["figure", str(out)]) == 0
+    assert len(read(out / "view.traj", ":")) == 1
+
+
+@without_pictures
 def test_quiet_prints_nothing_and_json_a_line_per_step(scene, tmp_path, capsys):
     out = str(tmp_path / "out")
     assert main(["run", str(scene), "--out", out, "--quiet"]) == 0

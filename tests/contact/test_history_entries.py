@@ -9,7 +9,7 @@ from built import atoms_under
 import ase_roughcontact as rc
 from ase_roughcontact.atoms.info import field_of
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.contact.history import HistoryEntry, declare, entry_of
+from ase_roughcontact.contact.history import HistoryEntry, declare, entry_of, is_entry
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.loading.load_path import AtomsPath
 from ase_roughcontact.loading.trajectory import read_frames
@@ -99,6 +99,25 @@ def test_what_is_not_declared_is_not_kept():
     state = rc.State.flat(Box((0, 0), (4, 4)), 1.0)
     with pytest.raises(ValueError, match="'age'"):
         state.keeping(age=np.zeros((4, 4)))
+
+
+def test_an_entry_has_the_shape_of_the_window():
+    state = rc.State.flat(Box((0, 0), (4, 4)), 1.0)
+    with pytest.raises(ValueError, match=r"\(4, 4\).*\(3, 3\)"):
+        state.keeping(**{FREE.name: np.zeros((3, 3))})
+
+
+@pytest.mark.parametrize(
+    "name, declared",
+    [
+        ("creep_pressure_2", True),
+        ("plastic_depth", True),
+        ("plastic_depth7", False),
+        ("slipping2", False),
+    ],
+)
+def test_only_names_that_end_with_an_underscore_are_numbered(name, declared):
+    assert is_entry(name) == declared
 
 
 def test_atoms_that_enter_a_window_have_the_declared_value():
