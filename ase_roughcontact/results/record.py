@@ -189,7 +189,7 @@ class LoadStep:
     )
     force_error: float = column(
         lambda s: errors_of(s).force,
-        "estimated error of the force; under a load what its balance lacks",
+        "estimated error of the force; under a load the residual of the balance",
         "eV/Å",
         where=_OF_ERRORS,
     )
@@ -201,8 +201,8 @@ class LoadStep:
     )
     penetration_error: float = column(
         lambda s: errors_of(s).penetration,
-        "estimated error of the penetration: that of the height, and for the continuum "
-        "that of the lowest point of the indenter; zero at a given penetration",
+        "estimated error of the penetration: of the height, and for the continuum of "
+        "the lowest point of the indenter; zero at a given penetration",
         "Å",
         where=_OF_ERRORS,
     )
