@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
@@ -131,9 +132,9 @@ def _resumed(path: PathSteps, found: Restart, new: Restart, file: PathName) -> R
     path.check(found, new.system, file)
     if _may_converge(found.settings, new.settings):
         found = found.until_converged()
-    steps = found.steps
-    if differences(found.settings["hardness"], new.settings["hardness"]):
-        steps = tuple(_marked(step, new.settings["hardness"]) for step in steps)
+    steps, limits = found.steps, _limits_of_pressure(new.settings)
+    if differences(_limits_of_pressure(found.settings), limits):
+        steps = tuple(_marked(step, limits) for step in steps)
     return replace(new, steps=steps, last=found.last, converged=found.converged)
 
 
@@ -143,9 +144,15 @@ def _may_converge(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
     return more or new["optimizer"] != old["optimizer"]
 
 
-def _marked(step: FinishedStep, hardness: float) -> FinishedStep:
-    """Return a step, marked where pressures exceed a hardness."""
-    validity = marked_for_hardness(step.columns, hardness)
+def _limits_of_pressure(settings: Mapping[str, Any]) -> dict[str, float]:
+    """Return the hardness and its bound, NaN where older files have none."""
+    bound = settings.get("hardness_bound", math.nan)
+    return {"hardness": settings["hardness"], "bound": bound}
+
+
+def _marked(step: FinishedStep, limits: Mapping[str, float]) -> FinishedStep:
+    """Return a step, marked where pressures exceed the hardness or its bound."""
+    validity = marked_for_hardness(step.columns, **limits)
     return step._replace(columns=step.columns | {"validity": validity})
 
 

@@ -26,6 +26,7 @@ LARGEST_ERROR_BY_FMAX = 0.01
 # Names of the limits by the hardness.
 _MEAN_PRESSURE = "mean pressure/hardness"
 _LARGEST_PRESSURE = "largest pressure/hardness"
+_PRESSURE_OVER_BOUND = "largest pressure/bound of the hardness"
 # Separator of the entries of the column.
 _SEPARATOR = "; "
 
@@ -78,7 +79,9 @@ def violations(step: RelaxedStep) -> str:
     return _SEPARATOR.join(filter(None, (check.violation(step) for check in CHECKS)))
 
 
-def marked_for_hardness(columns: Mapping[str, Any], hardness: float) -> str:
+def marked_for_hardness(
+    columns: Mapping[str, Any], hardness: float, bound: float
+) -> str:
     """Return the column `validity` of a result for another hardness.
 
     Parameters
@@ -87,6 +90,8 @@ def marked_for_hardness(columns: Mapping[str, Any], hardness: float) -> str:
         Columns of the result.
     hardness : float
         Hardness with which pressures are compared; infinity or NaN for none (pressure).
+    bound : float
+        Bound of a hardness that is not known; NaN without one (pressure).
 
     Returns
     -------
@@ -95,16 +100,18 @@ def marked_for_hardness(columns: Mapping[str, Any], hardness: float) -> str:
     largest, mean = columns["largest_pressure"], columns["mean_pressure"]
     if columns["area_column"] == "continuum_area" and columns["contact_area"]:
         mean *= columns["continuum_area"] / columns["contact_area"]  # over atoms
-    pressures = {_MEAN_PRESSURE: min(mean, largest), _LARGEST_PRESSURE: largest}
+    values = {
+        _MEAN_PRESSURE: min(mean, largest) / hardness,
+        _LARGEST_PRESSURE: largest / hardness,
+        _PRESSURE_OVER_BOUND: largest / bound,
+    }
     entries = [
-        check.entry(pressures[check.name] / hardness)
-        for check in CHECKS
-        if check.name in pressures
+        check.entry(values[check.name]) for check in CHECKS if check.name in values
     ]
     entries += [
         entry
         for entry, check in failed_checks(columns["validity"]).items()
-        if check.name not in pressures
+        if check.name not in values
     ]
     return _SEPARATOR.join(filter(None, entries))
 
@@ -247,7 +254,7 @@ CHECKS = (
         lambda s: float(s.fields.pressure.max()) / s.options.hardness,
     ),
     Check(
-        "largest pressure/bound of the hardness > 1",
+        f"{_PRESSURE_OVER_BOUND} > 1",
         "hardness not known, and no material of the table is harder than "
         f"{LARGEST_RELATIVE_HARDNESS:.3g} E*: give it, infinity for a rubber",
         lambda s: float(s.fields.pressure.max()) / s.options.hardness_bound,

@@ -294,11 +294,12 @@ class Stepper:
         Returns
         -------
         dict
-            Hardness with which pressures are compared, largest number of steps of the
-            optimizer, and its name with its options.
+            Hardness with which pressures are compared and its bound, largest number of
+            steps of the optimizer, and its name with its options.
         """
         return {
             "hardness": self.options.hardness,
+            "hardness_bound": self.options.hardness_bound,
             "max_steps": self.options.max_steps,
             "optimizer": self.options.optimizer,
         }

@@ -37,6 +37,22 @@ def test_steps_are_marked_for_a_hardness_that_is_given_afterwards(tmp_path):
     assert [s.validity for s in again] == [s.validity for s in first]
 
 
+def test_a_bound_of_the_hardness_is_marked_only_while_no_hardness_is_given(tmp_path):
+    material = {"substrate.contact_modulus": None, "substrate.material": "mica"}
+    path = {"path.control": "penetration", "path.values": (1.0, 5.0)}
+    mica = SCENE.with_values(material | path)
+    first = results(mica, tmp_path / "a")
+    assert "largest pressure/bound of the hardness" in first[-1].validity
+    hard = mica.with_values({"substrate.hardness": 100.0})  # GPa
+    marked = results(hard, tmp_path / "a")
+    assert [s.validity for s in marked] == [
+        s.validity for s in results(hard, tmp_path / "b")
+    ]
+    assert "hardness" not in "".join(step.validity for step in marked)
+    again = results(mica, tmp_path / "a")
+    assert [s.validity for s in again] == [s.validity for s in first]
+
+
 def test_a_strict_run_stops_at_a_step_of_an_earlier_run_that_exceeds_a_limit(tmp_path):
     file, out = tmp_path / "x.toml", str(tmp_path / "out")
     file.write_text(TEXT)
