@@ -248,7 +248,9 @@ def test_run_on_a_file_system_without_locks_warns_and_works(
 ):
     missing = OSError(errno.ENOSYS, "Function not implemented")
     monkeypatch.setattr(fcntl, "flock", Mock(side_effect=missing))
-    with pytest.warns(RuntimeWarning, match=r"sweep\.traj has no locks.*no other run"):
+    with pytest.warns(
+        RuntimeWarning, match=r"no locks for .*sweep\.traj.*no other run"
+    ):
         path = SCENE.run(folder)
         before = [next(path) for _ in range(2)]
     path.close()

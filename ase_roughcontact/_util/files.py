@@ -30,8 +30,8 @@ _NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP}
 
 
 @contextmanager
-def locked(file: PathName) -> Iterator[None]:
-    """Lock a file against other processes until the end of the context or process.
+def locked(*files: PathName) -> Iterator[None]:
+    """Lock files against other processes until the end of the context or process.
 
     The lock is on the file ``file.lock`` in the same folder, which is removed at the
     end. On a file system without locks, a `RuntimeWarning` is given.
@@ -39,25 +39,30 @@ def locked(file: PathName) -> Iterator[None]:
     Raises
     ------
     RuntimeError
-        If another process is writing the file.
+        If another process is writing one of the files.
     """
+    unlocked = list[str]()
     with ExitStack() as stack:
-        try:
-            free = stack.enter_context(lock(f"{os.fspath(file)}.lock"))
-        except OSError as error:
-            if error.errno not in _NO_LOCKS:
-                raise
-            free = True
+        for name in files:
+            file = os.fspath(name)
+            try:
+                free = stack.enter_context(lock(f"{file}.lock"))
+            except OSError as error:
+                if error.errno not in _NO_LOCKS:
+                    raise
+                unlocked.append(f"{file} ({error.strerror})")
+                continue
+            if not free:
+                raise RuntimeError(
+                    f"another run is writing {file}: wait for its end, or give another "
+                    "name"
+                )
+        if unlocked:
             warnings.warn(
-                f"the file system of {os.fspath(file)} has no locks "
-                f"({error.strerror}): make sure that no other run writes this file",
+                f"the file system has no locks for {' and '.join(unlocked)}: make sure "
+                "that no other run writes the same files",
                 RuntimeWarning,
                 stacklevel=2,
-            )
-        if not free:
-            raise RuntimeError(
-                f"another run is writing {os.fspath(file)}: wait for its end, or give "
-                "another name"
             )
         yield
 

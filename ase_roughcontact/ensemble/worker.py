@@ -129,7 +129,6 @@ def _resume(
     relax = partial(scene.relax, targets, validity="ignore")  # the rows have the column
     if restart is None:
         return relax()
-    restart.parent.mkdir(parents=True, exist_ok=True)
     steps = relax(restart=restart, resume=True)
     try:
         first = next(steps)

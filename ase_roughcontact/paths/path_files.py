@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from ase_roughcontact._util.files import (
@@ -103,9 +104,12 @@ def path_files(
     with ExitStack() as files:
         if new is not None and (file := output.restart_file) is not None:
             restart, written = new, None
-            refuse_link(file)
-            refuse_link(output.trajectory or file)
-            files.enter_context(locked(output.trajectory or file))
+            Path(file).parent.mkdir(parents=True, exist_ok=True)
+            # each file may be written without the other one by another run
+            written_files = [name for name in (output.trajectory, file) if name]
+            for name in written_files:
+                refuse_link(name)
+            files.enter_context(locked(*written_files))
             if output.resume:
                 found = read_restart(file)
                 written = len(found.steps) if found else 0

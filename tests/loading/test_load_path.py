@@ -315,6 +315,28 @@ def test_second_writer_gets_an_error_and_the_first_one_continues(tmp_path, keep)
     assert read(options["trajectory"]).info["load_step"]["step"] == 2
 
 
+@pytest.mark.parametrize(
+    "other",
+    [{"restart": "a.restart.npz"}, {"trajectory": "a.traj", "restart": "b.npz"}],
+)
+def test_a_run_that_shares_one_file_with_another_one_is_refused(tmp_path, other):
+    first = written_path(make_atoms(), DEPTHS, trajectory=tmp_path / "a.traj")
+    record = next(first)
+    files = {name: tmp_path / file for name, file in other.items()}
+    for resume in (False, True):
+        with pytest.raises(RuntimeError, match=r"another run is writing .*a\."):
+            next(written_path(make_atoms(), DEPTHS, resume=resume, **files))
+    assert read_steps(tmp_path / "a.restart.npz") == [record]
+    assert len(list(first)) == 2
+
+
+def test_a_restart_file_may_be_in_a_folder_that_is_not_there_yet(tmp_path):
+    file = tmp_path / "new" / "a.npz"
+    files = {"trajectory": tmp_path / "a.traj", "restart": file}
+    steps = list(written_path(make_atoms(), DEPTHS, **files))
+    assert read_steps(file) == steps
+
+
 def test_lock_removed_by_its_owner_is_not_held(tmp_path, monkeypatch):
     fcntl = pytest.importorskip("fcntl")
     options = {"trajectory": tmp_path / "a.traj", "keep": "last"}
