@@ -9,9 +9,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import time
 from collections.abc import Mapping
-from functools import lru_cache
+from dataclasses import fields, is_dataclass
+from functools import lru_cache, partial
+from numbers import Number
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +57,39 @@ def canonical(value: Any) -> Any:
     if value is None or isinstance(value, (bool, int, str)):
         return value
     raise ValueError(f"values must be text, numbers, arrays or files, got {value!r}")
+
+
+def name_of(value: Any) -> str:
+    """Return a name that is the same in all processes.
+
+    Numbers and strings are their own name. What is called has the name of its
+    definition, with the arguments that are bound to it. Any other object has the name
+    of its class, with the fields of a dataclass or what `todict` returns.
+    """
+    if value is None or isinstance(value, (Number, np.generic, str, os.PathLike)):
+        return str(value)
+    if isinstance(value, partial):
+        bound = [name_of(each) for each in value.args]
+        bound += _named(value.keywords)
+        return " ".join([name_of(value.func), *bound])
+    if hasattr(value, "__qualname__"):
+        return str(value.__qualname__)
+    if isinstance(value, np.ndarray):
+        return digest(value.tobytes())
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(name_of, value))}]"
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(_named(value))}}}"
+    parameters = {}
+    if hasattr(value, "todict"):
+        parameters = value.todict()
+    elif is_dataclass(value):
+        parameters = {each.name: getattr(value, each.name) for each in fields(value)}
+    return " ".join([type(value).__qualname__, *_named(parameters)])
+
+
+def _named(values: Mapping[str, Any]) -> list[str]:
+    return [f"{name}={name_of(value)}" for name, value in values.items()]
 
 
 def digest(contents: bytes) -> str:

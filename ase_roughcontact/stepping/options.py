@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, TypeAlias
 
+from ase_roughcontact._util.identity import name_of
 from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.contact import Contact, State
 from ase_roughcontact.contact.support import Support
@@ -95,13 +95,4 @@ class StepOptions:
         if isinstance(self.relaxer, SolverRelaxer):
             options = "" if self.relaxer.options is None else f" {self.relaxer.options}"
             return f"{self.relaxer.solver.__name__}{options}"
-        return _name_of(self.relaxer)
-
-
-def _name_of(called: Any) -> str:
-    """Return the name of what is called, with the arguments that are bound to it."""
-    if not isinstance(called, partial):
-        return getattr(called, "__qualname__", type(called).__qualname__)
-    bound = [_name_of(each) if callable(each) else str(each) for each in called.args]
-    bound += [f"{name}={value}" for name, value in called.keywords.items()]
-    return " ".join([_name_of(called.func), *bound])
+        return name_of(self.relaxer)
