@@ -165,7 +165,7 @@ def test_files_without_a_finished_step_are_started_again(tmp_path, keep):
             r"penetrations\[1\] was 0\.4, is 0\.5 \(eV, Å\): .*delete the file",
         ),
         ({"penetrations": [0.2]}, "has 2 steps or more, this one 1"),
-        ({"heights": [0.8, 0.6]}, "one of a penetration, this one of a height"),
+        ({"heights": [0.8, 0.6]}, "one of penetration, this one of height"),
         ({"atoms": make_atoms(modulus=2.0)}, r"contact_modulus was 1\.0, is 2\.0"),
         (
             {"atoms": make_atoms(shape=(9, 6))},
