@@ -215,8 +215,8 @@ class HeightMap(Topography):
         A bump of a substrate, 3 nm high, is pressed first:
 
         >>> import numpy as np
-        >>> scan = np.zeros((7, 9))
-        >>> scan[2, 6] = 3.0
+        >>> x, y = np.ogrid[:7, :9]
+        >>> scan = 3.0 - 0.1 * ((x - 2) ** 2 + (y - 6) ** 2)
         >>> bump = HeightMap.from_topography(
         ...     scan, "substrate", spacing=1.0, unit="nm", detrend="none",
         ...     center="highest")
