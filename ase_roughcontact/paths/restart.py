@@ -155,6 +155,8 @@ class RestartWriter:
                 self._places[_CONVERGED] = self._places[_LAST]
         self._lines += _line(step)
         self._places[_LAST] = place
+        # a folder that was removed meanwhile does not lose what was calculated
+        Path(self.file).parent.mkdir(parents=True, exist_ok=True)
         with replaced(self.file) as name, open(name, "wb") as archive:
             np.savez(archive, **self._arrays())  # type: ignore[arg-type]
 

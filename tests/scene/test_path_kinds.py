@@ -19,7 +19,7 @@ from ase_roughcontact.scene.section import lengths
 class Oscillation(PathKind):
     """Height that oscillates around a mean."""
 
-    kind = "oscillation"
+    kind = "swing"
     control = "height"
     columns = {"height": "height", "normal_force": "force"}
     captions = {"oscillation.png": "Force along the path."}
@@ -46,7 +46,7 @@ class Oscillation(PathKind):
         yield "oscillation.png"
 
 
-PATH = '[path]\nkind = "oscillation"\nmean = "0.2 nm"\namplitude = 1.0\ncycles = 2\n'
+PATH = '[path]\nkind = "swing"\nmean = "0.2 nm"\namplitude = 1.0\ncycles = 2\n'
 TEXT = SMALL[: SMALL.index("[path]")] + PATH
 HEIGHTS = [3.0, 2.0, 1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 3.0]
 
