@@ -380,6 +380,7 @@ def files_table(pictures: Sequence[str]) -> Any:
     files = {
         "curve.csv": "all columns of the table",
         "sweep.traj": "frames for looking",
+        "sweep.restart.npz": "all steps, from which a run is resumed",
         "view.traj": "for viewing, with heights enlarged; purple: in contact, light "
         "blue: attracted" + (", green: slips" * ("friction.png" in pictures)),
         **dict.fromkeys(pictures, "figure"),

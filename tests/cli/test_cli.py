@@ -45,6 +45,7 @@ def test_run_writes_table_trajectories_and_figures(scene, tmp_path, capsys):
         assert (out / name).read_bytes().startswith(b"\x89PNG")
     text = capsys.readouterr().out
     assert "Eq. (4)" in text and "restored" not in text
+    assert {file.name for file in out.iterdir()} <= set(text.split())
     assert f"ase gui -R=-60x {out / 'view.traj'}" in text
 
 
