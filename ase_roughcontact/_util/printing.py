@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # rich is imported when something is printed
 _WIDTH = 80
 # Smallest number that is printed without an exponent.
 _MIN_DECIMAL = 1e-3
-# Number from which on an exponent is printed.
+# Smallest number above 1 that is printed with an exponent.
 _MAX_DECIMAL = 1e7
 # Duration of a year (s).
 _YEAR = 365.25 * 86400.0

@@ -87,7 +87,7 @@ class OptimizerResult:
     history: tuple[Progress, ...] = field(default=(), repr=False)
 
     def reached(self, error: float) -> Progress | None:
-        """Return the progress at the step from which on the error is within a limit.
+        """Return the progress after which the error stays within a limit.
 
         Parameters
         ----------
@@ -208,7 +208,7 @@ class OptimizerComparison(Printed):
 
 
 def reached(history: Sequence[Progress], error: float) -> Progress | None:
-    """Return the progress at the step from which on the error is within a limit."""
+    """Return the progress after which the error stays within a limit."""
     found = None
     for progress in reversed(history):
         if not progress.error <= error:

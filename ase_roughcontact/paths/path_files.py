@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
@@ -149,9 +148,8 @@ def _may_converge(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
 
 
 def _limits_of_pressure(settings: Mapping[str, Any]) -> dict[str, float]:
-    """Return the hardness and its bound, NaN where older files have none."""
-    bound = settings.get("hardness_bound", math.nan)
-    return {"hardness": settings["hardness"], "bound": bound}
+    """Return the hardness and its bound."""
+    return {"hardness": settings["hardness"], "bound": settings["hardness_bound"]}
 
 
 def _marked(step: FinishedStep, limits: Mapping[str, float]) -> FinishedStep:

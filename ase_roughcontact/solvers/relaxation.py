@@ -24,6 +24,7 @@ from ase_roughcontact.solvers.status import (
     STEP_LIMIT,
     UNFINISHED,
     Status,
+    WithStatus,
 )
 
 # Largest force left in a relaxed state, relative to the largest force of the wall on an
@@ -39,7 +40,7 @@ Start: TypeAlias = "tuple[np.ndarray, float]"
 
 
 @dataclass(frozen=True)
-class Relaxation:
+class Relaxation(WithStatus):
     """Step of a solver, with its pressure, height and status.
 
     Attributes
@@ -65,16 +66,6 @@ class Relaxation:
     error: float
     status: Status
     pairs: float = 0.0
-
-    @property
-    def converged(self) -> bool:
-        """Whether the error is within the tolerance."""
-        return self.status.converged
-
-    @property
-    def message(self) -> str:
-        """Reason why the solver stopped without convergence; empty otherwise."""
-        return self.status.message
 
 
 def counts_pairs(
@@ -102,7 +93,7 @@ def counts_pairs(
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Run(WithStatus):
     """Outcome of one run of a solver.
 
     Attributes
@@ -142,16 +133,6 @@ class Run:
     pairs: float = 0.0
     tolerance: float = math.inf
     constrained: bool = False
-
-    @property
-    def converged(self) -> bool:
-        """Whether the solver has converged."""
-        return self.status.converged
-
-    @property
-    def message(self) -> str:
-        """Reason why the solver stopped without convergence; empty otherwise."""
-        return self.status.message
 
     @classmethod
     def of(

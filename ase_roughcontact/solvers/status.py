@@ -95,3 +95,19 @@ class Status:
         reason = self.kind.reason.format(**units, **self.numbers)
         advice = self.advice or self.kind.advice
         return f"{reason}; {advice}" if advice else reason
+
+
+class WithStatus:
+    """Base class of results of solvers, which have a `status`."""
+
+    status: Status
+
+    @property
+    def converged(self) -> bool:
+        """Whether the result is within the tolerance."""
+        return self.status.converged
+
+    @property
+    def message(self) -> str:
+        """Reason why the solver stopped without convergence; empty otherwise."""
+        return self.status.message

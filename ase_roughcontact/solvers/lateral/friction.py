@@ -38,7 +38,7 @@ from ase_roughcontact.solvers.lateral.friction_problem import (
     FrictionState,
     FrictionSystem,
 )
-from ase_roughcontact.solvers.status import CONVERGED, Status, StatusKind
+from ase_roughcontact.solvers.status import CONVERGED, Status, StatusKind, WithStatus
 
 # Factor by which a step is shortened.
 _STEP_FACTOR = 0.25
@@ -99,7 +99,7 @@ class FrictionOptions:
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionSolution:
+class FrictionSolution(WithStatus):
     """Tractions of a contact with friction, and the residual of the conditions.
 
     Attributes
@@ -133,16 +133,6 @@ class FrictionSolution:
     status: Status
     steps: int = 0
     pairs: float = 0.0
-
-    @property
-    def converged(self) -> bool:
-        """Whether the residual is within the tolerance."""
-        return self.status.converged
-
-    @property
-    def message(self) -> str:
-        """Reason why the residual is above the tolerance; empty if it is not."""
-        return self.status.message
 
 
 def solve_friction(
