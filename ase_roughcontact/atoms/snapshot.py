@@ -88,6 +88,26 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     the data of a row: write it by ``database.write(frame, data=frame.info)`` and read
     it by ``database.get_atoms(id, add_additional_information=True)``.
     """
+    frame, fields = frame_and_fields(atoms, **info)
+    frame.info.update({key: as_text(values) for key, values in fields.items()})
+    return frame
+
+
+def frame_and_fields(atoms: Atoms, **info: Any) -> tuple[Atoms, dict[str, np.ndarray]]:
+    """Return a snapshot without its fields, and the fields by name.
+
+    Parameters
+    ----------
+    atoms, **info
+        See `snapshot`.
+
+    Returns
+    -------
+    frame : Atoms
+        The snapshot, without fields in its `info`.
+    fields : dict of ndarray, shape (n, m)
+        Fields on the window.
+    """
     model = model_of(atoms)
     grid = model.grid
     state = atoms.calc.state(atoms)
@@ -132,10 +152,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         fields[PAST_DEPTH] = depth
         frame.positions[:-1, 2] -= depth.ravel()
     frame.info.update(
-        normal_force=state.normal_force,
-        contact_area=state.contact_area,
-        **{key: as_text(values) for key, values in fields.items()},
-        **info,
+        normal_force=state.normal_force, contact_area=state.contact_area, **info
     )
     frame.calc = SinglePointCalculator(
         frame,
@@ -143,24 +160,14 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         energies=results["energies"][in_frame],
         forces=forces[in_frame],
     )
-    return frame
+    return frame, fields
 
 
-def fields_of_frame(frame: Atoms) -> dict[str, bool]:
-    """Return the names of the fields of a frame, and whether a trajectory keeps them.
-
-    Parameters
-    ----------
-    frame : Atoms
-        Frame from `snapshot`.
-
-    Returns
-    -------
-    dict of bool
-    """
-    kept = dict.fromkeys((PRESSURE, TOUCHING), True) | {PAST_DEPTH: False}
-    kept |= {key: entry_of(key).in_frames for key in frame.info if is_entry(key)}
-    return {key: each for key, each in kept.items() if key in frame.info}
+def is_in_trajectories(field: str) -> bool:
+    """Return whether the frames of trajectories have a field of a snapshot."""
+    if is_entry(field):
+        return entry_of(field).in_frames
+    return field in (PRESSURE, TOUCHING)
 
 
 def pressure_of(frame: Atoms) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -15,8 +16,8 @@ from ase.io.jsonio import decode, encode
 from ase.units import GPa
 
 from ase_roughcontact.atoms.grid import SurfaceGrid, lateral_displacement
-from ase_roughcontact.atoms.info import LATTICE, PRESSURE, as_text, field_of
-from ase_roughcontact.atoms.snapshot import fields_of_frame
+from ase_roughcontact.atoms.info import LATTICE, PRESSURE, as_text
+from ase_roughcontact.atoms.snapshot import is_in_trajectories
 
 # Format of the size of the description.
 _LENGTH = struct.Struct("<I")
@@ -24,22 +25,31 @@ _LENGTH = struct.Struct("<I")
 _LEVEL = 1
 
 
-def packed(frame: Atoms) -> bytes:
-    """Return a frame of `snapshot` as bytes.
+def packed(frame: Atoms, fields: Mapping[str, np.ndarray]) -> bytes:
+    """Return a snapshot as bytes.
 
-    Fields that frames do not keep are left out, and so are forces; see `HistoryEntry`.
+    Forces are left out, and fields that trajectories do not have; see `HistoryEntry`.
+
+    Parameters
+    ----------
+    frame, fields
+        See `frame_and_fields`.
+
+    Returns
+    -------
+    bytes
     """
-    grid, info = SurfaceGrid.of(frame), dict(frame.info)
-    arrays = dict[str, np.ndarray]()
-    for key, kept in fields_of_frame(frame).items():
-        field = field_of(frame, key, grid.window)
-        del info[key]
-        if kept:
-            arrays[key] = field.astype(_type_of(field))
+    grid = SurfaceGrid.of(frame)
+    arrays: dict[str, np.ndarray] = {
+        key: field.astype(_type_of(field))
+        for key, field in fields.items()
+        if is_in_trajectories(key)
+    }
     tags = frame.get_tags().astype(np.uint8)
     arrays |= {"z": frame.positions[:-1, 2].astype(np.float32), "tags": tags}
     if (moved := lateral_displacement(frame, grid)) is not None:
         arrays["lateral"] = moved.astype(np.float32)
+    info = {key: value for key, value in frame.info.items() if _is_storable(value)}
     description = {
         "grid": asdict(grid),
         "number": int(frame.numbers[0]),
@@ -47,13 +57,13 @@ def packed(frame: Atoms) -> bytes:
         "cell": frame.cell.tolist(),
         "constraints": frame.constraints,
         "energy": frame.get_potential_energy(apply_constraint=False),
-        "info": {key: value for key, value in info.items() if _is_storable(value)},
+        "info": info,
         "arrays": [[k, v.dtype.str, list(v.shape)] for k, v in arrays.items()],
     }
     text = encode(description).encode()
-    fields = [zlib.compress(each.tobytes(), _LEVEL) for each in arrays.values()]
-    sizes = np.array([len(each) for each in fields], "<u8").tobytes()
-    return b"".join([_LENGTH.pack(len(text)), text, sizes, *fields])
+    compressed = [zlib.compress(each.tobytes(), _LEVEL) for each in arrays.values()]
+    sizes = np.array([len(each) for each in compressed], "<u8").tobytes()
+    return b"".join([_LENGTH.pack(len(text)), text, sizes, *compressed])
 
 
 def described(contents: bytes) -> dict[str, Any]:

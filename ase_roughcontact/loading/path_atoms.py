@@ -25,7 +25,7 @@ from ase_roughcontact.atoms.exchange import set_window
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import set_history
 from ase_roughcontact.atoms.model import ContactModel
-from ase_roughcontact.atoms.snapshot import snapshot
+from ase_roughcontact.atoms.snapshot import frame_and_fields
 from ase_roughcontact.atoms.substrate import supported
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.contact.control import LOAD
@@ -33,7 +33,7 @@ from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.loading.trajectory import trajectory_writer
+from ase_roughcontact.loading.trajectory import StepFrame, trajectory_writer
 from ase_roughcontact.optimize.base import ContactOptimizer, status_of
 from ase_roughcontact.optimize.optimizers import default_optimizer
 from ase_roughcontact.optimize.settings import make_optimizer
@@ -179,10 +179,13 @@ class PathAtoms:
 
     writer = staticmethod(trajectory_writer)
 
-    def frame(self, left: RelaxedStep, **info: Any) -> Atoms:
-        """Return the frame of a step as it leaves the surface; see `snapshot`."""
+    def frame(self, left: RelaxedStep, **info: Any) -> StepFrame:
+        """Return frame and fields of a step as it leaves the surface.
+
+        See `frame_and_fields`.
+        """
         self.show(left)
-        return snapshot(self.atoms, **info)
+        return frame_and_fields(self.atoms, **info)
 
 
 def _is_same(a: State, b: State) -> bool:

@@ -11,14 +11,18 @@ import os
 from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
 from itertools import chain
-from typing import IO
+from typing import IO, TypeAlias
 
+import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact.loading.frame_contents import described, packed, unpacked
 from ase_roughcontact.loading.frame_file import FrameFile, frames_of, read_contents
 from ase_roughcontact.paths.kept_frames import has_frame
+
+#: Frame and fields of a step; see `frame_and_fields`.
+StepFrame: TypeAlias = tuple[Atoms, dict[str, np.ndarray]]
 
 
 def read_frames(file: PathName) -> Iterator[Atoms]:
@@ -72,7 +76,7 @@ def frames_of_steps(file: PathName, steps: Container[int]) -> list[Atoms]:
 @contextmanager
 def trajectory_writer(
     file: PathName, keep: str, finished: int | None
-) -> Iterator[Callable[[Atoms], None]]:
+) -> Iterator[Callable[[StepFrame], None]]:
     """Open a trajectory; a frame is written completely or not at all.
 
     Parameters
@@ -107,9 +111,10 @@ def trajectory_writer(
     frames: FrameFile | None = None
     steps = found
 
-    def write(frame: Atoms) -> None:
+    def write(step_frame: StepFrame) -> None:
         nonlocal frames, steps
-        contents, step = packed(frame), frame.info["load_step"]["step"]
+        frame, fields = step_frame
+        contents, step = packed(frame, fields), frame.info["load_step"]["step"]
         kept = [each for each in steps if each < step and has_frame(keep, each, step)]
         if frames is None or kept not in (steps, steps[:-1]) or not kept:
             frames = _replaced(frames, file, kept, contents)
