@@ -22,7 +22,7 @@ from ase_roughcontact.loading.frame_file import FrameFile, frames_of, read_conte
 from ase_roughcontact.paths.kept_frames import has_frame
 
 #: Frame and fields of a step; see `frame_and_fields`.
-StepFrame: TypeAlias = tuple[Atoms, dict[str, np.ndarray]]
+StepFrame: TypeAlias = "tuple[Atoms, dict[str, np.ndarray]]"
 
 
 def read_frames(file: PathName) -> Iterator[Atoms]:
