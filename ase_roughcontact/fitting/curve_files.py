@@ -1,106 +1,26 @@
-"""Measured force curves from files: quantities, units, directions, calibration."""
+"""Force curves, and forces over time, from files of measurements."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ase_roughcontact._util.files import PathName
-from ase_roughcontact._util.units import FORCES, LENGTHS, TIMES, UNITS, quantity
-from ase_roughcontact._util.validation import FloatArray, positive
-from ase_roughcontact.fitting.calibration import recalibration
-from ase_roughcontact.fitting.direction import Heights, increases_away, is_reversed
+from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve
-from ase_roughcontact.fitting.formats.reader import read_table
-from ase_roughcontact.fitting.formats.table import (
-    Calibration,
-    Column,
-    CurveTable,
-    Segment,
+from ase_roughcontact.fitting.formats.table import CurveTable
+from ase_roughcontact.fitting.measurement import (
+    NAMES,
+    NAMES_IN_TIME,
+    Measurement,
+    checked_stiffness,
+    given_calibration,
+    read_measurement,
+    without_holds,
 )
-
-# Relative difference up to which stiffnesses of the cantilever are the same.
-_SAME_STIFFNESS = 0.02
-# Names of columns by quantity, the best ones first. An indentation is zero before the
-# contact, and therefore the last choice.
-_NAMES = {
-    "depth": ("depth", "penetration"),
-    "indentation": ("indentation",),
-    "separation": ("separation", "tip-sample separation", "sep"),
-    "height": (
-        "distance",
-        "height sensor",
-        "height (measured)",
-        "measuredheight",
-        "capacitivesensorheight",
-        "straingaugeheight",
-        "smoothedmeasuredheight",
-        "smoothedcapacitivesensorheight",
-        "smoothedstraingaugeheight",
-        "zsnsr",
-        "lvdt",
-        "z sensor",
-        "height",
-        "height (piezo)",
-        "piezo",
-        "z piezo",
-        "calc ramp",
-        "ramp",
-        "z",
-    ),
-    "deflection": ("deflection", "defl", "vertical deflection", "vdeflection"),
-    "force": ("force", "normal_force", "load", "f"),
-}
-# Names of columns of curves in time; other curves may have times of day.
-_NAMES_IN_TIME = _NAMES | {"time": ("time",)}
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """Quantities of a segment: depth, distance, deflection, force, time."""
-
-    kind: str | None
-    found: dict[str, FloatArray]
-
-    @property
-    def count(self) -> int:
-        """Number of points."""
-        return len(next(iter(self.found.values()), ()))
-
-
-@dataclass(frozen=True, eq=False)
-class _Measurement:
-    """Quantities of the segments of a file, calibrated.
-
-    Attributes
-    ----------
-    parts : list of _Part
-        Quantities of each segment, in the order of the measurement.
-    stiffness : float or None
-        Spring constant of the cantilever (eV/Å^2), if it is known.
-    remarks : tuple of str
-        Remarks on what was left out or changed.
-    table : CurveTable
-        Contents of the file.
-    """
-
-    parts: list[_Part]
-    stiffness: float | None
-    remarks: tuple[str, ...]
-    table: CurveTable
-
-    def joined(self) -> dict[str, FloatArray]:
-        """Return the quantities that all segments have, one after the other."""
-        common = set(self.parts[0].found)
-        for part in self.parts:
-            common &= set(part.found)
-        return {
-            name: np.concatenate([part.found[name] for part in self.parts])
-            for name in common
-        }
 
 
 def read_curve(
@@ -152,8 +72,8 @@ def read_curve(
     ImportError
         If a package that reads the format is missing.
     """
-    given = _given(stiffness, sensitivity)
-    read = _without_holds(_measurement(file, given, heads, curve, _NAMES))
+    given = given_calibration(stiffness, sensitivity)
+    read = without_holds(read_measurement(file, given, heads, curve, NAMES))
     turn = None
     if all(part.kind is not None for part in read.parts):
         turn = sum(part.count for part in read.parts if part.kind == "approach")
@@ -192,8 +112,8 @@ def read_in_time(
     ValueError
         If a column or its unit is missing, or a value is not a finite number.
     """
-    given = _given(stiffness, sensitivity)
-    read = _measurement(file, given, heads, curve, _NAMES_IN_TIME)
+    given = given_calibration(stiffness, sensitivity)
+    read = read_measurement(file, given, heads, curve, NAMES_IN_TIME)
     if branch is not None:
         kept = [part for part in read.parts if part.kind == branch]
         if not kept:
@@ -238,8 +158,8 @@ def read_with_times(
     ValueError
         If the file has no times, or as in `read_curve`.
     """
-    given = _given(stiffness, sensitivity)
-    read = _measurement(file, given, heads, curve, _NAMES_IN_TIME)
+    given = given_calibration(stiffness, sensitivity)
+    read = read_measurement(file, given, heads, curve, NAMES_IN_TIME)
     kinds = [part.kind for part in read.parts]
     if "approach" not in kinds:
         raise ValueError(
@@ -254,14 +174,14 @@ def read_with_times(
     return found["time"], _force_curve(file, read, len(found["time"]))
 
 
-def _force_curve(file: PathName, read: _Measurement, turn: int | None) -> ForceCurve:
+def _force_curve(file: PathName, read: Measurement, turn: int | None) -> ForceCurve:
     """Return the force curve of a measurement, from the quantities that it has."""
     found, known = read.joined(), read.stiffness
     force, depth, bend = (found.get(k) for k in ("force", "depth", "deflection"))
     if bend is not None and force is not None and np.ptp(bend) > 0.0:
         # a slope, as either may have another zero
         slope = float(np.polyfit(bend, force, 1)[0])
-        known = _checked(file, slope, known)
+        known = checked_stiffness(file, slope, known)
     if known is not None:
         if force is None and bend is not None:
             force = known * bend
@@ -275,149 +195,6 @@ def _force_curve(file: PathName, read: _Measurement, turn: int | None) -> ForceC
         raise ValueError(_incomplete(file, read))
     stiffness = math.inf if known is None else known
     return ForceCurve(depth, force, stiffness, turn, read.remarks)
-
-
-def _given(stiffness: float | None, sensitivity: str) -> Calibration:
-    """Return the calibration that a user gives."""
-    if not sensitivity:
-        return Calibration(stiffness)
-    per = "nA" if sensitivity.rstrip().endswith("/nA") else "V"
-    units = {f"{unit}/{per}": value for unit, value in LENGTHS.items()}
-    length = quantity("sensitivity", sensitivity, units, "nm/V")
-    positive(sensitivity=length)
-    # afmformats takes signals in A
-    return Calibration(stiffness, length * (1e9 if per == "nA" else 1.0), per)
-
-
-def _measurement(
-    file: PathName,
-    given: Calibration,
-    heads: Sequence[str],
-    curve: int | str | None,
-    known: Mapping[str, tuple[str, ...]],
-) -> _Measurement:
-    """Return the quantities of all segments, in the order of the measurement."""
-    table = read_table(file, heads, curve, given)
-    calibrated = recalibration(file, table, given)
-    length = table.sensitivity or given.sensitivity
-    parts = [
-        _Part(segment.kind, _quantities(file, segment, length, known))
-        for segment in table.segments
-    ]
-    _check_slope(file, table, parts)
-    parts = [replace(part, found=calibrated.of(part.found)) for part in parts]
-    parts, remarks = _directed(parts, _away(table, parts, known))
-    return _Measurement(
-        parts, calibrated.stiffness, (*calibrated.remarks, *remarks), table
-    )
-
-
-def _quantities(
-    file: PathName,
-    segment: Segment,
-    sensitivity: float | None,
-    known: Mapping[str, tuple[str, ...]],
-) -> dict[str, FloatArray]:
-    """Return depth, height, deflection, force and time as far as there are columns.
-
-    If a quantity has several columns, the best one is taken.
-    """
-    found: dict[str, FloatArray] = {}
-    doubts = []  # columns without a known unit
-    for kind, column in _ordered(segment.columns, known):
-        unit = column.unit or ""
-        if kind == "deflection" and unit in FORCES:
-            kind = "force"
-        units = {"force": FORCES, "time": {"": 1.0, **TIMES}}.get(kind, LENGTHS)
-        if kind == "deflection" and sensitivity:
-            units = units | {"V": sensitivity, "mV": 1e-3 * sensitivity}
-        if unit in units and kind not in found:
-            found[kind] = units[unit] * column.numbers(file)
-        elif unit not in units:
-            doubts.append(column)
-    if "separation" in found:  # distance of tip and surface
-        found.setdefault("depth", -found.pop("separation"))
-    has_force = bool(found.keys() & {"force", "deflection"})
-    has_depth = bool(found.keys() & {"depth", "indentation", "height"})
-    if doubts and not (has_force and has_depth):
-        raise ValueError(_without_units(file, doubts))
-    return found
-
-
-def _ordered(
-    columns: Sequence[Column], known: Mapping[str, tuple[str, ...]]
-) -> list[tuple[str, Column]]:
-    """Return the quantities of columns, the best ones first."""
-    return [
-        (kind, column)
-        for kind, names in known.items()
-        for name in names
-        for column in columns
-        if column.name == name
-    ]
-
-
-def _away(
-    table: CurveTable,
-    parts: Sequence[_Part],
-    known: Mapping[str, tuple[str, ...]],
-) -> bool:
-    """Return whether heights increase away from the surface, one answer for a file."""
-    first = table.segments[0].columns
-    for kind, column in _ordered(first, known):
-        if kind == "height" and (column.unit or "") in LENGTHS:
-            if column.away is not None:
-                return column.away
-            break
-    heights = []
-    for part in parts:
-        height = part.found.get("height")
-        force = part.found.get("force", part.found.get("deflection"))
-        if height is not None and force is not None and len(height):
-            heights.append(Heights(part.kind, height, force))
-    return increases_away(heights) if heights else True
-
-
-def _directed(parts: Sequence[_Part], away: bool) -> tuple[list[_Part], list[str]]:
-    """Return segments with distances in place of heights, in the order of time."""
-    directed, backwards = [], []
-    for part in parts:
-        found = dict(part.found)
-        height = found.pop("height", None)
-        if height is not None:
-            found["distance"] = height if away else -height
-            if "time" not in found and is_reversed(part.kind, found["distance"]):
-                backwards.append(part.kind)
-                found = {name: values[::-1] for name, values in found.items()}
-        directed.append(_Part(part.kind, found))
-    remarks = [
-        f"the {kind} is written against the order of the measurement, and was turned"
-        for kind in backwards
-    ]
-    if {"approach", "retraction"} <= set(backwards):
-        remarks = [
-            "the approach moves away from the surface, and the retraction towards it: "
-            "are the branches swapped? If the height increases towards the surface, "
-            "name it ramp (nm)"
-        ]
-    return directed, remarks
-
-
-def _without_holds(read: _Measurement) -> _Measurement:
-    """Return a measurement without its holds, and remarks on them."""
-    remarks, kept = list(read.remarks), []
-    for part in read.parts:
-        if part.kind != "hold":
-            kept.append(part)
-            continue
-        when = "between" if kept else "before"
-        remarks.append(
-            f"a hold of {part.count} points {when} the branches is left out; fits over "
-            "time keep it"
-        )
-    if not kept:
-        raise ValueError("the curve has neither an approach nor a retraction")
-    return replace(read, parts=kept, remarks=tuple(remarks))
 
 
 def _only(file: PathName, curve: ForceCurve, branch: str) -> ForceCurve:
@@ -439,51 +216,7 @@ def _no_branch(file: PathName, branch: str) -> str:
     return f"{file} contains no points of the branch {branch!r}: leave out --branch"
 
 
-def _check_slope(file: PathName, table: CurveTable, parts: Sequence[_Part]) -> None:
-    """Raise `ValueError` if forces over deflections differ from the header's value."""
-    for part in parts:
-        bend, force = part.found.get("deflection"), part.found.get("force")
-        if bend is None or force is None or not np.ptp(bend) > 0.0:
-            continue
-        if table.stiffness:
-            _checked(file, float(np.polyfit(bend, force, 1)[0]), table.stiffness)
-
-
-def _checked(file: PathName, found: float, stiffness: float | None) -> float:
-    """Return the stiffness of a cantilever, which the columns must not contradict."""
-    if stiffness is None:
-        return found
-    if not math.isclose(found, stiffness, rel_tol=_SAME_STIFFNESS):
-        unit = UNITS["N/m"]
-        raise ValueError(
-            f"{file}: forces over deflections give a cantilever of {found / unit:.4g} "
-            f"N/m, the scene or its header {stiffness / unit:.4g} N/m: correct "
-            "cantilever in [path], or what is wrong in the file"
-        )
-    return stiffness
-
-
-def _without_units(file: PathName, columns: Sequence[Column]) -> str:
-    """Return the message for columns that can't be converted."""
-    if all(column.unit in ("V", "mV") for column in columns):
-        return (
-            f"{file}: {columns[0].head} needs the sensitivity of the instrument: "
-            '--sensitivity "50 nm/V"'
-        )
-    texts = [
-        f"{column.head} has "
-        + (f"the unknown unit {column.unit!r}" if column.unit else "no unit")
-        for column in columns
-    ]
-    return (
-        f"{file}: {', '.join(texts)}. Write it behind the names in the first line, "
-        '"Height (nm)", or give names and units of all columns: --columns "height '
-        '(nm), deflection (nm)"; lengths may be in nm, um or m, forces in pN, nN or N, '
-        "deflections also in V"
-    )
-
-
-def _incomplete(file: PathName, read: _Measurement) -> str:
+def _incomplete(file: PathName, read: Measurement) -> str:
     """Return the message for a file without a force or a depth."""
     found = read.joined()
     is_complete = "distance" in found and found.keys() & {"force", "deflection"}
