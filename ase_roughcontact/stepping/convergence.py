@@ -116,14 +116,23 @@ class StepRelaxer:
     def _for(self, mean_force: float) -> float:
         return max(self._relative * mean_force, self._smallest)
 
-    def checked(self, relaxed: RelaxedStep, softness: float) -> RelaxedStep:
+    def checked(self, relaxed: RelaxedStep, compliance: float) -> RelaxedStep:
         """Return a step, marked if its forces, gaps or load are not as required.
 
-        Over a time step the solid is more compliant than between steps.
+        Parameters
+        ----------
+        relaxed : RelaxedStep
+        compliance : float
+            Compliance of the solid over the time step, relative to the compliance
+            under a sudden load; 1 if the solid does not creep.
+
+        Returns
+        -------
+        RelaxedStep
         """
         if self._given is None:
             relaxed = relaxed.marked(_lost_load(relaxed))
-        return relaxed.marked(_remaining_force(relaxed, softness))
+        return relaxed.marked(_remaining_force(relaxed, compliance))
 
 
 def _mean_force(fields: ContactState) -> float:
@@ -152,10 +161,10 @@ def _lost_load(relaxed: RelaxedStep) -> Status | None:
     return Status(LOAD_LOST, numbers)
 
 
-def _remaining_force(relaxed: RelaxedStep, softness: float) -> Status | None:
+def _remaining_force(relaxed: RelaxedStep, compliance: float) -> Status | None:
     """Return that forces or gaps are above the tolerance; None if they are not."""
     halfspace, state = relaxed.halfspace, relaxed.fields
-    stiffness = halfspace.cell_area / (softness * halfspace.self_compliance)
+    stiffness = halfspace.cell_area / (compliance * halfspace.self_compliance)
     limit = relaxed.run.tolerance
     if not relaxed.contact.interaction.hard and state.pressure.any():
         limit = min(limit, largest_error(relaxed.contact, state.pressure))

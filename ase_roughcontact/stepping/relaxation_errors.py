@@ -105,10 +105,10 @@ def relaxation_errors(
     if largest > rounding and magnitude + run.unbalanced > _FIRST_ORDER * of_wall:
         return _to_solution(contact, run, _REDUCTION * largest)
     force = abs(change) + _ROUNDING * of_wall
-    softness = 1.0 / abs(response.force) if response.force else math.inf
-    moved = gap_error + (magnitude * softness if magnitude else 0.0)
+    compliance = 1.0 / abs(response.force) if response.force else math.inf
+    moved = gap_error + (magnitude * compliance if magnitude else 0.0)
     area = area_of_force(fields, force) + _undecided_area(contact, fields, moved)
-    return RelaxationErrors(area, force, (force + run.unbalanced) * softness)
+    return RelaxationErrors(area, force, (force + run.unbalanced) * compliance)
 
 
 def area_of_force(fields: ContactState, force: float) -> float:

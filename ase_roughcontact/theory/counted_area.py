@@ -73,13 +73,13 @@ def continuum_area(area: float, perimeter: float, spacing: float) -> float:
     return area - _GRID_CORRECTION * perimeter * spacing
 
 
-def grid_error(perimeter: float, cell_area: float, softness: float = 0.0) -> float:
+def grid_error(perimeter: float, cell_area: float, compliance: float = 0.0) -> float:
     r"""Return the estimated error of the contact area of the continuum.
 
     The error is a quarter of the correction of `continuum_area` plus half a grid point.
     The coarser the grid, the more does a soft wall, with an area that is not corrected,
-    act like a hard one. With the length l, the contact modulus over the stiffness of
-    the wall, the error is the part
+    act like a hard one. With the length l, the compliance of the wall times the contact
+    modulus, the error is the part
 
     .. math:: \frac{\Delta x^2}{\Delta x^2 + 6 l^2}
 
@@ -91,9 +91,9 @@ def grid_error(perimeter: float, cell_area: float, softness: float = 0.0) -> flo
         Length of the boundary of the contact, see `continuum_area` (length).
     cell_area : float
         Area per grid point (length^2).
-    softness : float
-        Length l: contact modulus over stiffness of the wall at the edge of the contact
-        (length); zero if the area is corrected.
+    compliance : float
+        Length l: compliance of the wall at the edge of the contact, times the contact
+        modulus (length); zero if the area is corrected.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def grid_error(perimeter: float, cell_area: float, softness: float = 0.0) -> flo
     """
     spacing = math.sqrt(cell_area)
     factor = _ERROR_PER_CORRECTION
-    if softness:
-        half = _HALF_CORRECTION_AREA * softness * softness
+    if compliance:
+        half = _HALF_CORRECTION_AREA * compliance * compliance
         factor = max(factor, cell_area / (cell_area + half))
     return factor * _GRID_CORRECTION * perimeter * spacing + 0.5 * cell_area

@@ -40,13 +40,13 @@ def test_the_last_model_of_a_half_space_is_kept_for_the_same_box():
     assert covering_model(halfspace, Box((3, 4), (15, 14))) is not model
 
 
-@pytest.mark.parametrize("softness", [1.0, 0.5, 1e-3, 0.0])
-def test_preconditioner_inverts_a_uniform_wall_on_a_periodic_cell(rng, softness):
+@pytest.mark.parametrize("wall_share", [1.0, 0.5, 1e-3, 0.0])
+def test_preconditioner_inverts_a_uniform_wall_on_a_periodic_cell(rng, wall_share):
     model = CirculantModel(PeriodicHalfSpace((16, 16), 1.0, 1.0), Box((0, 0), (1, 1)))
     noise = rng.standard_normal((16, 16)).astype(np.float32)
     noise -= noise.mean()
-    image = softness * noise + (1.0 - softness) * model.compliance(noise)
-    found = model.preconditioner(softness)(image, np.empty_like(image))
+    image = wall_share * noise + (1.0 - wall_share) * model.compliance(noise)
+    found = model.preconditioner(wall_share)(image, np.empty_like(image))
     assert_allclose(found, noise, atol=1e-4)
 
 

@@ -117,16 +117,16 @@ def test_estimate_of_the_error_is_that_of_the_edge():
     assert of_atoms.area_error < 1e-3 * of_atoms.contact_area
 
 
-def test_wall_is_soft_on_grids_that_are_fine_for_its_softness():
+def test_wall_is_soft_on_grids_that_are_fine_for_its_compliance():
     """From a quarter of the correction to all of it, half where dx^2 = 6 l^2."""
     correction = 100.0 - continuum_area(100.0, 40.0, 2.0)
     parts = [
-        (grid_error(40.0, 4.0, softness=2.0 / np.sqrt(ratio)) - 2.0) / correction
+        (grid_error(40.0, 4.0, compliance=2.0 / np.sqrt(ratio)) - 2.0) / correction
         for ratio in (1e-3, 1.0, 6.0, 54.0, 1e9)
     ]
     assert parts == pytest.approx([0.25, 0.25, 0.5, 0.9, 1.0])
-    for softness in (0.0, 1e300, np.inf):
-        error = grid_error(40.0, 4.0, softness)
+    for compliance in (0.0, 1e300, np.inf):
+        error = grid_error(40.0, 4.0, compliance)
         assert error == pytest.approx(0.25 * correction + 2.0)
 
 

@@ -81,8 +81,8 @@ def test_a_slack_spring_does_not_pull(solid):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_cold_start_finds_the_state_of_a_slow_approach(seed, solid):
     # under a stronger wall, soft solids, the isotropic one too, have several states
-    softness = solid.self_compliance(1.0) / Isotropic(1.0).self_compliance(1.0)
-    wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.005 / max(softness, 1.0))
+    compliance = solid.self_compliance(1.0) / Isotropic(1.0).self_compliance(1.0)
+    wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.005 / max(compliance, 1.0))
     contact = scene(heights=sphere(64, seed), wall=wall, solid=solid)
     load = 10.0
     height = contact.interaction.cutoff - contact.heights.min()
