@@ -14,9 +14,9 @@ from scipy.special import chdtri
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import integer, positive
+from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.ensemble.cases import case_of, product
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
-from ase_roughcontact.ensemble.executors import worker_pool
 from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble
 from ase_roughcontact.scene import Scene

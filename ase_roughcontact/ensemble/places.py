@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import math
-import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from concurrent.futures import Executor, as_completed
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ase_roughcontact._util.files import locked, table_rows, table_writer
+from ase_roughcontact._util.checked_rows import CHECKSUM, checked_rows, with_checksum
+from ase_roughcontact._util.files import locked, table_writer
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.ensemble.executors import worker_pool
+from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.file import SceneFile, read_text
 from ase_roughcontact.scene.results import check_folder, check_inputs, write_inputs
@@ -33,10 +31,8 @@ PLACE_UNITS = {
 }
 # Columns of the file that may have the area.
 _AREAS = "contact_area", "continuum_area"
-# Column of the checksum.
-_CHECKSUM = "checksum"
 # Columns without a unit.
-_OTHERS = "converged", "message", _CHECKSUM
+_OTHERS = "converged", "message", CHECKSUM
 
 
 @dataclass(frozen=True)
@@ -151,17 +147,8 @@ def read_places(file: str | Path) -> list[Place]:
     ValueError
         If the file is damaged.
     """
-    try:
-        with open(file, newline="", encoding="utf-8") as table:
-            lines = table.readlines()
-        if lines and not lines[-1].endswith("\n"):  # a run was killed in this line
-            del lines[-1]
-        return [_place(number, row) for number, row in enumerate(table_rows(lines), 1)]
-    except (KeyError, TypeError, ValueError, csv.Error) as error:
-        raise ValueError(
-            f"{file} is damaged ({error}): delete this row, or the file, and start "
-            "again to calculate missing places"
-        ) from error
+    with checked_rows(file) as rows:
+        return [_place(row) for row in rows]
 
 
 def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
@@ -232,13 +219,11 @@ def _row(place: Place, area: str) -> dict[str, str]:
         for attribute, unit in PLACE_UNITS.items()
     }
     row |= {"converged": str(place.converged), "message": place.message}
-    return row | {_CHECKSUM: _checksum(row)}
+    return with_checksum(row)
 
 
-def _place(number: int, row: dict[str, str]) -> Place:
-    """Return the place of a row; a row without a checksum is not checked."""
-    if _CHECKSUM in row and row[_CHECKSUM] != _checksum(row):
-        raise ValueError(f"row {number} does not have its checksum")
+def _place(row: dict[str, str]) -> Place:
+    """Return the place of a row."""
     area = next((name for name in _AREAS if name in row), _AREAS[0])
     numbers = {
         attribute: UNITS[unit] * float(row.get(_name(attribute, area), "nan"))
@@ -252,12 +237,6 @@ def _place(number: int, row: dict[str, str]) -> Place:
         converged=row.get("converged") == "True",
         message=row.get("message") or "",
     )
-
-
-def _checksum(row: Mapping[str, str]) -> str:
-    """Return the CRC-32 of the names and texts of a row without the checksum."""
-    texts = {name: text for name, text in row.items() if name != _CHECKSUM}
-    return f"{zlib.crc32(json.dumps(texts, sort_keys=True).encode()):08x}"
 
 
 def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -11,13 +11,13 @@ from contextlib import AbstractContextManager, ExitStack
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import positive
+from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.database import (
     EnsembleDatabase,
     database_address,
     without_password,
 )
-from ase_roughcontact.ensemble.executors import worker_pool
 from ase_roughcontact.ensemble.progress import (
     WHOLE,
     Progress,

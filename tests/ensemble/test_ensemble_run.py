@@ -30,10 +30,10 @@ from ensemble_scenes import (
 )
 
 from ase_roughcontact._util import threads
+from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensemble
 from ase_roughcontact.ensemble.columns import step_columns
 from ase_roughcontact.ensemble.database import EnsembleDatabase
-from ase_roughcontact.ensemble.executors import worker_pool
 from ase_roughcontact.scene import Scene
 
 slow = partial(pytest.param, marks=pytest.mark.slow)  # processes of their own
