@@ -19,7 +19,7 @@ from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.analysis.contact_map import ContactMap
-from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTIONS
+from ase_roughcontact.contact.state import DISPLACEMENTS, SLIPPING, TRACTIONS
 
 # Units of the fields.
 _UNITS = {
@@ -29,7 +29,7 @@ _UNITS = {
     "plastic_depth": "nm",
     "contacting_points": "1",
     **dict.fromkeys(TRACTIONS, "GPa"),
-    **dict.fromkeys(SHIFTS, "nm"),
+    **dict.fromkeys(DISPLACEMENTS, "nm"),
     SLIPPING: "1",
     "x": "nm",
     "y": "nm",

@@ -27,7 +27,12 @@ from ase_roughcontact.atoms.info import (
 from ase_roughcontact.atoms.marks import marked_fields, set_mark
 from ase_roughcontact.atoms.sticking import check_kept, sticking_of
 from ase_roughcontact.contact.history import entry_of, is_entry
-from ase_roughcontact.contact.state import PLASTIC_DEPTH, SHIFTS, SLIPPING, TRACTIONS
+from ase_roughcontact.contact.state import (
+    DISPLACEMENTS,
+    PLASTIC_DEPTH,
+    SLIPPING,
+    TRACTIONS,
+)
 from ase_roughcontact.elasticity.creep import Creep
 
 #: Key in the `info` of atoms of the creep of their solid.
@@ -41,7 +46,7 @@ def kept_keys(atoms: Atoms) -> list[str]:
     if PLASTIC_DEPTH in info and info.get(INDENTED):
         keys.append(PLASTIC_DEPTH)
     if LATTICE in info:
-        keys += SHIFTS
+        keys += DISPLACEMENTS
     if sticking_of(atoms) is not None:
         keys += [*TRACTIONS, SLIPPING]
     return list(dict.fromkeys(keys))
@@ -87,7 +92,7 @@ def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
         history[key] = field_of(atoms, key, grid.window)
     moved = lateral_displacement(atoms, grid)
     if moved is not None:
-        history |= zip(SHIFTS, moved[:, :n, :m].copy(), strict=True)
+        history |= zip(DISPLACEMENTS, moved[:, :n, :m].copy(), strict=True)
     sticking = sticking_of(atoms)
     if sticking is not None:
         friction = np.zeros((2, len(atoms) - 1))
@@ -118,11 +123,11 @@ def set_history(
     for key in list(filter(is_entry, atoms.arrays)):
         del atoms.arrays[key]
     moved = None
-    if SHIFTS[0] in history:
-        moved = on_grid(np.stack([history[key] for key in SHIFTS]), grid)
+    if DISPLACEMENTS[0] in history:
+        moved = on_grid(np.stack([history[key] for key in DISPLACEMENTS]), grid)
     set_lateral_displacement(atoms, grid, moved)
     for key, values in history.items():
-        if key in SHIFTS:
+        if key in DISPLACEMENTS:
             continue
         entering = entry_of(key).entering
         atoms.arrays[key] = np.append(on_grid(values, grid, entering), 0.0)

@@ -42,7 +42,7 @@ from ase_roughcontact.atoms.info import (
 from ase_roughcontact.atoms.marks import TAG_KEPT
 from ase_roughcontact.atoms.sticking import STICKS, sticking_of
 from ase_roughcontact.contact.history import entry_of, is_entry
-from ase_roughcontact.contact.state import PLASTIC_DEPTH, SHIFTS, SLIPPING
+from ase_roughcontact.contact.state import DISPLACEMENTS, PLASTIC_DEPTH, SLIPPING
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 
@@ -136,7 +136,8 @@ def frame_and_fields(atoms: Atoms, **info: Any) -> tuple[Atoms, dict[str, np.nda
     frame.set_array("contact", np.append(state.contact, False).astype(int))
     frame.set_array("pressure", np.append(state.pressure / GPa, 0.0))
     frame.set_array("gap", np.append(state.gap, 0.0))
-    fields = {k: v for k, v in history.items() if k not in (PLASTIC_DEPTH, *SHIFTS)}
+    as_positions = (PLASTIC_DEPTH, *DISPLACEMENTS)
+    fields = {key: each for key, each in history.items() if key not in as_positions}
     for key in fields:
         frame.arrays.pop(key, None)
     fields[PRESSURE] = state.pressure

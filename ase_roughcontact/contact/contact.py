@@ -95,10 +95,23 @@ class Contact:
         depth = float(self.plastic_depth.sum())
         return self.interaction.hardness * self.halfspace.cell_area * depth
 
-    def changed(self, halfspace: HalfSpace, *past: np.ndarray | None) -> Contact:
-        """Return the contact of the same window with another past."""
-        given = self.indenter_heights, self.interaction, self.adhesion
-        return Contact(halfspace, *given, *past)
+    def changed(
+        self,
+        halfspace: HalfSpace,
+        plastic_depth: np.ndarray | None,
+        creep_pressure: np.ndarray | None = None,
+        past_depth: np.ndarray | None = None,
+    ) -> Contact:
+        """Return the contact of the same window with another past; see `Contact`."""
+        return Contact(
+            halfspace,
+            self.indenter_heights,
+            self.interaction,
+            self.adhesion,
+            plastic_depth,
+            creep_pressure,
+            past_depth,
+        )
 
     def gap(self, displacement: np.ndarray, height: float) -> np.ndarray:
         """Return the gap ``Z + h - u`` at every atom of the window.

@@ -68,9 +68,9 @@ class Control:
         return first_contact if self.from_contact else 0.0
 
     def depths(self, targets: np.ndarray) -> np.ndarray:
-        """Return how deep targets are that are lengths.
+        """Return the depths of targets that are lengths.
 
-        Penetrations are depths; heights are compared with the largest of them.
+        A penetration is a depth; the depth of a height is counted from the largest one.
         """
         return targets if self.from_contact else targets.max() - targets
 

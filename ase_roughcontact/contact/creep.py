@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,9 +35,32 @@ PRESSURE_RATE = declare(HistoryEntry("pressure_rate", "eV/Å^3/s")).name
 _MAX_SERIES_DURATION = 1e-3
 
 
+class _Dashpot(NamedTuple):
+    """Dashpot of the creep series, in a state.
+
+    Attributes
+    ----------
+    factor : float
+        Dissipated power over the product of pressure and depth (1/time).
+    rate : float
+        Inverse of the retardation time; zero for the flow (1/time).
+    pressure, depth : ndarray, shape (n, m)
+        Pressure ``r_k``, or ``p`` for the flow, and the depth that it causes.
+    """
+
+    factor: float
+    rate: float
+    pressure: np.ndarray
+    depth: np.ndarray
+
+
 def creep_pressures(history: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Return the pressures ``q_k`` of a history, by key."""
-    return {k: q for k, q in history.items() if k.startswith(CREEP_PRESSURE)}
+    return {
+        key: pressure
+        for key, pressure in history.items()
+        if key.startswith(CREEP_PRESSURE)
+    }
 
 
 def check_past(state: State, creep: Creep | None) -> None:
@@ -153,8 +177,10 @@ def dissipation_rate(state: State, creep: Creep) -> float:
     float
         Dissipated power (energy per area and time).
     """
-    terms = _dashpots(state, creep)
-    return float(sum(rate * np.vdot(flow, depth) for rate, _, flow, depth in terms))
+    power = 0.0
+    for dashpot in _dashpots(state, creep):
+        power += dashpot.factor * np.vdot(dashpot.pressure, dashpot.depth)
+    return float(power)
 
 
 def dissipated_energy(
@@ -184,31 +210,29 @@ def dissipated_energy(
         Dissipated energy (energy per area).
     """
     energy = 0.0
-    terms = zip(_dashpots(before, creep), _dashpots(after, creep), strict=True)
-    for (factor, rate, old, old_depth), (_, _, new, new_depth) in terms:
-        same = before.window == after.window
-        kept = old if same else carried(old, before.window, after.window)
-        pairs = (old, old_depth), (kept, new_depth), (new, new_depth)
-        means = zip(_means(elapsed * rate), pairs, strict=True)
-        energy += factor * sum(mean * np.vdot(*pair) for mean, pair in means)
+    dashpots = zip(_dashpots(before, creep), _dashpots(after, creep), strict=True)
+    for old, new in dashpots:
+        old_pressure = old.pressure
+        if before.window != after.window:
+            old_pressure = carried(old.pressure, before.window, after.window)
+        old_weight, mixed_weight, new_weight = _means(elapsed * old.rate)
+        work = old_weight * np.vdot(old.pressure, old.depth)
+        work += mixed_weight * np.vdot(old_pressure, new.depth)
+        work += new_weight * np.vdot(new.pressure, new.depth)
+        energy += old.factor * work
     return float(elapsed * energy)
 
 
-def _dashpots(
-    state: State, creep: Creep
-) -> Iterator[tuple[float, float, np.ndarray, np.ndarray]]:
-    """Yield factor of the power, rate, pressure and depth of the pressure, by term.
-
-    The pressures are ``r_k``; the last one is ``p`` if there is a flow.
-    """
+def _dashpots(state: State, creep: Creep) -> Iterator[_Dashpot]:
+    """Yield the dashpots of all terms, and of the flow if there is one."""
     pressure, depth = state.pressure, _depth(state)
     for k, (value, time) in enumerate(zip(creep.compliances, creep.times, strict=True)):
-        flowing, sinking = value * pressure, value * depth
-        flowing -= state.history[_key(k)]
-        sinking -= state.depths[_key(k)]
-        yield 1.0 / (value * time), 1.0 / time, flowing, sinking
+        term_pressure, term_depth = value * pressure, value * depth
+        term_pressure -= state.history[_key(k)]
+        term_depth -= state.depths[_key(k)]
+        yield _Dashpot(1.0 / (value * time), 1.0 / time, term_pressure, term_depth)
     if creep.flow:
-        yield creep.flow, 0.0, pressure, depth
+        yield _Dashpot(creep.flow, 0.0, pressure, depth)
 
 
 def _means(x: float) -> tuple[float, float, float]:

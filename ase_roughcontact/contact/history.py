@@ -44,6 +44,7 @@ class HistoryEntry:
     entering: float = 0.0
 
 
+# Declared entries by name.
 _ENTRIES: dict[str, HistoryEntry] = {}
 
 

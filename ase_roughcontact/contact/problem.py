@@ -168,14 +168,13 @@ class Problem:
             del solid["name"]
         else:
             solid = {"solid": solid}
-        field = self.heterogeneity
-        return {
-            "indenter": self.topography.todict(),
-            **solid,
-            "interaction": self.wall.todict(),
-            **({} if field is None else {"heterogeneity": field.todict()}),
-            "precision": np.dtype(self.fft.get("dtype", float)).name,
-        }
+        described = {"indenter": self.topography.todict()}
+        described |= solid
+        described["interaction"] = self.wall.todict()
+        if self.heterogeneity is not None:
+            described["heterogeneity"] = self.heterogeneity.todict()
+        described["precision"] = np.dtype(self.fft.get("dtype", float)).name
+        return described
 
 
 def lattice_offsets(origin: tuple[float, float], spacing: float) -> tuple[float, float]:

@@ -23,14 +23,14 @@ TRACTIONS = tuple(
     for axis in "xy"
 )
 #: Lateral displacements that the tractions cause. Frames have them as positions.
-SHIFTS = tuple(
+DISPLACEMENTS = tuple(
     declare(HistoryEntry(f"displacement_{axis}", "Å", in_frames=True)).name
     for axis in "xy"
 )
 #: Mask of the atoms that slip, 1 or 0.
 SLIPPING = declare(HistoryEntry("slipping", in_frames=True)).name
 #: All entries of friction.
-LATERAL = *TRACTIONS, *SHIFTS, SLIPPING
+LATERAL = (*TRACTIONS, *DISPLACEMENTS, SLIPPING)
 #: Depth that the tractions cause, if normal and lateral motion are coupled.
 TRACTION_DEPTH = declare(HistoryEntry("traction_depth", "Å")).name
 
@@ -38,6 +38,8 @@ TRACTION_DEPTH = declare(HistoryEntry("traction_depth", "Å")).name
 # the pressure on atoms that have flowed, at the same load again, is known to the
 # tolerance of the solver only.
 _FLOW_PRESSURE = 1e-5
+# Largest rounding error of a pressure, relative to the largest pressure.
+_PRESSURE_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,12 +166,11 @@ class State:
         def ordered(values: np.ndarray) -> np.ndarray:
             return values if not any(values.strides) else np.ascontiguousarray(values)
 
+        displacement = self.displacement
         return replace(
             self,
             pressure=ordered(self.pressure),
-            displacement=None
-            if self.displacement is None
-            else ordered(self.displacement),
+            displacement=None if displacement is None else ordered(displacement),
             history={name: ordered(each) for name, each in self.history.items()},
             depths={name: ordered(each) for name, each in self.depths.items()},
             earlier=tuple(
@@ -192,14 +193,19 @@ class State:
                     f"the entry {name!r} of the history must have the shape "
                     f"{self.window.shape} of the window, got {np.shape(values)}"
                 )
-        kept = {k: v for k, v in self.history.items() if k not in history}
-        kept |= {k: v for k, v in history.items() if v is not None}
-        return replace(self, history=kept)
+        new = {
+            name: values for name, values in self.history.items() if name not in history
+        }
+        for name, values in history.items():
+            if values is not None:
+                new[name] = values
+        return replace(self, history=new)
 
 
 def without_rounding(pressure: np.ndarray) -> np.ndarray:
     """Return a pressure with the entries set to zero that are only rounding errors."""
-    return np.where(abs(pressure) < 1e-9 * abs(pressure).max(), 0.0, pressure)
+    least = _PRESSURE_ROUNDING * abs(pressure).max()
+    return np.where(abs(pressure) < least, 0.0, pressure)
 
 
 def flows(pressure: np.ndarray, hardness: float) -> np.ndarray:

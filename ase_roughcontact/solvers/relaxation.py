@@ -30,8 +30,8 @@ from ase_roughcontact.solvers.status import (
 # Largest force left in a relaxed state, relative to the largest force of the wall on an
 # atom.
 _MAX_RELATIVE_ERROR = 0.01
-# Rounding error of a force, in units of E* a0^2.
-_FORCE_ROUNDING = 1e-13
+#: Rounding error of a force, in units of E* a0^2 or of the sum of the forces.
+FORCE_ROUNDING = 1e-13
 
 P = ParamSpec("P")
 
@@ -300,7 +300,7 @@ def is_relaxed(
 def largest_error(contact: Contact, pressure: np.ndarray | float | None) -> float:
     """Return the largest force that a relaxed state may leave; see `is_relaxed`."""
     pressure = 0.0 if pressure is None else max_abs(np.asarray(pressure))
-    least = _FORCE_ROUNDING * contact.halfspace.contact_modulus
+    least = FORCE_ROUNDING * contact.halfspace.contact_modulus
     return contact.halfspace.cell_area * max(_MAX_RELATIVE_ERROR * pressure, least)
 
 

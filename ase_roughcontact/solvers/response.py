@@ -180,8 +180,8 @@ def _general_response(
     force = stiffness * _stationary_sum(
         x[active], result.gap[active], d[active], hard[active]
     )
-    most = np.inf if hard.any() else stiffness * d.sum()
-    if solved and force >= -most - _STIFFNESS_ERROR * stiffness * abs(d).sum():
+    rigid_surface = np.inf if hard.any() else stiffness * d.sum()
+    if solved and force >= -rigid_surface - _STIFFNESS_ERROR * stiffness * abs(d).sum():
         result.force = force
     return result
 

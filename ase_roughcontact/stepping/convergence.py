@@ -19,7 +19,12 @@ import numpy as np
 
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.contact.support import Support
-from ase_roughcontact.solvers.relaxation import Run, Start, largest_error
+from ase_roughcontact.solvers.relaxation import (
+    FORCE_ROUNDING,
+    Run,
+    Start,
+    largest_error,
+)
 from ase_roughcontact.solvers.soft.newton import default_relaxer
 from ase_roughcontact.solvers.status import Status, StatusKind
 from ase_roughcontact.stepping.accuracy import tolerance_for
@@ -29,16 +34,17 @@ from ase_roughcontact.stepping.relaxed import RelaxedStep
 # Force on an atom in contact before any is known, in units of E* a0^2: about the force
 # on self-affine surfaces of a rms slope of 0.1.
 _TYPICAL_FORCE = 0.05
-# A tolerance is this part of the one that the mean force in the last state requires,
-# since the mean force in the next state may be smaller. A reduced tolerance is this
-# part of the required one, so that the next state does not need another reduction.
-_MARGIN, _REDUCTION = 0.8, 0.5
-# A load counts as not carried if rounding leaves more than this part of it.
-_UNCARRIED_PART = 0.1
+# First tolerance, relative to the one that the mean force in the last state requires:
+# the mean force in the next state may be smaller.
+_FIRST_TOLERANCE = 0.8
+# Reduced tolerance, relative to the required one, so that the next state does not need
+# another reduction.
+_REDUCED_TOLERANCE = 0.5
+# Largest part of a load that rounding may leave uncarried.
+_MAX_UNCARRIED_PART = 0.1
 # Largest force of a converged step, or force that would close a gap, in units of the
-# tolerance. Rounding error that is added, relative to the sum of the forces of the
-# wall; it is also the smallest tolerance in units of E* a0^2.
-_EXCESS, _ROUNDING = 2.0, 1e-13
+# tolerance.
+_MAX_REMAINING_FORCE = 2.0
 
 #: Kinds of a status of a step that is not as required, although its solver converged.
 LOAD_LOST = StatusKind(
@@ -68,7 +74,8 @@ class StepRelaxer:
         usual = options.grid_model.tolerance
         self._relative = min(usual, tolerance_for(options.solver_error))
         unit = problem.solid.contact_modulus * problem.spacing**2
-        self._typical_force, self._smallest = _TYPICAL_FORCE * unit, _ROUNDING * unit
+        self._typical_force = _TYPICAL_FORCE * unit
+        self._smallest_tolerance = FORCE_ROUNDING * unit
 
     def __call__(
         self,
@@ -84,7 +91,7 @@ class StepRelaxer:
             mean_force = self._typical_force
         # a single atom carries no more than the load
         load = support.load if support.load > 0.0 else math.inf
-        tolerance = self._given or self._for(min(_MARGIN * mean_force, load))
+        tolerance = self._given or self._for(min(_FIRST_TOLERANCE * mean_force, load))
         while True:
             run = self._relaxer(
                 contact, state, support, tolerance, self._max_steps, start
@@ -96,8 +103,9 @@ class StepRelaxer:
                 run = earlier = replace(run, state=state)
             if self._given or not run.converged or tolerance <= required:
                 return run
-            # less than half of the last one, until it is the smallest that is required
-            tolerance, start = max(_REDUCTION * required, self._smallest), None
+            # at most half of the last tolerance, down to the smallest one
+            tolerance = max(_REDUCED_TOLERANCE * required, self._smallest_tolerance)
+            start = None
 
     def required(self, fields: ContactState) -> float:
         """Return the tolerance that the accuracy requires in a state.
@@ -114,7 +122,7 @@ class StepRelaxer:
         return self._for(_mean_force(fields)) if fields.repulsive_atoms else math.inf
 
     def _for(self, mean_force: float) -> float:
-        return max(self._relative * mean_force, self._smallest)
+        return max(self._relative * mean_force, self._smallest_tolerance)
 
     def checked(self, relaxed: RelaxedStep, compliance: float) -> RelaxedStep:
         """Return a step, marked if its forces, gaps or load are not as required.
@@ -154,8 +162,8 @@ def _with_cost_of(earlier: Run | None, run: Run, tolerance: float) -> Run:
 def _lost_load(relaxed: RelaxedStep) -> Status | None:
     """Return that a load is lost in the rounding of forces; None if it is not."""
     load, unbalanced = abs(relaxed.run.support.load), relaxed.run.unbalanced
-    carried = relaxed.run.tolerance <= _UNCARRIED_PART * load
-    if carried or not 0.0 < _UNCARRIED_PART * load < unbalanced:
+    carried = relaxed.run.tolerance <= _MAX_UNCARRIED_PART * load
+    if carried or not 0.0 < _MAX_UNCARRIED_PART * load < unbalanced:
         return None
     numbers = {"load": relaxed.run.support.load, "unbalanced": unbalanced}
     return Status(LOAD_LOST, numbers)
@@ -169,7 +177,7 @@ def _remaining_force(relaxed: RelaxedStep, compliance: float) -> Status | None:
     if not relaxed.contact.interaction.hard and state.pressure.any():
         limit = min(limit, largest_error(relaxed.contact, state.pressure))
     left = max(relaxed.run.max_force, stiffness * relaxed.gap_error)
-    rounding = _ROUNDING * state.total_magnitude
-    if left <= _EXCESS * limit + rounding:
+    rounding = FORCE_ROUNDING * state.total_magnitude
+    if left <= _MAX_REMAINING_FORCE * limit + rounding:
         return None
     return Status(FORCE_LEFT, {"left": left, "limit": limit})

@@ -28,20 +28,22 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import max_abs, total, total_abs
 from ase_roughcontact.contact import Contact, ContactState
-from ase_roughcontact.solvers.relaxation import Run, force_per_gap
+from ase_roughcontact.solvers.relaxation import FORCE_ROUNDING, Run, force_per_gap
 from ase_roughcontact.solvers.response import HeightResponse
 from ase_roughcontact.solvers.soft.newton import default_relaxer
 
-# Largest change of the force, relative to the forces of the wall, to first order.
-_FIRST_ORDER = 1e-3
+# Largest change of the force, relative to the forces of the wall, that is calculated to
+# first order.
+_MAX_FIRST_ORDER_CHANGE = 1e-3
 # Remaining forces at which the solver stops, relative to the forces that remain in the
-# state. Largest number of its steps.
-_REDUCTION, _STEPS = 0.01, 200
-# Reasons for errors that are not known.
-_HELD = "constraints hold atoms of the surface, which the solver would let go"
-_NO_SOLUTION = "forces are left, and the solver that goes on from there has stopped"
-# Rounding error of the sum of the forces, relative to it, and of a force, in E* a0^2.
-_ROUNDING = 1e-13
+# state.
+_REMAINING_PART = 0.01
+# Largest number of steps of the solver.
+_MAX_SOLVER_STEPS = 200
+# Reason for unknown errors of constrained atoms.
+_CONSTRAINED = "constraints hold atoms of the surface, which the solver would let go"
+# Reason for unknown errors if the solver does not converge.
+_NOT_CONVERGED = "the solver for the remaining forces has not converged"
 
 
 class RelaxationErrors(NamedTuple):
@@ -91,7 +93,7 @@ def relaxation_errors(
         solver does not converge.
     """
     if run.constrained:
-        return RelaxationErrors.not_known(_HELD)
+        return RelaxationErrors.not_known(_CONSTRAINED)
     fields, halfspace = run.fields, contact.halfspace
     of_wall, remaining = fields.total_magnitude, 0.0
     if fields.forces.any():
@@ -101,10 +103,11 @@ def relaxation_errors(
     change, magnitude = _change_of_force(contact, fields, response)
     magnitude = max(magnitude, remaining)
     largest = max(run.max_force, force_per_gap(halfspace) * gap_error)
-    rounding = _ROUNDING * halfspace.contact_modulus * fields.cell_area
-    if largest > rounding and magnitude + run.unbalanced > _FIRST_ORDER * of_wall:
-        return _to_solution(contact, run, _REDUCTION * largest)
-    force = abs(change) + _ROUNDING * of_wall
+    rounding = FORCE_ROUNDING * halfspace.contact_modulus * fields.cell_area
+    limit = _MAX_FIRST_ORDER_CHANGE * of_wall
+    if largest > rounding and magnitude + run.unbalanced > limit:
+        return _to_solution(contact, run, _REMAINING_PART * largest)
+    force = abs(change) + FORCE_ROUNDING * of_wall
     compliance = 1.0 / abs(response.force) if response.force else math.inf
     moved = gap_error + (magnitude * compliance if magnitude else 0.0)
     area = area_of_force(fields, force) + _undecided_area(contact, fields, moved)
@@ -169,9 +172,9 @@ def _to_solution(contact: Contact, run: Run, tolerance: float) -> RelaxationErro
     # the displacement of the pressure on the window, without forces on the padding
     start = replace(run.state, displacement=None)
     relaxer = default_relaxer(contact.interaction)
-    solved = relaxer(contact, start, run.support, tolerance, _STEPS)
+    solved = relaxer(contact, start, run.support, tolerance, _MAX_SOLVER_STEPS)
     if not solved.converged:
-        return RelaxationErrors.not_known(f"{_NO_SOLUTION}: {solved.message}")
+        return RelaxationErrors.not_known(f"{_NOT_CONVERGED}: {solved.message}")
     return RelaxationErrors(
         area=abs(solved.fields.contact_area - run.fields.contact_area),
         force=abs(solved.fields.normal_force - run.fields.normal_force),

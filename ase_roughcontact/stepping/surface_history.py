@@ -62,11 +62,12 @@ class SurfaceHistory:
         if step is None:
             lowered = state.history.get(TRACTION_DEPTH)
             if last.plastic_depth is not depth or last.past_depth is not lowered:
-                self._contact = last.changed(last.halfspace, depth, None, lowered)
+                self._contact = last.changed(last.halfspace, depth, past_depth=lowered)
         else:
             state = with_depths(state, self._instantaneous)
             halfspace = self._softened(step.compliance)
-            self._contact = last.changed(halfspace, depth, *past_of(state))
+            creep_pressure, creep_depth = past_of(state)
+            self._contact = last.changed(halfspace, depth, creep_pressure, creep_depth)
         return state, self._contact
 
     def ended(

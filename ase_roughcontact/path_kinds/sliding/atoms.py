@@ -28,7 +28,12 @@ from ase_roughcontact.atoms.sticking import (
     exceeds,
 )
 from ase_roughcontact.contact.control import control_of
-from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTION_DEPTH, TRACTIONS
+from ase_roughcontact.contact.state import (
+    DISPLACEMENTS,
+    SLIPPING,
+    TRACTION_DEPTH,
+    TRACTIONS,
+)
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.interactions.friction import FrictionLaw, check_law
 from ase_roughcontact.loading.load_path import AtomsPath, single_path
@@ -125,7 +130,7 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
             "no atom is in contact so that friction acts on it: relax the atoms first, "
             "or lower the indenter"
         )
-    shifts = np.stack([history.get(key, none) for key in SHIFTS])
+    shifts = np.stack([history.get(key, none) for key in DISPLACEMENTS])
     along = np.eye(2)[:, :, None, None] * np.ones(grid.window)
     tractions, *changes = (
         _tractions(halfspace, sticks, imposed) for imposed in (shifts, *along)

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-# Relative rounding error of a sum of pressures, or of a pressure at the limit.
-_PRESSURE_ROUNDING = 1e-14
+#: Relative rounding error of a sum of pressures, or of a pressure at the limit.
+PRESSURE_ROUNDING = 1e-14
 
 
 def clip_to_sum(values: np.ndarray, total: float, limit: float) -> np.ndarray:
@@ -37,7 +37,7 @@ def clip_to_sum(values: np.ndarray, total: float, limit: float) -> np.ndarray:
     while low < shift < high:
         clipped = _clipped(values, shift, limit)
         missing = total - float(clipped.sum())
-        if abs(missing) <= _PRESSURE_ROUNDING * total:
+        if abs(missing) <= PRESSURE_ROUNDING * total:
             return clipped
         low, high = (shift, high) if missing > 0.0 else (low, shift)
         free = np.count_nonzero((clipped > 0.0) & (clipped < limit))
@@ -55,7 +55,7 @@ def clip_to_sum(values: np.ndarray, total: float, limit: float) -> np.ndarray:
 def _clipped(values: np.ndarray, shift: float, limit: float) -> np.ndarray:
     """Return the shifted values between zero and the limit, rounded to the limit."""
     clipped = np.clip(values + shift, 0.0, limit)
-    clipped[clipped >= (1.0 - _PRESSURE_ROUNDING) * limit] = limit
+    clipped[clipped >= (1.0 - PRESSURE_ROUNDING) * limit] = limit
     return clipped
 
 
@@ -87,7 +87,7 @@ def with_sum(
         pressure *= total / pressure.sum()
         return pressure
     missing = total - float(pressure.sum())
-    if abs(missing) <= _PRESSURE_ROUNDING * total:
+    if abs(missing) <= PRESSURE_ROUNDING * total:
         return pressure
     share = limit - pressure if missing > 0.0 else pressure.copy()
     share *= (pressure > 0.0) & (pressure < limit)

@@ -195,12 +195,12 @@ class ComplementarityProblem:
             return clipped
         bounded = self._plastic is not None
         available = self._available(clipped, gained)
-        most = total(available)
-        if bounded and abs(gained) > most and extend:
-            self._extend(gained, abs(gained) - most)
+        capacity = total(available)
+        if bounded and abs(gained) > capacity and extend:
+            self._extend(gained, abs(gained) - capacity)
             return self._clipped(extend=False)
-        if most:
-            share = max(min(gained / most, 1.0), -1.0 if bounded else -math.inf)
+        if capacity:
+            share = max(min(gained / capacity, 1.0), -1.0 if bounded else -math.inf)
             linear_combination([(1.0, clipped), (-share, available)], out=clipped)
         return clipped
 
@@ -229,14 +229,14 @@ class ComplementarityProblem:
             available *= self._contact
         return available
 
-    def _extend(self, gained: float, lacking: float) -> None:
+    def _extend(self, gained: float, missing: float) -> None:
         """Add atoms to ``A`` that can take up a change of the total."""
         assert self._plastic is not None
         if gained > 0.0:
             candidates, order = self._plastic.copy(), -self._gap
         else:
             candidates, order = (self._contact == 0.0) & ~self._plastic, self._gap
-        count = _LOAD_FACTOR * int(lacking * self._unit / self._hardness) + 1
+        count = _LOAD_FACTOR * int(missing * self._unit / self._hardness) + 1
         gaps = order[candidates]
         if count < gaps.size:
             candidates &= order <= np.partition(gaps, count - 1)[count - 1]

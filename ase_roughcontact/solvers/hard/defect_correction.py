@@ -36,7 +36,7 @@ from ase_roughcontact._util.kernels import (
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.hard.bounds import with_sum
+from ase_roughcontact.solvers.hard.bounds import PRESSURE_ROUNDING, with_sum
 from ase_roughcontact.solvers.hard.complementarity import ComplementarityProblem
 from ase_roughcontact.solvers.hard.linear_support import LinearSupport
 from ase_roughcontact.solvers.hard.starting_pressure import initial_pressure
@@ -48,8 +48,6 @@ from ase_roughcontact.solvers.relaxation import (
 )
 from ase_roughcontact.solvers.status import CONVERGED, UNFINISHED, Status, StatusKind
 
-# Relative rounding error of a sum of pressures.
-_SUM_ROUNDING = 1e-14
 # Largest violation by the solution for an exact model, in units of the rounding error
 # of the model: only rounding errors make another step necessary.
 _EXACT_CONTRACTION = 1000.0
@@ -58,7 +56,6 @@ _CHECKED_STEPS = 10
 # Largest ratio of the violations after and before these steps, which bounds the number
 # of steps.
 _MAX_VIOLATION_RATIO = 0.99
-
 
 #: The pressure or the heights are not finite.
 GAP_NOT_FINITE = StatusKind("the gap is not finite")
@@ -202,7 +199,7 @@ class _DefectCorrection:
         if self._total is None:
             return 0.0
         missing = abs(self._total - total(self._pressure))
-        missing -= _SUM_ROUNDING * self._total
+        missing -= PRESSURE_ROUNDING * self._total
         return self._halfspace.self_compliance * max(missing, 0.0)
 
     @property

@@ -117,9 +117,8 @@ def balance_load(state: EnergyState, tolerance: float) -> EnergyState:
     """
     energy = state.function
     at_gaps = energy
-    if (
-        energy.inverse and state.exact
-    ):  # most often the last state, without another step
+    if energy.inverse and state.exact:
+        # most often the last state, without another step
         at_gaps = replace(energy, inverse=False)
     for _ in range(_MAX_LOAD_STEPS):
         force = state.load_residual

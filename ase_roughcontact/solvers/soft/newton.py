@@ -71,6 +71,16 @@ _CHECKED_STEPS = 50
 # Smallest decrease of the energy between two checks, in units of its rounding error,
 # unless the largest force has halved.
 _MIN_DECREASE = 1e8
+# Number of updates of the reaction that must reduce the violation.
+_CHECKED_UPDATES = 30
+# Largest ratio of the violations after and before these updates.
+_MAX_VIOLATION_RATIO = 0.99
+# Ratio of the violations after and before an update, above which the stiffness D is
+# increased. Near an instability, the augmented Lagrangian has a minimum, and updates
+# converge, only if D is large enough.
+_SLOW_UPDATE_RATIO = 0.7
+# Factor by which D is increased.
+_STIFFNESS_FACTOR = 3.0
 
 #: The energy does not decrease along any step.
 NO_DESCENT = StatusKind(
@@ -102,16 +112,6 @@ NOT_FINITE = StatusKind(
 OVERLAPS = StatusKind(
     "stalled: updates of the reaction do not decrease overlaps with the hard wall"
 )
-# Number of updates of the reaction that must reduce the violation.
-_CHECKED_UPDATES = 30
-# Largest ratio of the violations after and before these updates.
-_MAX_VIOLATION_RATIO = 0.99
-# Ratio of the violations after and before an update, above which the stiffness D is
-# increased. Near an instability, the augmented Lagrangian has a minimum, and updates
-# converge, only if D is large enough.
-_SLOW_UPDATE_RATIO = 0.7
-# Factor by which D is increased.
-_STIFFNESS_FACTOR = 3.0
 
 # Options if none are given.
 _DEFAULTS = NewtonKrylovOptions()
