@@ -194,7 +194,7 @@ def _force_curve(file: PathName, read: Measurement, turn: int | None) -> ForceCu
     if force is None or depth is None:
         raise ValueError(_incomplete(file, read))
     stiffness = math.inf if known is None else known
-    return ForceCurve(depth, force, stiffness, turn, read.remarks)
+    return ForceCurve(depth, force, stiffness, turn, read.remarks, read.table.position)
 
 
 def _only(file: PathName, curve: ForceCurve, branch: str) -> ForceCurve:

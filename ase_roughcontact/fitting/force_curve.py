@@ -11,6 +11,7 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, finite_array
+from ase_roughcontact.fitting.formats.table import Position
 
 #: Parameters of the baseline of a curve, and their units.
 BASELINE = {"force_offset": "nN", "force_slope": "nN/nm"}
@@ -74,6 +75,8 @@ class ForceCurve:
         lowest at the last of them.
     remarks : tuple of str
         Remarks on what was left out, changed or doubtful in the file.
+    position : Position, optional
+        Place on the sample.
 
     Raises
     ------
@@ -86,6 +89,7 @@ class ForceCurve:
     stiffness: float = math.inf
     turn: int | None = None
     remarks: tuple[str, ...] = ()
+    position: Position | None = None
 
     def __post_init__(self) -> None:
         """Check and convert the points."""

@@ -5,6 +5,7 @@
 ``reader``       `read_table`, which finds the format of a file
 ``text``         tables with names of columns, NanoScope and Chiaro exports among them
 ``jpk_text``     text exports of JPK
+``jpk_map``      maps of JPK, split into their curves
 ``asylum``       waves of Asylum Research, by igor2
 ``instrument``   other formats of instruments, by afmformats
 ``archive``      zip archives of files with curves

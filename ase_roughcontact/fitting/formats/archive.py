@@ -5,6 +5,7 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -40,15 +41,43 @@ def unpacked(file: PathName, curve: int | str | None) -> Iterator[Path]:
         If there are several files and none is chosen, or the chosen file is missing.
         Errors in reading the file name the archive.
     """
-    with zipfile.ZipFile(file) as archive, TemporaryDirectory() as folder:
-        names = sorted(name for name in archive.namelist() if name[-1] != "/")
-        name = _chosen(file, names, curve)
+    archive = _opened(str(file), changed_at(file))
+    name = _chosen(file, _names(archive), curve)
+    with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         path = Path(archive.extract(name, folder))
-        try:
+        with renamed_in_errors(path, f"{file}/{name}"):
             yield path
-        except ValueError as error:
-            message = str(error).replace(str(path), f"{file}/{name}")
-            raise ValueError(message) from error
+
+
+def archived_names(file: PathName) -> list[str]:
+    """Return the names of the files in an archive, in their order."""
+    return _names(_opened(str(file), changed_at(file)))
+
+
+def changed_at(file: PathName) -> int:
+    """Return the time when a file was changed (ns)."""
+    return Path(file).stat().st_mtime_ns
+
+
+@contextmanager
+def renamed_in_errors(path: Path, name: str) -> Iterator[None]:
+    """Replace the path of a temporary file by another name in a `ValueError`."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(str(error).replace(str(path), name)) from error
+
+
+@lru_cache(maxsize=2)
+def _opened(file: str, changed: int) -> zipfile.ZipFile:
+    """Open an archive; it stays open for its other files, until it has changed."""
+    return zipfile.ZipFile(file)
+
+
+def _names(archive: zipfile.ZipFile) -> list[str]:
+    """Return the sorted names of files, without folders and what macOS adds."""
+    names = (name for name in archive.namelist() if name[-1] != "/")
+    return sorted(name for name in names if not name.startswith("__MACOSX/"))
 
 
 def _chosen(file: PathName, names: list[str], curve: int | str | None) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -15,7 +15,9 @@ from ase_roughcontact.fitting.formats.table import (
     ArrayColumn,
     Calibration,
     CurveTable,
+    Position,
     Segment,
+    chosen_curve,
 )
 
 # Columns of afmformats, with units, and whether they increase away from the surface.
@@ -64,15 +66,18 @@ def read_instrument(
     afmformats = imported("afmformats", "curves", need, "; or export the curve as text")
     with _readable(file, afmformats.errors):
         curves = _loaded(afmformats, file, calibration)
-    chosen = curves[_chosen(file, curve, len(curves))]
+    chosen = curves[chosen_curve(file, curve, len(curves))]
     with _readable(file, afmformats.errors):  # columns are read when they are needed
         segments = _segments(chosen)
         stiffness = chosen.metadata.get("spring constant")
         sensitivity = chosen.metadata.get("sensitivity")
+        position = _position(chosen.metadata)
     return CurveTable(
         segments,
         stiffness * UNITS["N/m"] if stiffness else None,
         sensitivity * UNITS["m"] if sensitivity else None,
+        position,
+        len(curves),
     )
 
 
@@ -88,19 +93,6 @@ def _readable(file: PathName, errors: Any) -> Iterator[None]:
         raise ValueError(f"cannot read a force curve from {file}: {error}") from error
 
 
-def _chosen(file: PathName, curve: int | None, count: int) -> int:
-    """Return the index of a curve among several."""
-    if curve is None and count == 1:
-        return 0
-    if curve is None or not 1 <= curve <= count:
-        given = "" if curve is None else f", got {curve}"
-        raise ValueError(
-            f"{file} contains {count} force curves: choose one by --curve, a number "
-            f"from 1 to {count}{given}"
-        )
-    return curve - 1
-
-
 def _loaded(afmformats: Any, file: PathName, calibration: Calibration) -> list[Any]:
     """Return the curves of a file, with the given calibration where it has none."""
     try:
@@ -114,6 +106,15 @@ def _loaded(afmformats: Any, file: PathName, calibration: Calibration) -> list[A
         lacking = {key: given[key] for key in error.meta_keys if key in given}
         curves = afmformats.load_data(file, meta_override=lacking)
     return list(curves)
+
+
+def _position(metadata: Mapping[str, Any]) -> Position | None:
+    """Return the place of a curve, with its numbers in a grid if there is one."""
+    x, y = (metadata.get(f"position {axis}") for axis in "xy")
+    if x is None or y is None:
+        return None
+    numbers = (metadata.get(f"grid index {axis}") for axis in "xy")
+    return Position(x * UNITS["m"], y * UNITS["m"], *numbers)
 
 
 def _missing(file: PathName, keys: list[str]) -> str:

@@ -128,6 +128,24 @@ class Segment:
 
 
 @dataclass(frozen=True)
+class Position:
+    """Place on the sample where a curve was measured.
+
+    Attributes
+    ----------
+    x, y : float
+        Coordinates of the scanner (Å).
+    column, row : int or None
+        Numbers in the grid of a map along its sides, from 0, if the file has them.
+    """
+
+    x: float
+    y: float
+    column: int | None = None
+    row: int | None = None
+
+
+@dataclass(frozen=True)
 class CurveTable:
     """Segments of a force curve in a file, and its calibration.
 
@@ -139,11 +157,17 @@ class CurveTable:
         Spring constant of the cantilever (eV/Å^2), if the file has it.
     sensitivity : float or None
         Deflection of the cantilever per V (Å), if the file has it.
+    position : Position or None
+        Place on the sample, if the file has it.
+    count : int
+        Number of curves in the file.
     """
 
     segments: Sequence[Segment]
     stiffness: float | None = None
     sensitivity: float | None = None
+    position: Position | None = None
+    count: int = 1
 
 
 @dataclass(frozen=True)
@@ -169,3 +193,31 @@ def segment_kind(name: str) -> str | None:
     """Return the kind of a segment by its name in a file; None if it is unknown."""
     found = (kind for kind, names in SEGMENTS.items() if name.lower() in names)
     return next(found, None)
+
+
+def chosen_curve(file: PathName, curve: int | None, count: int) -> int:
+    """Return the index of a curve among several.
+
+    Parameters
+    ----------
+    file : path
+        Name of the file, for messages.
+    curve : int or None
+        Number of the curve, from 1; needed if there are several.
+    count : int
+        Number of curves in the file.
+
+    Raises
+    ------
+    ValueError
+        If there are several curves and none is chosen, or the number is too large.
+    """
+    if curve is None and count == 1:
+        return 0
+    if curve is None or not 1 <= curve <= count:
+        given = "" if curve is None else f", got {curve}"
+        raise ValueError(
+            f"{file} contains {count} force curves: choose one by --curve, a number "
+            f"from 1 to {count}{given}"
+        )
+    return curve - 1
