@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +24,7 @@ from ase_roughcontact.results.record import (
 )
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.path_kind import PATHS
+from ase_roughcontact.scene.path_result import results_of
 
 # Types of the columns that the scene determines.
 _SCENE_COLUMNS: dict[str, type] = {
@@ -56,18 +58,22 @@ _SCENE_UNITS = {
     "spacing": "Å",
     "contact_modulus": "eV/Å^3",
 }
-# Records of all kinds of path.
-_STEPS: list[type[LoadStep]] = [*(kind.record for kind in PATHS.values()), FlatStep]
-# The same records with columns on request.
-_RECORDS = [step.with_columns(list(columns_on_request(step))) for step in _STEPS]
+# Columns of the row of a case beside the input and the results; see `read_ensemble`.
+_CASE_COLUMNS: dict[str, type] = {
+    "state": str,
+    "message": str,
+    "steps": int,
+    "unconverged": int,
+    "validity": str,
+}
 
 
-def _all_columns() -> dict[str, type]:
-    """Return the types of all columns of an ensemble."""
+def step_types() -> dict[str, type]:
+    """Return the types of the columns of load steps, of all kinds of path."""
     columns: dict[str, type] = {"case": str, "step": int, "control": str}
     columns["target"] = float
     columns.update(_SCENE_COLUMNS)
-    for record in _RECORDS:
+    for record in _records():
         types = get_type_hints(record)
         names = columns_of(record)
         columns.update({name: types[name] for name in types if name in names})
@@ -75,16 +81,28 @@ def _all_columns() -> dict[str, type]:
     return columns
 
 
-def _all_units() -> dict[str, str]:
+def case_types() -> dict[str, type]:
+    """Return the types of the columns of cases, with results of all kinds of path."""
+    columns = {"case": str, **_CASE_COLUMNS, **_SCENE_COLUMNS}
+    results = {name: float for kind in PATHS.values() for name in kind.results}
+    return columns | results
+
+
+def column_units() -> dict[str, str]:
     """Return the units of all columns that have one."""
     units = dict(_SCENE_UNITS)
-    for record in _RECORDS:
+    for record in _records():
         units.update(units_of(record))
-    return units
+    for kind in PATHS.values():
+        units.update({name: each.unit for name, each in kind.results.items()})
+    return {name: unit for name, unit in units.items() if unit}
 
 
-#: Columns of an ensemble and their types; see `read_ensemble`.
-COLUMNS = _all_columns()
+def _records() -> list[type[LoadStep]]:
+    """Return the records of all kinds of path, with columns on request."""
+    steps: list[type[LoadStep]] = [kind.record for kind in PATHS.values()]
+    steps.append(FlatStep)
+    return [step.with_columns(list(columns_on_request(step))) for step in steps]
 
 
 def scene_columns(scene: Scene) -> dict[str, Any]:
@@ -112,8 +130,8 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
         "rate": rate if isinstance(rate, (int, float)) else nan,
     }
     return {
-        name: MISSING[COLUMNS[name]] if value is None else COLUMNS[name](value)
-        for name, value in values.items()
+        name: MISSING[kind] if values[name] is None else kind(values[name])
+        for name, kind in _SCENE_COLUMNS.items()
     }
 
 
@@ -135,7 +153,7 @@ def _roughness_columns(scene: Scene) -> dict[str, Any]:
 
 
 def step_columns(case: str, scene: Scene, record: LoadStep) -> dict[str, Any]:
-    """Return all columns of a load step of a case; see `COLUMNS`."""
+    """Return all columns of a load step of a case; see `step_types`."""
     return {
         "case": case,
         "target": scene.path.target_of(scene.bodies, record),
@@ -146,10 +164,24 @@ def step_columns(case: str, scene: Scene, record: LoadStep) -> dict[str, Any]:
     }
 
 
+def case_columns(scene: Scene, steps: Sequence[LoadStep]) -> dict[str, Any]:
+    """Return the columns of a case whose path is finished; see `case_types`.
+
+    The message has the warnings of the path, such as a pull-off force that is a lower
+    bound.
+    """
+    path, bodies = scene.path, scene.bodies
+    return {
+        "message": "; ".join(path.warnings(bodies, steps)),
+        **scene_columns(scene),
+        **results_of(path, bodies, steps),
+    }
+
+
 def read_ensemble(
     database: PathName, selection: str | None = None, **query: Any
 ) -> dict[str, np.ndarray]:
-    """Read the load steps of an ensemble.
+    """Read the load steps of an ensemble, or its cases with the results of their paths.
 
     Parameters
     ----------
@@ -158,16 +190,22 @@ def read_ensemble(
     selection : str, optional
         Query as for ``ase db``: ``"radius>100,kind=hard"``.
     **query
-        Values of keys: ``seed=1``.
+        Values of keys: ``seed=1``; ``record="case"`` for cases in place of steps.
 
     Returns
     -------
-    dict of ndarray, shape (steps,)
-        Columns by name, see `COLUMNS`, sorted by case and step. Inputs are in the units
-        of the scene file: lengths of sphere and roughness in spacings, works of
-        adhesion in J/m^2. Everything else is in ASE's units: ``spacing`` in Å,
-        ``contact_modulus`` in eV/Å^3, ``target`` in Å or, for ``control == "load"``, in
-        eV/Å, and the columns of `LoadStep`. Missing values are NaN, -1 or "".
+    dict of ndarray, shape (steps,) or (cases,)
+        Columns by name, sorted by case and step. Inputs are in the units of the scene
+        file: lengths of sphere and roughness in spacings, works of adhesion in J/m^2.
+        Everything else is in ASE's units: ``spacing`` in Å, ``contact_modulus`` in
+        eV/Å^3, ``target`` in Å or, for ``control == "load"``, in eV/Å, and the columns
+        of `LoadStep`. Missing values are NaN, -1 or "".
+
+        The row of a case has the ``state`` in which it ended, "done" or "failed", a
+        ``message`` with reasons, the number of its ``steps`` and of the ``unconverged``
+        ones, all limits of the model that they exceed (``validity``), and the results
+        that the kinds of path declare (`PathKind.results`), such as
+        ``pull_off_force``; NaN where a case failed or a result is not defined.
 
     Raises
     ------
@@ -182,17 +220,18 @@ def read_ensemble(
     stored = EnsembleDatabase(address)
     stored.check()
     rows = stored.select(selection, **query)
-    ordered = sorted(rows, key=lambda row: (row["case"], row["step"]))
+    of_cases = query.get("record") == "case"
+    ordered = sorted(rows, key=lambda row: (row["case"], row.get("step", 0)))
     return {
         name: np.array([row.get(name, MISSING[kind]) for row in ordered], dtype=kind)
-        for name, kind in COLUMNS.items()
+        for name, kind in (case_types() if of_cases else step_types()).items()
     }
 
 
 def write_csv(
     database: PathName, file: PathName, selection: str | None = None, **query: Any
 ) -> None:
-    """Write the load steps of an ensemble as CSV, with ten significant digits.
+    """Write steps or cases of an ensemble as CSV, with ten significant digits.
 
     Heads of columns include their units, except targets and rates, where the unit
     depends on the control.
@@ -210,7 +249,6 @@ def write_csv(
         [f"{value:.10g}" for value in values] if values.dtype.kind == "f" else values
         for values in columns.values()
     ]
-    heads = {name: name for name in columns}
-    for name, unit in _all_units().items():
-        heads[name] = f"{name} ({unit})"
-    write_table(file, heads.values(), zip(*texts, strict=True))
+    units = column_units()
+    heads = [f"{name} ({units[name]})" if name in units else name for name in columns]
+    write_table(file, heads, zip(*texts, strict=True))

@@ -117,7 +117,7 @@ class EnsembleDatabase:
         Parameters
         ----------
         rows : sequence of dict
-            Values by column, see `COLUMNS`.
+            Values by column, see `step_types`.
         data : dict
             Data of ASE's row, stored with each step.
         **query

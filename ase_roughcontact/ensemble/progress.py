@@ -21,7 +21,7 @@ _DURATION_RATIO = 1024.0
 # Fraction of the steps of a part that are evenly spread over the logarithm of time; the
 # others are spread over time.
 _LOGARITHMIC_FRACTION = 0.6
-#: Number that stands for all steps of a path in time.
+#: Number that stands for all steps of a path that is calculated as a whole.
 WHOLE = -1
 
 
@@ -32,8 +32,8 @@ class Progress:
     Attributes
     ----------
     steps, total : int
-        Numbers of finished load steps and of all load steps; a path in time counts as
-        one.
+        Numbers of finished load steps and of all load steps; a path that is calculated
+        as a whole counts as one.
     elapsed : float
         Time since the start of this run (s).
     left : float
@@ -69,7 +69,7 @@ class ProgressMeter:
     ----------
     costs : mapping
         Expected cost of each load step, by case and number of the step. The cost of a
-        whole path in time has the number `WHOLE`.
+        whole path has the number `WHOLE`.
 
     Attributes
     ----------
@@ -82,8 +82,8 @@ class ProgressMeter:
     def __init__(self, costs: Mapping[str, Mapping[int, float]]) -> None:
         self.missing = {case: dict(steps) for case, steps in costs.items()}
         self.failures: dict[str, str] = {}
-        in_time = all(WHOLE in steps for steps in costs.values())
-        self._unit = "paths" if in_time else "steps"
+        whole = all(WHOLE in steps for steps in costs.values())
+        self._unit = "paths" if whole else "steps"
         self._total = sum(map(len, costs.values()))
         self._start = perf_counter()
         self._initial: float | None = None
@@ -193,10 +193,20 @@ def _fraction_of_steps(passed: float) -> float:
     return fraction * logarithm + (1.0 - fraction) * passed
 
 
+def is_whole(scene: Scene) -> bool:
+    """Return whether the path of a scene is calculated as a whole.
+
+    So are paths that choose their steps as they run, and paths with results of all
+    their steps.
+    """
+    return scene.path.count(scene.bodies) is None or bool(scene.path.results)
+
+
 def expected_costs(scene: Scene) -> dict[int, float]:
     """Return the expected costs of the load steps of a scene, in arbitrary units.
 
-    Keys are the numbers of the steps; a path in time has the number `WHOLE`.
+    Keys are the numbers of the steps; a path that is calculated as a whole has the
+    number `WHOLE`.
 
     Raises
     ------
@@ -204,11 +214,16 @@ def expected_costs(scene: Scene) -> dict[int, float]:
         If the scene is invalid.
     """
     scene.check()
-    if scene.path.count(scene.bodies) is None:
+    if is_whole(scene):
         count = scene.path.expected_count(scene.bodies)
-        return {WHOLE: count * sum(expected_costs(scene.planned).values())}
+        return {WHOLE: count * sum(_step_costs(scene.planned))}
+    return dict(enumerate(_step_costs(scene)))
+
+
+def _step_costs(scene: Scene) -> list[float]:
+    """Return the expected costs of known targets."""
     if scene.shape:
         areas = np.full(scene.targets.shape, float(math.prod(scene.shape)))
     else:
         areas = scene.expected_areas / scene.spacing**2
-    return dict(enumerate((_BASE_COST + areas).tolist()))
+    return (_BASE_COST + areas).tolist()

@@ -63,9 +63,10 @@ def run_ensemble(
     interval : float
         Time between two queries of the database (s).
     steps : iterable of sequence of int, optional
-        Numbers of the wanted load steps of each scene, or None for all, as for paths in
-        time. If states depend on the states before, all steps up to the last wanted one
-        are needed. By default all steps of all scenes.
+        Numbers of the wanted load steps of each scene, or None for all. Loops, sliding
+        paths and paths in time have all their steps in any case. If states depend on
+        the states before, all steps up to the last wanted one are needed. By default
+        all steps of all scenes.
 
     Yields
     ------
@@ -95,7 +96,7 @@ def run_ensemble(
     an SQLite file until the case is done: an interrupted case goes on as if it had not
     been. With PostgreSQL a case is calculated from its first step again, if its
     states depend on those before: with an attractive wall, or one that keeps the
-    plastic shape, and along a path in time.
+    plastic shape, and along loops, sliding paths and paths in time.
 
     Examples
     --------
@@ -120,11 +121,6 @@ def run_ensemble(
     tasks = {}
     for scene, numbers in zip(scenes, chosen, strict=True):
         costs = expected_costs(scene)
-        if WHOLE in costs and scene.path.schedule(scene.bodies) is None:
-            raise ValueError(
-                f'an ensemble has no paths of kind = "{scene.path.kind}", which '
-                'choose their steps as they run: give kind = "steps" or "time"'
-            )
         if WHOLE not in costs and numbers is not None:
             unknown = [step for step in numbers if step not in costs]
             if unknown:
@@ -156,7 +152,7 @@ def _run(
     costs = {case: costs for case, (_, costs) in tasks.items()}
     largest_first = sorted(costs, key=lambda case: -sum(costs[case].values()))
     meter = ProgressMeter({case: costs[case] for case in largest_first})
-    in_time = any(WHOLE in steps for steps in costs.values())
+    whole = any(WHOLE in steps for steps in costs.values())
     with ExitStack() as stack:
         executor = stack.enter_context(pool)
         stack.callback(_cancel, submitted)
@@ -167,7 +163,7 @@ def _run(
             for case, step in new.values():
                 stored[case].add(step)
                 meter.finish(case, step)
-            for case, count in database.done().items() if in_time else ():
+            for case, count in database.done().items() if whole else ():
                 last = max(stored[case], default=0)
                 if len(stored[case]) == (count or last + 1):
                     meter.finish(case, WHOLE)

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import itertools
 import os
-import sys
 import threading
 from collections.abc import Container, Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.threads import available_threads, threads
 from ase_roughcontact.ensemble.cases import case_of
-from ase_roughcontact.ensemble.columns import scene_columns, step_columns
+from ase_roughcontact.ensemble.columns import (
+    case_columns,
+    scene_columns,
+    step_columns,
+)
 from ase_roughcontact.ensemble.database import EnsembleDatabase
-from ase_roughcontact.ensemble.progress import WHOLE
+from ase_roughcontact.ensemble.progress import WHOLE, is_whole
+from ase_roughcontact.results.limits import failed_checks
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.scene import Scene
 
@@ -43,8 +48,8 @@ def calculate_case(
     scene : Scene
         Scene of the case.
     steps : sequence of int
-        Load steps to calculate, in increasing order. A path in time is calculated as a
-        whole.
+        Load steps to calculate, in increasing order; `WHOLE` alone for a whole path,
+        whose results are stored, too.
 
     Returns
     -------
@@ -60,30 +65,50 @@ def calculate_case(
         if not free:
             return "busy", ""
         stored = {step for _, step in database.steps(case=case).values()}
-        state, message = "done", ""
+        state, message, found = "done", "", list[LoadStep]()
+        values = dict[str, Any]()
         try:
             if case_of(scene) != case:
                 raise ValueError(
                     f"{', '.join(scene.files)}: changed since the ensemble began, or "
                     "not the same on this machine: start the ensemble again"
                 )
-            relaxed = _relax(scene, stored, steps, restart)
+            relaxed = _relax(scene, steps, stored, restart)
             with threads(_threads()), closing(relaxed) as records:
                 while database.is_locked(run):
                     record = next(records, None)
                     if record is None:
                         break
-                    row = step_columns(case, scene, record)
-                    database.add_steps([row], data, case=case, step=record.step)
+                    found.append(record)
+                    if record.step not in stored:
+                        row = step_columns(case, scene, record)
+                        database.add_steps([row], data, case=case, step=record.step)
                 else:
                     return "stopped", ""
+            if is_whole(scene):
+                values = case_columns(scene, found)
             if restart is not None:
                 restart.unlink(missing_ok=True)
         except Exception as error:
             state, message = "failed", f"{type(error).__name__}: {error}"
-        values = {"message": message, "steps": len(database.steps(case=case))}
-        database.set_state(case, state, data, **values, **scene_columns(scene))
+            values = {"message": message}
+        values = scene_columns(scene) | values | _counted(database, case)
+        database.set_state(case, state, data, **values)
     return state, message
+
+
+def _counted(database: EnsembleDatabase, case: str) -> dict[str, Any]:
+    """Return the numbers of stored and of unconverged steps, and exceeded limits."""
+    rows = list(database.select(case=case))
+    limits = dict[str, None]()
+    for row in rows:
+        checks = failed_checks(row.get("validity", "")).values()
+        limits |= dict.fromkeys(check.name for check in checks)
+    return {
+        "steps": len(rows),
+        "unconverged": sum(not row.converged for row in rows),
+        "validity": "; ".join(limits),
+    }
 
 
 def _threads() -> int:
@@ -94,20 +119,21 @@ def _threads() -> int:
 
 def _relax(
     scene: Scene,
-    stored: Container[int],
     wanted: Sequence[int],
+    stored: Container[int],
     restart: Path | None,
 ) -> Generator[LoadStep, None, None]:
     """Relax the wanted steps that are not stored, and those on which they depend.
 
+    A whole path has all its steps, also those that are stored or in the restart file.
     Without a restart file, steps that do not depend on others are relaxed alone.
     """
-    missing: Sequence[int] = [step for step in wanted if step not in stored]
+    if list(wanted) == [WHOLE]:
+        yield from _resume(scene, restart)
+        return
+    missing = [step for step in wanted if step not in stored]
     if not missing:
         return
-    if missing[0] == WHOLE:  # the number of steps is not known
-        first = next(step for step in itertools.count() if step not in stored)
-        missing = range(first, sys.maxsize)
     if scene.is_in_order:
         numbered: Iterator[tuple[int, LoadStep]] = enumerate(_resume(scene, restart))
     else:  # each step has one solution, whatever came before

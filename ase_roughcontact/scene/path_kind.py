@@ -13,7 +13,14 @@ import numpy as np
 
 from ase_roughcontact._util.files import write_table
 from ase_roughcontact._util.registry import Registry
-from ase_roughcontact._util.units import FORCES, PRESSURES, QUANTITY, UNITS, with_unit
+from ase_roughcontact._util.units import (
+    FORCES,
+    PRESSURES,
+    QUANTITY,
+    UNITS,
+    printed_unit,
+    with_unit,
+)
 from ase_roughcontact._util.validation import (
     FloatArray,
     finite,
@@ -27,6 +34,7 @@ from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.path_result import PathResult, results_of
 from ase_roughcontact.scene.section import Problems, Section, kind_of, lengths
 from ase_roughcontact.stepping.step import Stepper
 
@@ -61,6 +69,12 @@ class PathKind(Section):
         the area relative to theory, the largest pressure, and the time.
     captions : mapping of str to str
         Names of the pictures that `draw` makes, with their captions.
+    results : mapping of str to PathResult
+        Numbers that follow from all steps, by name: columns of an ensemble. A name is
+        none of the columns of the record.
+    main_result : str
+        Name of the result that ensembles average by default; empty for the contact
+        area.
     in_order : bool
         Whether states depend on earlier states: a preview has all of them, and area
         over load and force over depth are not drawn.
@@ -80,6 +94,8 @@ class PathKind(Section):
     record: ClassVar[type[LoadStep]] = LoadStep
     columns: ClassVar[Mapping[str, str]] = {}
     captions: ClassVar[Mapping[str, str]] = {}
+    results: ClassVar[Mapping[str, PathResult]] = {}
+    main_result: ClassVar[str] = ""
     in_order: ClassVar[bool] = False
     in_time: ClassVar[bool] = False
     has_friction: ClassVar[bool] = False
@@ -238,9 +254,11 @@ class PathKind(Section):
     def target_of(self, bodies: Bodies, state: Any) -> float:
         """Return the target of a state."""
         schedule = self.schedule(bodies)
-        if schedule is None:
-            return float(self.targets(bodies)[state.step])
-        return schedule.at(state.time)
+        if schedule is not None:
+            return schedule.at(state.time)
+        if self.count(bodies) is None:  # chosen as the path runs
+            return float(getattr(state, self.controlled.column))
+        return float(self.targets(bodies)[state.step])
 
     def deepest_of(self, targets: Iterable[float]) -> float:
         """Return the target at which the contact is pressed most."""
@@ -298,9 +316,20 @@ class PathKind(Section):
         """Return the last state of the loading, and the largest tension (eV/Å)."""
         return states[-1], max(0.0, -min(state.normal_force for state in states))
 
+    def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> Any:
+        """Return an object from which `results` follow; by default the states."""
+        return states
+
     def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> Mapping[str, str]:
-        """Return characteristic values by their names; none by default."""
-        return {}
+        """Return characteristic values by their names; by default the results."""
+        found = {}
+        for name, value in results_of(self, bodies, states).items():
+            result = self.results[name]
+            label = result.label or name.replace("_", " ")
+            unknown = f"not known: defined for {result.where}"
+            text = with_unit(value, printed_unit(result.unit)).strip()
+            found[label] = unknown if math.isnan(value) else text
+        return found
 
     def warnings(self, bodies: Bodies, states: Sequence[LoadStep]) -> tuple[str, ...]:
         """Return warnings about the characteristic values; none by default."""

@@ -14,7 +14,7 @@ import numpy as np
 from ase.units import GPa, J, m
 
 from ase_roughcontact import LennardJones93
-from ase_roughcontact.ensemble.columns import COLUMNS
+from ase_roughcontact.ensemble.columns import step_types
 from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.scene import (
     NANONEWTON,
@@ -167,8 +167,9 @@ def read_table(file: Path) -> dict[str, np.ndarray]:
         header, *rows = csv.reader(stream)
     header = [head.partition(" (")[0] for head in header]  # without units
     columns = dict(zip(header, map(np.array, zip(*rows, strict=True)), strict=True))
+    types = step_types()
     return {
-        name: texts == "True" if COLUMNS[name] is bool else texts.astype(COLUMNS[name])
+        name: texts == "True" if types[name] is bool else texts.astype(types[name])
         for name, texts in columns.items()
     }
 

@@ -206,11 +206,3 @@ def test_the_command_prints_means_over_time(two_seeds, tmp_path, capsys):
     assert "2/2 paths" in printed
     assert re.search(r"time .*\n *\(s\)", printed)
     assert re.search(r"\n *0.5000 .*\n *1.500 ", printed)
-
-
-def test_loops_are_refused_with_advice(tmp_path):
-    keys = {"interaction.kind": "adhesive", "interaction.work_of_adhesion": 0.05}
-    keys |= {"path.kind": "loop", "path.deepest": 1.0}
-    solid = {"substrate.relaxation_moduli": None, "substrate.relaxation_times": None}
-    with pytest.raises(ValueError, match='give kind = "steps" or "time"'):
-        finish([TIME.with_values(keys | solid)], tmp_path / "e.db")

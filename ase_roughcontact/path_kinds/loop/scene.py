@@ -20,6 +20,7 @@ from ase_roughcontact.path_kinds.loop.cantilever import (
     cantilever_curve,
 )
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
+from ase_roughcontact.path_kinds.loop.results import RESULTS
 from ase_roughcontact.path_kinds.loop.specification import (
     ContactLoop,
     LoopSpecification,
@@ -64,6 +65,8 @@ class Loop(PathKind):
         "loop.png": "Force of the tip held at each height; arrows: instabilities.",
         "cantilever.png": "Force curve of the cantilever; arrows: snap-in, pull-off.",
     }
+    results = RESULTS
+    main_result = "pull_off_force"
 
     deepest: float | str | None = None
     step: float | str | None = None

@@ -24,6 +24,7 @@ from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
 from ase_roughcontact.loading.trajectory import frames_of_steps, steps_with_frames
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+from ase_roughcontact.path_kinds.sliding.results import RESULTS
 from ase_roughcontact.path_kinds.sliding.specification import (
     LATERAL_CONTROLS,
     SlidingSpecification,
@@ -59,6 +60,8 @@ class Sliding(PathKind):
         "tractions.png": "Lateral tractions at some displacements; blue: atoms that "
         "stick; orange: atoms that slip.",
     }
+    results = RESULTS
+    main_result = "static_friction"
 
     control: str = "load"
     values: tuple | float | str | None = None

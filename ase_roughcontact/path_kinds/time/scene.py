@@ -21,6 +21,7 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.analysis.path_values import dynamic_stiffness, tension_at_turn
 from ase_roughcontact.contact.control import BASE, LOAD, PENETRATION
 from ase_roughcontact.path_kinds.time.record import TimeStep
+from ase_roughcontact.path_kinds.time.results import RESULTS
 from ase_roughcontact.path_kinds.time.specification import (
     TimeSpecification,
     check_cantilever,
@@ -75,6 +76,7 @@ class Timed(PathKind):
         "direction of the path.",
         "cantilever.png": "Force of the cantilever over the distance of its base.",
     }
+    results = RESULTS
 
     control: str = "load"
     values: tuple | None = None
