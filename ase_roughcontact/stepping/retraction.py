@@ -12,14 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact.contact import State
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.step import Stepper
 
-# Length of a part of a step, in units of the range of the attraction.
-_PART = 0.5
-# Relative rounding error of the length of a step.
-_ROUNDING = 1e-9
+# Largest part of a step, in units of the range of the attraction.
+_MAX_RELATIVE_PART = 0.5
 
 
 def relax_in_contact(
@@ -58,8 +57,8 @@ def _targets_between(stepper: Stepper, state: State, target: float) -> list[floa
         return []
     first = control.target(state.height, stepper.windows.first_contact)
     rise = control.deeper * (first - target)
-    parts = rise / (_PART * wall.attraction_range)
-    count = max(1, math.ceil((1.0 - _ROUNDING) * parts))
+    parts = rise / (_MAX_RELATIVE_PART * wall.attraction_range)
+    count = max(1, math.ceil(parts - RATIO_ROUNDING))
     return np.linspace(first, target, count + 1)[1:-1].tolist()
 
 

@@ -29,11 +29,11 @@ from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.windows.expected import contact_radius_on
 from ase_roughcontact.windows.memory import check_memory
 
-# Side, in spacings, of the piece that represents a roughness without a known spectrum
-# when its energy is calculated.
-_PIECE = 1024
-# Waves over which the modulus of a solid is averaged.
-_WAVES = 200
+# Largest side, in spacings, of the piece of a roughness without a known spectrum from
+# which the energy of the roughness is calculated.
+_MAX_PIECE_SIDE = 1024
+# Number of waves over which the modulus of a solid is averaged.
+_AVERAGED_WAVES = 200
 
 
 class AdhesionEstimate:
@@ -113,11 +113,10 @@ class AdhesionEstimate:
         except MemoryError as error:
             flattening = self.work - self.effective_work
             raise MemoryError(
-                f"the work of adhesion, {self.work:.3g} per area, exceeds the "
-                f"{flattening:.3g} needed to flatten the roughness, and extends the "
-                f"contact to a radius of about {side // 2} spacings (JKR): {error}, "
-                "less adhesion or more roughness, or use a fixed window if the contact "
-                "is known to stay within it"
+                f"the work of adhesion, {self.work:.3g}, is larger than the energy of "
+                f"the flattened roughness, {flattening:.3g}, and extends the contact "
+                f"to a radius of about {side // 2} spacings: {error}, less adhesion, "
+                "more roughness or a fixed window"
             ) from error
         return radius
 
@@ -127,7 +126,7 @@ def _flattening_energy(rough: Surface, solid: ElasticSolid, spacing: float) -> f
     if isinstance(rough, SelfAffine) and rough.long_wavelength > rough.short_wavelength:
         return flattening_energy(_mean_modulus(rough, solid, spacing), rough)
     extent = 2.0 * topography_of(rough).extent / spacing
-    side = math.floor(min(_PIECE, extent))
+    side = math.floor(min(_MAX_PIECE_SIDE, extent))
     corner = -spacing * (side // 2)
     heights = rough.heights((side, side), spacing, (corner, corner))
     halfspace = PeriodicHalfSpace((side, side), spacing, solid)
@@ -137,7 +136,7 @@ def _flattening_energy(rough: Surface, solid: ElasticSolid, spacing: float) -> f
 def _mean_modulus(rough: SelfAffine, solid: ElasticSolid, spacing: float) -> float:
     """Return the modulus of waves, averaged over the energy of a roughness."""
     short, long, longest = band_of(rough)
-    q = 2.0 * np.pi / np.geomspace(longest or long, short, _WAVES)
+    q = 2.0 * np.pi / np.geomspace(longest or long, short, _AVERAGED_WAVES)
     # q^2 C(q) for each dq, that is q^3 C(q) for each d ln q
     energy = q**3 * np.maximum(q, 2.0 * np.pi / long) ** (-2.0 - 2.0 * rough.hurst)
     modulus = solid.wave_modulus(np.minimum(q, np.pi / spacing))

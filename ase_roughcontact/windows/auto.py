@@ -41,24 +41,25 @@ from ase_roughcontact.windows.fixed import WindowedState
 from ase_roughcontact.windows.footprint import Footprint, centred_box
 from ase_roughcontact.windows.memory import check_memory
 
-# A window is kept for the next step while it has at most this many times the atoms that
-# are needed.
-_LARGEST_EXCESS = 2.0
+# Largest ratio of the atoms of a window to the atoms that the next step needs, at which
+# the window is kept.
+_MAX_EXCESS = 2.0
 # Largest factor by which the depth of the overlap, for which a window is made, grows
 # at once when a window was too small.
-_LARGEST_DEEPENING = 2.0
-# With a repulsive wall, a step starts from flat atoms if this many times more atoms
-# overlap than at the last one: 30 % fewer transforms in four decades of 13 loads.
+_MAX_DEPTH_GROWTH = 2.0
+# Growth of the number of atoms that overlap with a repulsive wall, above which a step
+# starts from flat atoms: 30 % fewer transforms in four decades of 13 loads.
 _RESTART_GROWTH = 1.1
 #: Number of atoms above which a window is made for the expected contact only, not for
-#: all atoms that the rigid indenter overlaps. Side of such a window over the expected
-#: contact's diameter.
-CONTACT_WINDOW_SIZE, CONTACT_WINDOW_SCALE = 256 * 256, 1.03
+#: all atoms that the rigid indenter overlaps.
+CONTACT_WINDOW_SIZE = 256 * 256
+#: Side of a window for the expected contact over the diameter of this contact.
+CONTACT_WINDOW_SCALE = 1.03
 # Smallest depth of a window that is to be made deeper, in units of the spacing.
-_LEAST_DEPTH = 1e-3
+_MIN_DEPTH = 1e-3
 # Upper bound to the rounding error of a displacement in single precision, relative to
-# the largest one.
-_ROUNDING = 1e-6
+# the largest displacement.
+_SINGLE_ROUNDING = 1e-6
 
 
 class AutoWindow:
@@ -102,8 +103,8 @@ class AutoWindow:
         self._expected: ExpectedContact | None = None
         if isinstance(indenter, RoughSphere):
             self._expected = ExpectedContact(problem)
-        # load, and the number of factors at which the search for its depth ended
-        self._searched = 0.0, 0
+        # last load, and the number of factors at which the search for its depth ended
+        self._searched_load, self._searched_power = 0.0, 0
 
     def choose(self, state: State, support: Support, last: float) -> WindowedState:
         """Return the state from which a step starts, on the window of the step.
@@ -131,8 +132,10 @@ class AutoWindow:
         height, load = state.height, None if support.fixed else support.load
         adhesive_contact = self._adhesive_contact(state, load)
         if self._expected:  # before the roughness is searched for the atoms in reach
-            target = (HEIGHT, height) if load is None else (LOAD, load)
-            self._expected.check(*target)
+            if load is None:
+                self._expected.check(HEIGHT, height)
+            else:
+                self._expected.check(LOAD, load)
         if load is not None:
             height = self._predicted_height(load, height)
         level = self._wall.cutoff - height
@@ -145,15 +148,15 @@ class AutoWindow:
                 start = height if support.fixed else self.first_contact
                 state = state.flattened(start)
         needed = self._needed(level, self._box_in_range(state))
-        needed = needed.union(adhesive_contact).union(_with_history(state))
+        needed = needed.union(adhesive_contact).union(_box_of_history(state))
         usual = self.footprint.standard_size(needed)
-        excessive = state.window.size > _LARGEST_EXCESS * usual.size
+        excessive = state.window.size > _MAX_EXCESS * usual.size
         if excessive or not state.window.contains(needed):
-            state = self._on(state, needed)
+            state = self._on_window(state, needed)
         return WindowedState(state, level)
 
     def enlarged(
-        self, run: Run, contact: Contact, made_for: float
+        self, run: Run, contact: Contact, window_level: float
     ) -> WindowedState | None:
         """Return the state on a larger window if the wall could act outside of this.
 
@@ -163,7 +166,7 @@ class AutoWindow:
             The relaxation of a state.
         contact : Contact
             The contact on the window of the state.
-        made_for : float
+        window_level : float
             Level for which the window was made (length).
 
         Returns
@@ -179,17 +182,18 @@ class AutoWindow:
         state = run.state
         level = self._wall.cutoff - state.height
         window, lowest = state.window, self.footprint.lowest
-        depth = max(made_for - lowest, _LEAST_DEPTH * self.footprint.spacing)
-        deepest = _LARGEST_DEEPENING * depth
+        depth = max(window_level - lowest, _MIN_DEPTH * self.footprint.spacing)
+        deepest = _MAX_DEPTH_GROWTH * depth
         if level - lowest > deepest and not window.contains(
             self.footprint.overlap(level)
         ):
             # under a load, the indenter sinks in too deep if the window is too small
             level = lowest + deepest
-            return WindowedState(self._on(state, self._needed(level, window)), level)
-        needed = self._reached(state, contact, level)
+            needed = self._needed(level, window)
+            return WindowedState(self._on_window(state, needed), level)
+        needed = self._widened(state, contact, level)
         if needed != window:
-            return WindowedState(self._on(state, needed), level)
+            return WindowedState(self._on_window(state, needed), level)
         return None
 
     def forecast(self, control: Control, target: float) -> Box:
@@ -227,20 +231,21 @@ class AutoWindow:
     def _predicted_height(self, load: float, default: float) -> float:
         if load <= 0.0:
             return default
-        last, power = self._searched
-        parts = self.footprint, self._wall, self._solid
-        depth, power = predicted_depth(load, *parts, power if load >= last else 0)
-        self._searched = load, power
+        power = self._searched_power if load >= self._searched_load else 0
+        depth, power = predicted_depth(
+            load, self.footprint, self._wall, self._solid, power
+        )
+        self._searched_load, self._searched_power = load, power
         return self.first_contact - depth
 
-    def _needed(self, level: float, also: Box | None) -> Box:
+    def _needed(self, level: float, included: Box | None) -> Box:
         """Return the box of atoms that a window for a level must contain."""
-        box = self.footprint.overlap(level).union(also)
+        box = self.footprint.overlap(level).union(included)
         if box.size <= self._contact_window_size or self._wall.plastic:
             return box  # plastic contact fills the overlap
         lowest = self.footprint.lowest
         level = contact_level(level, lowest, self._wall, CONTACT_WINDOW_SCALE)
-        return self.footprint.overlap(level).union(also)
+        return self.footprint.overlap(level).union(included)
 
     def _box_in_range(self, state: State) -> Box | None:
         """Return the atoms that may stay in the range of the wall above the plane."""
@@ -265,7 +270,7 @@ class AutoWindow:
         half_side = math.ceil(radius / self.footprint.spacing)
         return self.footprint.clip(centred_box(half_side))
 
-    def _reached(self, state: State, contact: Contact, level: float) -> Box:
+    def _widened(self, state: State, contact: Contact, level: float) -> Box:
         """Return the window, widened to the atoms outside that the wall reaches."""
         window = state.window
         self.footprint.check(level)
@@ -306,29 +311,35 @@ class AutoWindow:
         loaded = Box.bounding(pressure != 0.0, state.window.start) or wide
         pressure = carried(pressure, state.window, wide)
         # the largest distances between atoms under pressure and others
-        ends = zip(wide.start, wide.stop, loaded.start, loaded.stop, strict=True)
-        n, m = (max(last - k, j - first) for first, last, k, j in ends)
+        n, m = (
+            max(
+                wide.stop[axis] - loaded.start[axis],
+                loaded.stop[axis] - wide.start[axis],
+            )
+            for axis in (0, 1)
+        )
         halfspace = contact.halfspace.resized((n, m), self.footprint.spacing)
         options = {**halfspace.fft, "dtype": np.float32}
         transform = RealFFT2(wide.shape, halfspace.grid, **options)
         spectrum = transform.multiplier(halfspace.grid_spectrum, -1.0)
         displacement = transform.filter(pressure, spectrum)
-        displacement += _ROUNDING * max_abs(displacement)
+        displacement += _SINGLE_ROUNDING * max_abs(displacement)
         if contact.past_depth is not None:  # tractions lift most at the edge
-            d = contact.past_depth
-            edge = min(each.min() for each in (d[0], d[-1], d[:, 0], d[:, -1]))
-            displacement -= min(edge, 0.0)
+            depth = contact.past_depth
+            edges = (depth[0], depth[-1], depth[:, 0], depth[:, -1])
+            lowest = min(edge.min() for edge in edges)
+            displacement -= min(lowest, 0.0)
         return displacement
 
-    def _on(self, state: State, needed: Box) -> State:
+    def _on_window(self, state: State, needed: Box) -> State:
         """Return the state on a window of a standard size."""
         window = self.footprint.standard_size(needed)
         check_memory(window.shape, self._wall, self._solid)
         return state.on(window)
 
 
-def _with_history(state: State) -> Box | None:
-    """Return the atoms that keep something of earlier steps, and must not be lost."""
+def _box_of_history(state: State) -> Box | None:
+    """Return the box of the atoms with a history, which must not be lost."""
     box = None
     for name, values in state.history.items():
         each = Box.bounding(values != entry_of(name).entering, state.window.start)

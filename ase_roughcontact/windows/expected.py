@@ -37,27 +37,31 @@ from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.windows.footprint import BeyondSurfaceError, Footprint
 from ase_roughcontact.windows.memory import check_memory
 
-# No height of a roughness is below its mean by more than this many rms heights.
-_DEEPEST = 6.0
+# Largest depth of a roughness below its mean, in rms heights.
+_MAX_RELATIVE_DEPTH = 6.0
 #: Points along a side up to which a roughness is synthesised for a plan.
 LARGEST_DOMAIN = 2048
-# Points along a side up to which windows are planned on the lattice of the atoms.
-_LARGEST_SIDE = 2048
-# Smallest wave number among which the stiffest is searched, relative to the largest
-# one. Number of wave numbers.
-_LONGEST, _WAVES = 1e-5, 60
+# Largest side of a window that is planned on the lattice of the atoms, in atoms.
+_MAX_PLANNED_SIDE = 2048
+# Smallest wave number of the waves among which the stiffest is searched, relative to
+# the largest one.
+_MIN_RELATIVE_WAVE_NUMBER = 1e-5
+# Number of these waves.
+_SEARCHED_WAVES = 60
 
 #: Normal force over ``E*``, depth and half the side of the overlap, by Hertz.
 LOAD_FACTOR = math.sqrt(8.0) / 3.0
-# First depth of a search, in units of the spacing. Ratio of one depth to the last.
-_FIRST_DEPTH, _DEPTH_RATIO = 1e-3, 1.2
-# Wave number that represents a contact, times its radius.
-_WAVE_NUMBER = math.pi
+# First depth of a search, in units of the spacing.
+_FIRST_DEPTH = 1e-3
+# Ratio of two depths of a search.
+_DEPTH_RATIO = 1.2
+# Wave number that represents a contact, times the radius of the contact.
+_RELATIVE_WAVE_NUMBER = math.pi
 # Number of corrections of the modulus of a solid that is not homogeneous.
-_CORRECTIONS = 12
+_MODULUS_CORRECTIONS = 12
 # Gap at a radius a (1 + e) beside a Hertzian contact of radius a, for small e, in units
 # of e^(3/2) a^2/(pi R).
-_GAP_BESIDE = 8.0 * math.sqrt(2.0) / 3.0
+_GAP_FACTOR = 8.0 * math.sqrt(2.0) / 3.0
 
 
 class ExpectedContact:
@@ -117,7 +121,7 @@ class ExpectedContact:
         """
         level = self._level(control, target, self.solid.contact_modulus)
         level += 2.0 * self._depth_of_roughness
-        side = 2.0 * self._reach(level) / self.spacing / _LARGEST_SIDE
+        side = 2.0 * self._reach(level) / self.spacing / _MAX_PLANNED_SIDE
         rough = self.indenter.roughness
         if isinstance(rough, SelfAffine):
             side = max(side, rough.side / self.spacing / LARGEST_DOMAIN)
@@ -127,7 +131,7 @@ class ExpectedContact:
     def _depth_of_roughness(self) -> float:
         rough = self.indenter.roughness
         if isinstance(rough, SelfAffine):
-            return _DEEPEST * rms_height(rough)
+            return _MAX_RELATIVE_DEPTH * rms_height(rough)
         lowest = topography_of(self.indenter).rough.lowest(self.spacing)
         return 0.0 if lowest == -math.inf else -lowest
 
@@ -138,8 +142,9 @@ class ExpectedContact:
     @cached_property
     def _stiffest(self) -> float:
         """Modulus of the stiffest waves."""
-        waves = np.geomspace(_LONGEST, 1.0, _WAVES) * np.pi / self.spacing
-        return float(self.solid.wave_modulus(waves).max())
+        relative = np.geomspace(_MIN_RELATIVE_WAVE_NUMBER, 1.0, _SEARCHED_WAVES)
+        wave_numbers = relative * np.pi / self.spacing
+        return float(self.solid.wave_modulus(wave_numbers).max())
 
     def _level(self, control: Control, target: float, modulus: float) -> float:
         """Return a height below which the rigid sphere is in the range of the wall."""
@@ -263,7 +268,7 @@ def modulus_under(radius: float, solid: ElasticSolid, spacing: float) -> float:
     float
         The modulus (pressure).
     """
-    return float(solid.wave_modulus(_WAVE_NUMBER / max(radius, spacing)))
+    return float(solid.wave_modulus(_RELATIVE_WAVE_NUMBER / max(radius, spacing)))
 
 
 def contact_radius_on(
@@ -286,7 +291,7 @@ def contact_radius_on(
         The radius for the modulus of waves of its own size (length).
     """
     result = radius(solid.contact_modulus)
-    for _ in range(_CORRECTIONS):
+    for _ in range(_MODULUS_CORRECTIONS):
         corrected = radius(modulus_under(result, solid, spacing))
         # on a thin incompressible layer E* is proportional to the cube of the radius,
         # and the corrected radius to 1/radius: without the mean it would alternate
@@ -328,6 +333,6 @@ def contact_level(
     smooth_depth = depth - roughness
     if smooth_depth <= 0.0:
         return level
-    beside = (math.pi * roughness / (_GAP_BESIDE * smooth_depth)) ** (2.0 / 3.0)
+    beside = (math.pi * roughness / (_GAP_FACTOR * smooth_depth)) ** (2.0 / 3.0)
     side = scale * (1.0 + beside) * math.sqrt(smooth_depth / (2.0 * depth))
     return lowest + depth * min(side, 1.0) ** 2

@@ -54,22 +54,19 @@ class FixedWindow:
         """Return the state; its window stays."""
         return WindowedState(state, math.inf)
 
-    def enlarged(self, run: Run, contact: Contact, made_for: float) -> None:
+    def enlarged(self, run: Run, contact: Contact, window_level: float) -> None:
         """Raise `RuntimeError` if the wall acts at the edge in a relaxed state."""
         if not (self._checked and run.converged) or self._problem.periodic:
             return
         acts = run.fields.pressure != 0.0
         if at_edge(acts):
-            advice = (
-                "give a larger shape, or let each step choose its own (load_path: "
-                "window='auto', scenes: shape = 'auto')"
-            )
+            advice = "give a larger shape or window='auto' (in a scene shape = 'auto')"
             if not isinstance(self._problem.indenter, RoughSphere):
-                advice += " (or window='unchecked' if the indenter ends there)"
+                advice += ", or window='unchecked' if the indenter ends there"
             load, depth = run.fields.normal_force, self.first_contact - run.state.height
             raise RuntimeError(
                 f"at a load of {with_unit(load, 'nN')} and a depth of {depth:.4g} Å "
-                "the contact or its attraction has reached the edge of the window of "
+                "the contact or its attraction reaches the edge of the window of "
                 f"{acts.shape} atoms: {advice}"
             )
 

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact.elasticity.fft import fast_length
 from ase_roughcontact.elasticity.lattice import Box, lattice_offset
 from ase_roughcontact.topography import Surface
@@ -18,20 +19,22 @@ from ase_roughcontact.topography.known import Topography, topography_of
 from ase_roughcontact.windows.memory import available_memory, memory_of
 
 # Side of the tiles in which a surface is searched, in atoms.
-_TILE = 512
+_TILE_SIDE = 512
 # Half the side of the square about the axis that is searched first, in atoms.
 _FIRST_HALF_SIDE = 64
-# When a larger square is searched, its side grows by this factor or more.
+# Smallest growth of the side of the square when a larger one is searched.
 _SEARCH_GROWTH = 1.25
-# Windows have sides from a geometric sequence, so that few FFT grids are needed: its
-# ratio for small sides, and for sides from `_LARGE_SIDE` on, where superfluous atoms
-# cost most.
-_SIDE_RATIO, _LARGE_SIDE_RATIO = 1.12, 1.04
-_SMALLEST_SIDE, _LARGE_SIDE = 8, 256
+# Smallest side of a window, in atoms.
+_MIN_SIDE = 8
+# Side of a window, in atoms, above which superfluous atoms cost most.
+_LARGE_SIDE = 256
+# Ratio of the sides of windows, which form a geometric sequence so that few FFT grids
+# are needed.
+_SIDE_RATIO = 1.12
+# Ratio of the sides of large windows.
+_LARGE_SIDE_RATIO = 1.04
 # Factor by which a recommended domain is larger than the required one.
 _DOMAIN_MARGIN = 1.3
-# Deviation from a whole number of spacings that counts as rounding.
-_ROUNDING = 1e-9
 
 
 class BeyondSurfaceError(ValueError):
@@ -55,13 +58,15 @@ class BeyondSurfaceError(ValueError):
 
     def __init__(self, indenter: Topography, spacing: float, radius: float) -> None:
         self.radius = radius
-        atoms, known = math.ceil(radius / spacing), indenter.extent / spacing
-        ends = f"{known:g} spacings", f"{atoms}"
-        if not indenter.repeats:  # a scan
-            ends = f"{indenter.extent / 10:.4g} nm", f"{radius / 10:.4g} nm"
+        atoms = math.ceil(radius / spacing)
+        if indenter.repeats:
+            defined, reached = f"{indenter.extent / spacing:g} spacings", f"{atoms}"
+        else:  # a scan
+            defined = f"{indenter.extent / 10:.4g} nm"
+            reached = f"{radius / 10:.4g} nm"
         self.problem = (
             "atoms can touch beyond the indenter's surface, which is defined up to "
-            f"{ends[0]} from its axis"
+            f"{defined} from its axis"
         )
         self.advice = "choose a smaller load or depth"
         self.domain, side = 0, math.ceil(_DOMAIN_MARGIN * 2 * atoms)
@@ -69,7 +74,7 @@ class BeyondSurfaceError(ValueError):
         if not indenter.repeats:
             inside = radius <= indenter.rough.middle_extent
             self.advice += (
-                f", or a place {ends[1]} from the edges (margin)"
+                f", or a place {reached} from the edges (margin)"
                 if inside
                 else ", or a larger map"
             )
@@ -81,7 +86,9 @@ class BeyondSurfaceError(ValueError):
                 f": a roughness with a domain of {side} spacings would need "
                 f"{needed / 1e9:.3g} GB of memory"
             )
-        super().__init__(f"{self.problem}, here up to {ends[1]}: {self.advice}")
+        super().__init__(
+            f"{self.problem}, at distances of up to {reached}: {self.advice}"
+        )
 
 
 class Footprint:
@@ -135,7 +142,7 @@ class Footprint:
         indenter = self.indenter
         if indenter.extent == math.inf:
             return None
-        steps = indenter.extent / self.spacing + _ROUNDING
+        steps = indenter.extent / self.spacing + RATIO_ROUNDING
         if indenter.repeats:
             half = (math.floor(2 * steps) - 1) // 2
         else:
@@ -160,9 +167,13 @@ class Footprint:
             if level > self._searched_level:
                 self._search(self._reach(level))
                 self._searched_level = level
-            (i, k), (j, m) = (_ends(low < level) for low in (self._rows, self._columns))
+            first_row, end_row = _ends(self._rows < level)
+            first_column, end_column = _ends(self._columns < level)
             first, _ = self._square.start
-            self._boxes[level] = Box((first + i, first + j), (k - i, m - j))
+            self._boxes[level] = Box(
+                (first + first_row, first + first_column),
+                (end_row - first_row, end_column - first_column),
+            )
         return self._boxes[level]
 
     def clip(self, box: Box) -> Box:
@@ -217,7 +228,7 @@ class Footprint:
         if distance <= self._searched:
             return
         distance = max(distance, round(_SEARCH_GROWTH * self._searched))
-        known, self._searched = self._searched, distance
+        searched_before, self._searched = self._searched, distance
         square = centred_box(distance)
         if not self.indenter.repeats:
             square = self.clip(square)
@@ -229,7 +240,7 @@ class Footprint:
             (i, j), (k, m) = tile.start, tile.stop
             nearest = math.hypot(max(i, 1 - k, 0), max(j, 1 - m, 0))
             farthest = math.hypot(max(-i, k - 1), max(-j, m - 1))
-            if nearest > distance + 1 or farthest <= known:
+            if nearest > distance + 1 or farthest <= searched_before:
                 continue
             heights = self.heights(tile)
             along, across = tile.slices_in(square)
@@ -238,7 +249,9 @@ class Footprint:
 
     def tiles(self, box: Box) -> Iterator[Box]:
         """Split a box into tiles of limited size."""
-        side = _TILE if self.domain is None else min(_TILE, *self.domain.shape)
+        side = _TILE_SIDE
+        if self.domain is not None:
+            side = min(side, *self.domain.shape)
         (i, j), (k, m) = box.start, box.stop
         for first in range(i, k, side):
             for second in range(j, m, side):
@@ -251,12 +264,12 @@ def centred_box(half_side: int) -> Box:
 
 
 def _ends(mask: np.ndarray) -> tuple[int, int]:
-    """Return the first index that is set, and the one after the last."""
+    """Return the first true index of a mask, and the index after the last one."""
     return int(mask.argmax()), mask.size - int(mask[::-1].argmax())
 
 
 def _standard_side(least: int) -> int:
     """Return the next side of the sequence, with a padded grid of fast transforms."""
     ratio = _SIDE_RATIO if least < _LARGE_SIDE else _LARGE_SIDE_RATIO
-    steps = math.ceil(math.log(max(least, _SMALLEST_SIDE), ratio) - _ROUNDING)
+    steps = math.ceil(math.log(max(least, _MIN_SIDE), ratio) - RATIO_ROUNDING)
     return (fast_length(2 * math.ceil(ratio**steps) - 1) + 1) // 2

@@ -15,22 +15,30 @@ except ImportError:  # on Windows
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.interactions import Interaction
 
-# Bytes for each atom at the peak of a step: of a hard wall on a periodic and on a free
-# half space, of a soft one without attraction, and of others.
-_PERIODIC_HARD, _HARD, _REPULSIVE, _PER_ATOM = 80, 140, 255, 350
-# Bytes for each atom in the rectangle around the tractions of friction, and if their
-# coupling to the pressure is solved for.
-_PER_LATERAL, _PER_COUPLED = 900, 500
-# Bytes for each atom of the frames that a run writes and draws.
-_PER_FRAME = 200
-# Bytes for each point of a roughness while it is synthesised.
-_PER_POINT_MADE = 30
-# Bytes for each point of a roughness afterwards.
-_PER_POINT_KEPT = 11
-# Bytes of Python and its libraries, including the ones for figures: up to 60 MB less in
-# some installations. Bytes beside them that are not checked: reading the limits would
-# take a tenth of a step in a small window.
-_BASE, _UNCHECKED = 165e6, 100e6
+# Memory for each atom at the peak of a step under a hard wall on a periodic half space.
+_PERIODIC_HARD_BYTES = 80
+# Memory for each atom at the peak of a step under a hard wall on a free half space.
+_FREE_HARD_BYTES = 140
+# Memory for each atom at the peak of a step under a soft wall without attraction.
+_SOFT_BYTES = 255
+# Memory for each atom at the peak of a step under any wall on any solid.
+_LARGEST_BYTES = 350
+# Memory for each atom in the rectangle around the tractions of friction.
+_FRICTION_BYTES = 900
+# Further memory for each of these atoms if the tractions are coupled to the pressure.
+_COUPLING_BYTES = 500
+# Memory for each atom of the frames that a run writes and draws.
+_FRAME_BYTES = 200
+# Memory for each point of a roughness while it is synthesised.
+_SYNTHESIS_BYTES = 30
+# Memory for each point of a roughness afterwards.
+_ROUGHNESS_BYTES = 11
+# Memory of Python and its libraries, including the ones for figures: up to 60 MB less
+# in some installations.
+_LIBRARY_BYTES = 165e6
+# Memory in addition to the libraries that is not checked: reading the limits would take
+# a tenth of a step in a small window.
+_UNCHECKED_BYTES = 100e6
 
 
 def memory_of(
@@ -63,22 +71,23 @@ def memory_of(
         of the largest resident size of a fresh process. Atoms of ASE, measured height
         maps, and other data of the process add to it.
     """
-    per_atom = _PER_ATOM
+    per_atom = _LARGEST_BYTES
     if wall and solid and not wall.attractive and solid.creep is None:
-        hard = _PERIODIC_HARD if periodic else _HARD
-        per_atom = hard if wall.hard and not wall.plastic else _REPULSIVE
+        hard = _PERIODIC_HARD_BYTES if periodic else _FREE_HARD_BYTES
+        per_atom = hard if wall.hard and not wall.plastic else _SOFT_BYTES
     step = math.prod(window) * per_atom
-    return _BASE + max(_PER_POINT_MADE * points, _PER_POINT_KEPT * points + step)
+    synthesis, roughness = _SYNTHESIS_BYTES * points, _ROUGHNESS_BYTES * points
+    return _LIBRARY_BYTES + max(synthesis, roughness + step)
 
 
 def friction_memory(atoms: int, coupled: bool = False) -> float:
     """Estimate the memory of friction, in addition to a step, for a number of atoms."""
-    return float((_PER_LATERAL + coupled * _PER_COUPLED) * atoms)
+    return float((_FRICTION_BYTES + coupled * _COUPLING_BYTES) * atoms)
 
 
 def frame_memory(atoms: int) -> float:
     """Estimate the memory of the frames of a run, for a number of atoms."""
-    return float(_PER_FRAME * atoms)
+    return float(_FRAME_BYTES * atoms)
 
 
 def available_memory() -> float:
@@ -116,11 +125,11 @@ def control_group_memory(root: Path = Path("/")) -> float:
             top = root / "sys/fs/cgroup" / controllers
             group = top / path.lstrip("/")
             # the limits of all groups above hold, too; a container has the top one
-            free = min(free, *map(_left_in_group, [group, *group.parents]))
+            free = min(free, *map(_unused_in_group, [group, *group.parents]))
     return free
 
 
-def _left_in_group(folder: Path) -> float:
+def _unused_in_group(folder: Path) -> float:
     """Return the unused part of the limit of a control group, if it has one (bytes)."""
     for limit, usage, cache in (
         ("memory.max", "memory.current", "inactive_file"),
@@ -182,7 +191,7 @@ def check_memory(
 
 
 def _check(needed: float, purpose: str, advice: str) -> None:
-    if needed < _BASE + _UNCHECKED:
+    if needed < _LIBRARY_BYTES + _UNCHECKED_BYTES:
         return
     available = available_memory()
     if needed > available:

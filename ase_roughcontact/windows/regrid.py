@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import dataclass, replace
 
+from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact._util.validation import integer
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.problem import lattice_offsets
@@ -13,13 +14,11 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import SelfAffine, Surface
 from ase_roughcontact.topography.known import topography_of
 
-# Spacings on the shortest wave of a surface that is sampled on a coarser grid. Two are
-# the least; smoother surfaces lose more slope than the grid gains.
-_PER_WAVE = 2
-# Tolerance within which a number is whole.
-_ROUNDING = 1e-6
-# A spacing relative to the spacing of the atoms.
-_RELATIVE = re.compile(r"\s*((?P<coarsen>\d+)\s*)?a0\s*(/\s*(?P<refine>\d+))?\s*")
+# Number of spacings on the shortest wave of a surface on a coarser grid. Two are
+# needed; smoother surfaces lose more slope than the grid gains.
+_WAVE_SPACINGS = 2
+# Pattern of a spacing relative to the spacing of the atoms.
+_RATIO_TEXT = re.compile(r"\s*((?P<coarsen>\d+)\s*)?a0\s*(/\s*(?P<refine>\d+))?\s*")
 
 
 @dataclass(frozen=True)
@@ -64,11 +63,13 @@ class GridChange:
         ValueError
             If a text and a ratio are given, or a ratio is not a whole number.
         """
-        found = _RELATIVE.fullmatch(spacing) if isinstance(spacing, str) else None
+        found = _RATIO_TEXT.fullmatch(spacing) if isinstance(spacing, str) else None
         if refine is None and coarsen is None and not found:
             return None
         if found and (refine, coarsen) != (None, None):
-            raise ValueError(f"give refine, coarsen or spacing = {spacing!r}, not two")
+            raise ValueError(
+                f"give spacing = {spacing!r}, or refine and coarsen, not both"
+            )
         if found:
             return cls(int(found["refine"] or 1), int(found["coarsen"] or 1))
         return cls(1 if refine is None else refine, 1 if coarsen is None else coarsen)
@@ -120,7 +121,7 @@ class GridChange:
         self._check_waves(topography_of(indenter).rough, spacing)
         if self.coarsen <= self.refine:
             return indenter
-        shortest = _PER_WAVE * self.spacing(spacing)
+        shortest = _WAVE_SPACINGS * self.spacing(spacing)
         return topography_of(indenter).band_limited(shortest)
 
     def _check_waves(self, rough: Surface | None, spacing: float) -> None:
@@ -129,25 +130,27 @@ class GridChange:
             return
         ratio = self.spacing(1.0)
         longest = rough.longest_wavelength or rough.long_wavelength
-        most, least = (
-            math.floor(wave / spacing / _PER_WAVE + _ROUNDING)
-            for wave in (longest, rough.short_wavelength)
-        )
-        if ratio > most:
+        for_longest = _coarsening(longest / spacing)
+        if ratio > for_longest:
+            for_all = _coarsening(rough.short_wavelength / spacing)
             raise ValueError(
-                f"coarsen = {self.coarsen} leaves out all waves of the roughness: a "
-                f"grid of {self.label} resolves waves of {_PER_WAVE * ratio:g} a0 and "
-                f"more, the longest one has {longest / spacing:.4g} a0: choose at most "
-                f"{most}, or {least} to leave out none"
+                f"coarsen = {self.coarsen} leaves out all waves of the roughness, of "
+                f"up to {longest / spacing:.4g} a0: choose at most {for_longest}, "
+                f"or {for_all} to keep all waves"
             )
         side = rough.side / spacing
-        if abs(side / ratio - round(side / ratio)) > _ROUNDING:
+        if abs(side / ratio - round(side / ratio)) > RATIO_ROUNDING:
             fitting = math.ceil(side / self.coarsen) * self.coarsen
             raise ValueError(
                 f"coarsen = {self.coarsen} must divide the domain of the roughness, "
                 f"got {side:.9g} a0: choose a domain of {fitting} a0, "
                 f"{fitting * spacing:.9g} Å"
             )
+
+
+def _coarsening(wavelength: float) -> int:
+    """Return the largest ratio of spacings that resolves a wavelength in spacings."""
+    return math.floor(wavelength / _WAVE_SPACINGS + RATIO_ROUNDING)
 
 
 def on_grid(problem: Problem, window: Box, change: GridChange) -> tuple[Problem, Box]:
@@ -202,6 +205,6 @@ def lost_text(change: GridChange, lost: float) -> str:
     unknown = ", which is not known" if math.isnan(lost) else ""
     return (
         f"a grid {change.coarsen} times as coarse can't resolve waves shorter than "
-        f"{_PER_WAVE} of its spacings: they are left out, and with them {part} of the "
-        f"rms slope{unknown}"
+        f"{_WAVE_SPACINGS} of its spacings: they are left out, and with them {part} of "
+        f"the rms slope{unknown}"
     )

@@ -204,7 +204,7 @@ def test_constraints_of_the_indenter_are_kept():
 def test_constraints_of_surface_atoms_are_an_error():
     atoms = make_atoms(rc.RoughSphere(60.0), SOFT)
     atoms.set_constraint(FixCartesian([0, len(atoms) - 1]))
-    with pytest.raises(ValueError, match="other atoms than the indenter"):
+    with pytest.raises(ValueError, match="other atoms"):
         set_window(atoms, Box((-9, -7), (20, 17)))
 
 
@@ -254,7 +254,7 @@ def test_contact_beyond_the_domain_of_the_roughness_is_an_error(wall, control):
     sphere = rough_sphere(radius=2000.0, domain=32.0)
     atoms = make_atoms(sphere, wall, fixed=control == "heights")
     steps = {"loads": [1e3], "heights": [-3.0]}[control]
-    with pytest.raises(ValueError, match=r"up to 16 spacings .* domain of"):
+    with pytest.raises(ValueError, match=r"16 spacings .* domain of"):
         run(atoms, wall, **{control: steps})
 
 
@@ -276,7 +276,7 @@ def test_height_map_must_cover_the_possible_contact():
     (record,) = run(atoms, SOFT, heights=[height])
     assert record.converged
     atoms = make_atoms(rc.RoughSphere(50.0, small), SOFT)
-    with pytest.raises(ValueError, match=r"up to 1 nm .* larger map"):
+    with pytest.raises(ValueError, match="larger map"):
         run(atoms, SOFT, heights=[height])
 
 
@@ -328,6 +328,6 @@ def test_a_load_far_too_large_for_a_rough_sphere_is_refused_at_once():
     atoms = rc.substrate("Si", (8, 8), sphere, spacing=a0, fixed=False)
     atoms.calc = rc.RoughContact(sphere, 1.0, rc.LennardJones93.repulsive(1.0, a0))
     start = time.perf_counter()
-    with pytest.raises(ValueError, match="atoms can touch beyond"):
+    with pytest.raises(ValueError, match="smaller load or depth"):
         next(written_path(atoms, loads=[1e12], window="auto"))
     assert time.perf_counter() - start < 5.0

@@ -52,5 +52,5 @@ def test_lattice_may_be_shifted_relative_to_the_axis():
     ids=["self-affine", "flat", "periodic map"],
 )
 def test_unbounded_surface_needs_a_fixed_window(surface):
-    with pytest.raises(ValueError, match=r"automatic windows.*need.*fixed\s+window"):
+    with pytest.raises(ValueError, match=r"fixed\s+window"):
         Footprint(surface, 1.0).box_below(1.0)

@@ -48,7 +48,7 @@ def test_grid_changes_and_nothing_else(periodic, refine, coarsen):
 
 
 def test_grid_that_is_not_relative_to_the_atoms_is_an_error():
-    with pytest.raises(ValueError, match=r"like 'a0/2' or '2 a0', got '0\.5 a0'"):
+    with pytest.raises(ValueError, match=r"'a0/2' .* got '0\.5 a0'"):
         rc.load_path(make_atoms(), [0.1], grid="0.5 a0")
 
 
@@ -97,7 +97,7 @@ def test_path_on_another_grid_is_that_of_atoms_built_with_it(recwarn):
 
 
 def test_loss_is_a_warning_of_a_path():
-    with pytest.warns(UserWarning, match=r"4 times as coarse.*34 % of the rms slope"):
+    with pytest.warns(UserWarning, match=r"4 times .* 34 %"):
         rc.load_path(make_atoms(), heights=[1.0], grid="4 a0")
 
 
@@ -113,12 +113,12 @@ def test_hardness_of_the_crystal_is_known_on_a_finer_grid():
     "surface, grid, message",
     [
         (SPHERE, "a0/0", "refine must be an integer >= 1, got 0"),
-        (SPHERE, "2 a0/2", "no common factor, got 2 and 2"),
-        (SPHERE, "5 a0", r"must divide the shape of the window.*\(12, 16\)"),
+        (SPHERE, "2 a0/2", "got 2 and 2"),
+        (SPHERE, "5 a0", r"must divide .*\(12, 16\)"),
         (
             rc.RoughSphere(50.0, rc.HeightMap(np.zeros((32, 32)), 1.0)),
             "2 a0",
-            "needs a roughness with a method band_limited",
+            "method band_limited",
         ),
     ],
 )

@@ -1,0 +1,6 @@
+"""Rounding errors of given numbers, such as targets, times and lengths."""
+
+#: Relative difference of two targets or times that counts as rounding.
+ROUNDING = 1e-12
+#: Difference of a ratio of lengths to a whole number that counts as rounding.
+RATIO_ROUNDING = 1e-6
