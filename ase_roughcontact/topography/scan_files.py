@@ -7,7 +7,8 @@ import gzip
 import lzma
 import re
 import warnings
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
 from io import StringIO
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.extras import imported, silenced
+from ase_roughcontact._util.registry import Registry
 from ase_roughcontact.topography.channels import Channel, chosen
 from ase_roughcontact.topography.profile import LineProfile
 from ase_roughcontact.topography.raw_scan import (
@@ -37,6 +39,28 @@ _START = 4096
 _SCALE = re.compile(r"(?i)\b(?:factor|scale|pixel|conversion|mult\w*)\b.*[:=].*\d")
 # Formats of SurfaceTopography for text: matrices and columns.
 _TEXT_FORMATS = "asc", "xyz"
+
+
+@dataclass(frozen=True)
+class ScanFormat:
+    """Format of files with scans.
+
+    Attributes
+    ----------
+    recognises : callable
+        Function that returns whether a file, given by its path, has this format.
+    read : callable
+        Function of the path, and the number or name of the channel or None, that
+        returns a `RawScan`, or raises an error of any kind.
+    """
+
+    recognises: Callable[[Path], bool]
+    read: Callable[[Path, int | str | None], RawScan | LineProfile]
+
+
+#: Formats of one's own by their names, which are tried before those of the package.
+#: One more is an entry: ``SCAN_FORMATS["mine"] = ScanFormat(recognises, read)``.
+SCAN_FORMATS: Registry[ScanFormat] = Registry("format of scans")
 
 
 def read_scan(
@@ -62,6 +86,9 @@ def read_scan(
     """
     path = Path(file)
     try:
+        for own in SCAN_FORMATS.values():
+            if own.recognises(path):
+                return own.read(path, channel)
         if path.suffix == ".npy":
             heights = heights_of(np.load(path))
             chosen([Channel("", heights.shape)], channel)

@@ -94,3 +94,72 @@ def nt_mdt(file, height, push, pull):
     rows = zip(height, push, pull, strict=True)
     lines = ["\t".join(f"{x:.6f}" for x in row).replace(".", ",") for row in rows]
     file.write_text("\r\n".join(lines) + "\r\n")
+
+
+def nano_scope(file, curves, size=4, sensor=True, ramp=1002.0, stored=None, extra=""):
+    """Binary file of NanoScope with curves of heights (nm) and deflections (nm).
+
+    A curve is an approach and a retraction in the order of the measurement. Integers
+    have 60 nm/V, and 2e-8 V or 2e-5 V of four or two bytes. `stored` is the number of
+    points that an approach which ended early takes in the file.
+    """
+    per_integer = {4: 2e-8, 2: 2e-5}[size]
+    (towards, _), (back, _) = curves[0]
+    stored = len(towards) if stored is None else stored
+
+    def integers(quantity):
+        parts = []
+        for down, up in curves:
+            rest = np.full(stored - len(towards), -9.0)
+            parts += [down[quantity][::-1], rest, up[quantity]]
+        values = np.concatenate(parts) / (60.0 * per_integer)
+        return np.round(values).astype(f"<i{size}").tobytes()
+
+    channels = [("DeflectionError", "DeflSens", integers(1))]
+    if sensor:
+        channels.append(("ZSensor", "ZsensSens", integers(0)))
+    lines = ["\\*Force file list", *extra.splitlines(), "\\*Ciao scan list"]
+    lines += [f"\\@Sens. {name}: V 60.00000 nm/V" for name in ("Zsens", "ZsensSens")]
+    lines += ["\\@Sens. DeflSens: V 60.00000 ", "\\*Ciao force list"]
+    lines += ["\\Forward vel.: 5", "\\Reverse vel.: 10", "\\Hold Time: 0"]
+    if len(curves) > 1:
+        lines += ["\\*Ciao image list", "\\Samps/line: 1"]
+        lines += [f"\\Number of lines: {len(curves)}", "\\Scan Size: 1 2 ~m"]
+    offset = 4096
+    for name, sensitivity, block in channels:
+        scale = f"V [Sens. {sensitivity}] ({per_integer:.12f} V/LSB) 2.5 V"
+        lines += [
+            "\\*Ciao force image list",
+            f"\\Data offset: {offset}",
+            f"\\Data length: {len(block)}",
+            "\\Bytes/pixel: 2",
+            f"\\Samps/line: {len(back)} {len(towards)}",
+            "\\Spring Constant: 1.0",
+            f'\\@4:Image Data: S [{name}] "a name"',
+            f"\\@4:Z scale: {scale}",
+            f"\\@4:Ramp Size: V [Sens. Zsens] (0.0067 V/LSB) {ramp / 60.0:.8f} V",
+        ]
+        offset += len(block)
+    head = "\r\n".join([*lines, "\\*File list end", "\x1a"]).encode("latin-1")
+    blocks = b"".join(block for _, _, block in channels)
+    file.write_bytes(head.ljust(4096, b"\0") + blocks)
+
+
+def uff(file, curve, stiffness, sensitivity):
+    """Unified text file of PyFMReader: heights (m) and signals (V), contact first."""
+    lines = [
+        "HE UFF_code:              _1_2_3_4_5",
+        f"HE Cantilever_springK_used(N/m):    {stiffness:E}",
+        f"HE Recording_inv_optical_lever_sens_used(m/V): {sensitivity:E}",
+        "HE Recording_number_segment:        2",
+    ]
+    names = ("Approach", "AP"), ("Retract", "RE")
+    titles = "Displacement", "Deflection"
+    for number, ((name, code), columns) in enumerate(zip(names, curve, strict=True)):
+        head = f"HE Recording_segment_{number}_"
+        lines += [f"{head}type:      {name}", f"{head}code:      {code}"]
+        for i, title in enumerate(titles if number == 0 else "??"):
+            lines.append(f"{head}col_{i}_title: {title} ")
+        rows = zip(*columns, strict=True)
+        lines += (f"{code}     {number}    {z:.9E}    {v:.9E} " for z, v in rows)
+    file.write_text("\n".join(lines) + "\n")

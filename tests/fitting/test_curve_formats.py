@@ -2,6 +2,7 @@
 
 import sys
 import zipfile
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -9,6 +10,13 @@ from fitting import curve_formats as formats
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.fitting.curve_files import read_curve, read_in_time
+from ase_roughcontact.fitting.formats.curve_format import FORMATS, CurveFormat
+from ase_roughcontact.fitting.formats.table import (
+    ArrayColumn,
+    CurveTable,
+    Position,
+    Segment,
+)
 
 NM, NN, N_M = UNITS["nm"], UNITS["nN"], UNITS["N/m"]
 # An adhesive curve on a stiff sample: a long ramp (nm), setpoint and pull-off (nN).
@@ -66,8 +74,35 @@ def jpk(file, pause=False):
     file.write_text(text)
 
 
+CURVE = (DOWN, PUSH), (UP, PULL)  # nm, and nN or nm
+
+
+def nanoscope_binary(file):
+    formats.nano_scope(file, [CURVE])
+
+
+def nanoscope_binary_ramp(file):
+    formats.nano_scope(file, [CURVE], sensor=False)
+
+
+def uff(file):
+    approach = 1e-9 * DOWN[::-1], PUSH[::-1] / 60.0
+    formats.uff(file, (approach, (1e-9 * UP, PULL / 60.0)), STIFFNESS, 60e-9)
+
+
 @pytest.mark.parametrize(
-    "write", [table, table_towards, instrument, nanoscope, nanoscope_ramp, jpk]
+    "write",
+    [
+        table,
+        table_towards,
+        instrument,
+        nanoscope,
+        nanoscope_ramp,
+        nanoscope_binary,
+        nanoscope_binary_ramp,
+        uff,
+        jpk,
+    ],
 )
 def test_an_adhesive_curve_on_a_stiff_sample_comes_down_and_goes_up(tmp_path, write):
     write(file := tmp_path / "curve.h5")
@@ -299,11 +334,67 @@ def test_heads_may_have_line_breaks(tmp_path):
         read_curve(file, stiffness=N_M)
 
 
-def test_binary_files_of_nanoscope_name_the_export(tmp_path):
-    data = b"\\*Force file list\r\n" + 250 * b"\\Version: 0x09\r\n" + b"\x1a\0\1\2\3"
-    (file := tmp_path / "curve.000").write_bytes(data)
-    with pytest.raises(ValueError, match="export it as text in NanoScope Analysis"):
+def test_an_approach_that_ends_early_has_the_points_of_a_nanoscope_file(tmp_path):
+    early = (DOWN[100:], PUSH[100:]), (UP, PULL)
+    file = tmp_path / "curve.000"
+    formats.nano_scope(file, [early], sensor=False, stored=501)
+    curve = read_curve(file)
+    assert curve.turn == 401
+    np.testing.assert_allclose(curve.force[:401], PUSH[100:] * NN, atol=1e-6)
+    assert curve.base[400] == pytest.approx(curve.base[401])
+
+
+def test_a_force_volume_of_nanoscope_has_numbered_curves(tmp_path):
+    raised = (DOWN, PUSH + 1.0), (UP, PULL + 1.0)
+    formats.nano_scope(file := tmp_path / "map.spm", [CURVE, raised], size=2)
+    with pytest.raises(ValueError, match=r"2 force curves.*--curve.* 1 to 2"):
         read_curve(file)
+    first, second = (read_curve(file, curve=number) for number in (1, 2))
+    np.testing.assert_allclose(second.force - first.force, NN, atol=2e-3)
+    assert second.position == Position(0.0, 1e4, 0, 1)
+
+
+def test_a_nanoscope_file_has_the_times_of_its_ramp(tmp_path):
+    formats.nano_scope(file := tmp_path / "curve.000", [CURVE])
+    time, _ = read_in_time(file, "force")
+    # 2 nm per point at 5 V/s and 10 V/s, of 60 nm/V
+    np.testing.assert_allclose(
+        np.diff(time)[[0, 499, 501, -1]], [1 / 150] * 2 + [1 / 300] * 2
+    )
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ((b"Samps/line: 501", b"Samps/line: 499"), "as if it had holds: export it"),
+        ((b"[DeflectionError]", b"[AmplitudeError]"), "no channel of the deflection"),
+        ((b"@4:Ramp Size", b"@4:Ramp Part"), "neither heights nor a ramp"),
+        ((b"@Sens. DeflSens: V", b"@Sens. DeflSens: U"), "no Sens. DeflSens in nm/V"),
+        ((b"\\Hold Time: 0", b"\\PeakForce Capture: Allow"), "PeakForce"),
+    ],
+)
+def test_a_nanoscope_file_that_is_not_read_names_the_reason(tmp_path, change, message):
+    formats.nano_scope(file := tmp_path / "curve.000", [CURVE], sensor=False)
+    file.write_bytes(file.read_bytes().replace(*change, 1))
+    with pytest.raises(ValueError, match=message):
+        read_curve(file)
+
+
+def test_a_format_of_ones_own_is_found_by_what_it_recognises(tmp_path):
+    def read(file):
+        words = [line.split() for line in file.lines.values()]
+        height, force = np.array(words[1:], float).T
+        columns = [
+            ArrayColumn("height", "nm", True, height),
+            ArrayColumn("force", "nN", None, force),
+        ]
+        return CurveTable([Segment("approach", columns)], STIFFNESS * N_M)
+
+    own = CurveFormat(lambda file: file.text.startswith("my curve"), read)
+    (file := tmp_path / "curve.mine").write_text("my curve\n2 0\n1 0\n0 3\n")
+    with patch.dict(FORMATS, mine=own):
+        curve = read_curve(file)
+    np.testing.assert_allclose(curve.base / NM, [2.0, 1.0, 0.0], atol=1e-12)
 
 
 def test_heights_that_are_not_finite_are_an_error(tmp_path):

@@ -2,6 +2,7 @@
 
 import gc
 import warnings
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from microscope_files import WITH_MISSING, WRITERS
 from scipy.integrate import trapezoid
 
 import ase_roughcontact as rc
+from ase_roughcontact.topography.raw_scan import RawScan
+from ase_roughcontact.topography.scan_files import SCAN_FORMATS, ScanFormat
 from ase_roughcontact.topography.spectrum import statistics
 
 RNG = np.random.default_rng(1)
@@ -391,3 +394,14 @@ def test_heights_that_are_no_heights_are_refused(height, detrend):
         rc.HeightMap.from_topography(scan, "substrate", spacing=1, detrend=detrend)
     with pytest.raises(ValueError, match=r"above 1e\+30"):
         rc.HeightMap(scan, 1.0)
+
+
+def test_a_format_of_ones_own_is_read_like_a_format_of_the_package(tmp_path):
+    def read(path, channel):
+        return RawScan(np.fromfile(path).reshape(SCAN.shape), (1.0, 1.0), "nm")
+
+    own = ScanFormat(lambda path: path.suffix == ".mine", read)
+    SCAN.tofile(file := tmp_path / "scan.mine")
+    with patch.dict(SCAN_FORMATS, mine=own):
+        surface = rc.HeightMap.from_topography(file, "substrate", detrend="none")
+    np.testing.assert_allclose(raw(surface), -10.0 * SCAN)

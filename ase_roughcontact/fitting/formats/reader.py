@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +13,11 @@ from ase_roughcontact.fitting.formats.archive import (
     unpacked,
 )
 from ase_roughcontact.fitting.formats.asylum import read_asylum
+from ase_roughcontact.fitting.formats.curve_format import (
+    FORMATS,
+    CurveFile,
+    CurveFormat,
+)
 from ase_roughcontact.fitting.formats.instrument import read_instrument
 from ase_roughcontact.fitting.formats.jpk_map import (
     count_jpk_curves,
@@ -22,13 +26,13 @@ from ase_roughcontact.fitting.formats.jpk_map import (
     single_curve,
 )
 from ase_roughcontact.fitting.formats.jpk_text import is_jpk_text, read_jpk_text
+from ase_roughcontact.fitting.formats.nanoscope import is_nanoscope, read_nanoscope
 from ase_roughcontact.fitting.formats.table import Calibration, CurveTable, Position
 from ase_roughcontact.fitting.formats.text import read_text
+from ase_roughcontact.fitting.formats.uff import UFF_START, read_uff
 
 # First lines of texts that afmformats reads, of itself and of AFM workshop.
 _TEXTS_OF_AFMFORMATS = ("# afmformats ", "Force-Distance Curve")
-# First line of files of NanoScope, also of the binary ones.
-_NANOSCOPE = (b"\\*Force file list", b"\\*EC File list", b"?*Force file list")
 
 
 def read_table(
@@ -65,27 +69,9 @@ def read_table(
     if is_archive(file):
         with unpacked(file, curve) as path:
             return read_table(path, heads, None, calibration)
-    number = _number(file, curve)
-    if is_jpk_map(file):
-        with single_curve(file, number) as path:
-            table = read_instrument(path, 1, calibration)
-        return replace(table, count=count_jpk_curves(file))
-    data = Path(file).read_bytes()
-    if Path(file).suffix.lower() == ".ibw":
-        return read_asylum(file)
-    is_wide = data[:2] in (BOM_UTF16_LE, BOM_UTF16_BE)
-    if b"\0" in data and not is_wide:
-        if data.startswith(_NANOSCOPE):
-            raise ValueError(
-                f"{file} is a binary file of NanoScope, which is not read: export it "
-                "as text in NanoScope Analysis, with header, ramp and deflection"
-            )
-        return read_instrument(file, number, calibration)
-    text = _text(data, is_wide)
-    if text.startswith(_TEXTS_OF_AFMFORMATS) or calibration.per != "V":
-        return read_instrument(file, number, calibration)
-    lines = {i: x for i, x in enumerate(text.splitlines(), start=1) if x.strip()}
-    return read_jpk_text(lines) if is_jpk_text(text) else read_text(file, lines, heads)
+    found = CurveFile(Path(file), _number(file, curve), heads, calibration)
+    formats = (*FORMATS.values(), *_OF_PACKAGE)
+    return next(each for each in formats if each.recognises(found)).read(found)
 
 
 def count_curves(file: PathName, calibration: Calibration | None = None) -> int:
@@ -142,9 +128,44 @@ def _number(file: PathName, curve: int | str | None) -> int | None:
     return curve
 
 
-def _text(data: bytes, is_wide: bool) -> str:
-    """Return the text of a file."""
-    try:
-        return data.decode("utf-16" if is_wide else "utf-8-sig")
-    except UnicodeDecodeError:  # texts of older programs
-        return data.decode("latin-1")
+def _by_afmformats(file: CurveFile) -> bool:
+    """Return whether afmformats reads a file; texts of NT-MDT have signals in nA."""
+    is_known = file.text.startswith(_TEXTS_OF_AFMFORMATS)
+    return not file.is_text or is_known or file.calibration.per != "V"
+
+
+def _read_jpk_map(file: CurveFile) -> CurveTable:
+    """Return a curve of a map of JPK."""
+    with single_curve(file.path, file.curve) as path:
+        table = read_instrument(path, 1, file.calibration)
+    return replace(table, count=count_jpk_curves(file.path))
+
+
+# Formats of the package, of which the first one that recognises a file reads it.
+_OF_PACKAGE = (
+    CurveFormat(lambda file: is_jpk_map(file.path), _read_jpk_map),
+    CurveFormat(
+        lambda file: file.path.suffix.lower() == ".ibw",
+        lambda file: read_asylum(file.path),
+    ),
+    CurveFormat(
+        lambda file: not file.is_text and is_nanoscope(file.data),
+        lambda file: read_nanoscope(file.path, file.data, file.curve),
+    ),
+    CurveFormat(
+        lambda file: file.text.startswith(UFF_START),
+        lambda file: read_uff(file.path, file.lines),
+    ),
+    CurveFormat(
+        _by_afmformats,
+        lambda file: read_instrument(file.path, file.curve, file.calibration),
+    ),
+    CurveFormat(
+        lambda file: is_jpk_text(file.text),
+        lambda file: read_jpk_text(file.lines),
+    ),
+    CurveFormat(
+        lambda file: True,
+        lambda file: read_text(file.path, file.lines, file.heads),
+    ),
+)
