@@ -193,7 +193,7 @@ def _draw_flat(reference: Reference, steps: Sequence[Any], file: Path) -> None:
             conductance = _column(shown, "conductance")
         plot.plot_flat_conductance(lower, pressure, stiffness, modulus, conductance)
         upper.legend(
-            title=scene.bodies.labelled("theory") if scene.bodies.half_space else None
+            title=scene.bodies.labelled("theory") if scene.solid.half_space else None
         )
         letter(panels)
 

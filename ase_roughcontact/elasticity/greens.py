@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.registry import Registered, Registry
+from ase_roughcontact._util.units import pressure_unit, with_unit
 from ase_roughcontact._util.validation import check_poisson, finite, positive
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.harmonics import Component, Harmonics
@@ -74,6 +75,12 @@ class ElasticSolid(Registered, ABC):
         over directions; NaN if it is not known.
     creep : Creep or None
         Creep compliance of a viscoelastic solid; None for an elastic one.
+    thickness : float
+        Thickness of a layer at the surface (length); infinity for a half space. The
+        hardness of the element of the atoms is not the hardness of a layer.
+    half_space : str
+        Half space with the modulus `contact_modulus` as labels of theory name it, such
+        as "on the base without a layer"; empty if it is the solid.
     """
 
     registry = SOLIDS
@@ -82,6 +89,8 @@ class ElasticSolid(Registered, ABC):
     bulges: bool = False
     uniform_compliance: float = 0.0
     coupling: float = math.nan
+    thickness: float = math.inf
+    half_space: str = ""
 
     @abstractmethod
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
@@ -208,6 +217,26 @@ class ElasticSolid(Registered, ABC):
         """The solid itself, or the instantaneous solid of a viscoelastic one."""
         return self
 
+    @property
+    def layered(self) -> bool:
+        """Whether there is a layer at the surface."""
+        return self.thickness < math.inf
+
+    def label(self, name: str) -> str:
+        """Return a description of the solid with its contact modulus.
+
+        Parameters
+        ----------
+        name : str
+            Name of the material, such as "Cu".
+
+        Returns
+        -------
+        str
+            A part of a line, such as "Cu, E* = 144.6 GPa".
+        """
+        return f"{name}, {modulus_label(self.contact_modulus)}"
+
     def check(self, spacing: float) -> None:
         """Raise an error if the solid can't be used with a square grid of atoms.
 
@@ -277,6 +306,11 @@ class ElasticSolid(Registered, ABC):
         """Return the name and the parameters, which identify the solid in files."""
         parameters = {k: v for k, v in vars(self).items() if not k.startswith("_")}
         return {"name": type(self).__name__, **parameters}
+
+
+def modulus_label(modulus: float) -> str:
+    """Return a contact modulus (eV/Å^3) as text, such as "E* = 144.6 GPa"."""
+    return f"E* = {with_unit(modulus, pressure_unit(modulus))}"
 
 
 class ComponentSolid(ElasticSolid):

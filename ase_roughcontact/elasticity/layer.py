@@ -22,8 +22,13 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import check_poisson, positive
-from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.greens import (
+    ElasticSolid,
+    Isotropic,
+    modulus_label,
+)
 
 # Number of images of a layer as stiff as its base, or softer.
 _IMAGES = 40
@@ -150,6 +155,20 @@ class Layer(ElasticSolid):
             return 0.0
         strain = (1.0 - 2.0 * self.poisson) / (1.0 - self.poisson) ** 2
         return self.thickness * strain / self.layer_modulus
+
+    @property
+    def half_space(self) -> str:  # type: ignore[override]
+        """Half space with the modulus `contact_modulus`; see `ElasticSolid`."""
+        if self.base_modulus is None:
+            return "on the material of the layer"
+        return "on the base without a layer"
+
+    def label(self, name: str) -> str:
+        """Return a description of the layer and of its base, which has the name."""
+        thickness = f"{self.thickness / UNITS['nm']:.4g} nm"
+        layer = f"layer of {thickness}, {modulus_label(self.layer_modulus)}"
+        base = "a rigid base" if self.base_modulus is None else super().label(name)
+        return f"{layer}, {'bonded to' if self.bonded else 'sliding on'} {base}"
 
     @property
     def bulges(self) -> bool:  # type: ignore[override]

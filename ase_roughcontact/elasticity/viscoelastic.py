@@ -19,7 +19,11 @@ import numpy as np
 
 from ase_roughcontact._util.validation import instance_of, positive
 from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.greens import (
+    ElasticSolid,
+    Isotropic,
+    modulus_label,
+)
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,16 @@ class Scaled(ElasticSolid):
     def uniform_compliance(self) -> float:  # type: ignore[override]
         """Depth per uniform pressure; see `ElasticSolid`."""
         return self.factor * self.solid.uniform_compliance
+
+    @property
+    def thickness(self) -> float:  # type: ignore[override]
+        """Thickness of a layer at the surface; see `ElasticSolid`."""
+        return self.solid.thickness
+
+    @property
+    def half_space(self) -> str:  # type: ignore[override]
+        """Half space with the modulus of the far field; see `ElasticSolid`."""
+        return self.solid.half_space
 
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return the compliance of plane waves; see `ElasticSolid`."""
@@ -140,6 +154,13 @@ class Viscoelastic(Scaled):
                 "a fluid, with a creep that has a flow, relaxes to no solid"
             )
         return Scaled(self.solid, 1.0 / self.creep.relaxed)
+
+    def label(self, name: str) -> str:
+        """Return a description with the moduli at first and in the end."""
+        label = self.solid.label(name)
+        if not self.creep.relaxed:
+            return f"{label}, a fluid in the end"
+        return f"{label}, relaxing to {modulus_label(self.relaxed.contact_modulus)}"
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, which identify the solid in files."""

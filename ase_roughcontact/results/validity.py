@@ -11,7 +11,6 @@ from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import instance_of, one_of, positive
 from ase_roughcontact.contact import Problem
-from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.material import HARDNESS, fcc_spacing
 from ase_roughcontact.elasticity.named_materials import LARGEST_RELATIVE_HARDNESS
 from ase_roughcontact.results.limits import failed_checks
@@ -40,7 +39,7 @@ class Validity:
         Hardness of the substrate, with which pressures are compared (eV/Å^3): infinity
         for a solid that is elastic by intent, NaN if it is not known. The default is
         the element's hardness in `HARDNESS`, if the spacing fits its crystal and the
-        solid is not a `Layer`, and else none. If such an element is not in the table,
+        solid is not layered, and else none. If such an element is not in the table,
         pressures are compared with `hardness_bound_for`.
 
     Raises
@@ -132,7 +131,7 @@ def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -
     """Return the hardness with which the pressures of a problem are compared (eV/Å^3).
 
     It is the wall's hardness, if it has one, or the given hardness; else the element's,
-    unless the solid is a layer.
+    unless the solid is layered.
 
     Raises
     ------
@@ -142,8 +141,8 @@ def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -
     if problem.wall.plastic:  # what is plastic is within the model
         return problem.wall.hardness
     if hardness is None:
-        layer = isinstance(problem.solid.elastic, Layer)
-        return math.nan if layer else _hardness_of(symbol, problem.spacing)
+        layered = problem.solid.layered
+        return math.nan if layered else _hardness_of(symbol, problem.spacing)
     if hardness != math.inf and not math.isnan(hardness):
         positive(hardness=hardness)
     return hardness
@@ -155,12 +154,13 @@ def hardness_bound_for(
     """Return the pressure that an element of unknown hardness can hardly bear.
 
     It is `LARGEST_RELATIVE_HARDNESS` times the contact modulus (eV/Å^3); NaN if a
-    hardness is known or given, for layers, and if the spacing differs from the
+    hardness is known or given, for layered solids, and if the spacing differs from the
     element's crystal.
     """
     known = hardness is not None or problem.wall.plastic or symbol in HARDNESS
-    layer, no_element = isinstance(problem.solid.elastic, Layer), symbol == "X"
-    if known or layer or no_element or not _is_spacing_of(symbol, problem.spacing):
+    if known or problem.solid.layered or symbol == "X":
+        return math.nan
+    if not _is_spacing_of(symbol, problem.spacing):
         return math.nan
     return LARGEST_RELATIVE_HARDNESS * problem.solid.contact_modulus
 

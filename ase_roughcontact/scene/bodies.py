@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ase_roughcontact import theory
 from ase_roughcontact._util.validation import FloatArray, Shape, unmasked
 from ase_roughcontact.contact import Problem
-from ase_roughcontact.elasticity import ElasticSolid, Layer
+from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.topography import HeightMap
@@ -99,19 +99,10 @@ class Bodies:
         """Contact modulus E* of the solid's far field (eV/Å^3)."""
         return self.solid.contact_modulus
 
-    @property
-    def half_space(self) -> str:
-        """The half space of the theory, where the solid is a layer; else empty."""
-        solid = self.solid.elastic
-        if not isinstance(solid, Layer):
-            return ""
-        if solid.base_modulus is None:
-            return "on the material of the layer"
-        return "on the base without a layer"
-
     def labelled(self, label: str) -> str:
-        """Return a label of theory with its half space, where the solid is a layer."""
-        return f"{label}, {self.half_space}" if self.half_space else label
+        """Return a label of theory with its half space, if the solid is another one."""
+        half_space = self.solid.half_space
+        return f"{label}, {half_space}" if half_space else label
 
     @property
     def kappa_repulsive(self) -> float:

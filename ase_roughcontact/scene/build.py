@@ -95,7 +95,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
     with problems.of("substrate"):
         spacing = solid.spacing if spacing is None else spacing
         solid.check(spacing)
-        hardness = _hardness(scene)
+        hardness = _hardness(scene, solid)
         if isinstance(solid, Isotropic):  # only friction depends on Poisson's ratio
             poisson = poisson_of(scene.substrate) if scene.friction else None
             solid = replace(solid, poisson=poisson)
@@ -103,7 +103,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         substrate_modulus = solid.contact_modulus
         if scene.sphere.material:
             solid = _with_tip(solid, scene.sphere.material)
-        bound = _hardness_bound(scene, substrate_modulus)
+        bound = _hardness_bound(scene, solid, substrate_modulus)
         if creep is not None:  # the tip is elastic
             part = solid.contact_modulus / substrate_modulus
             solid = Viscoelastic(solid, creep.scaled(part))
@@ -236,33 +236,35 @@ def _flat_cell(
     return spacing, shape, rough
 
 
-def _hardness(scene: SceneFile) -> float:
+def _hardness(scene: SceneFile, solid: ElasticSolid) -> float:
     """Return the smaller known hardness of both bodies (eV/Å^3); NaN if unknown."""
     given = scene.substrate.hardness
     if given is None:
-        known = [each for each in _hardnesses(scene) if not math.isnan(each)]
+        known = [each for each in _hardnesses(scene, solid) if not math.isnan(each)]
         return UNITS["GPa"] * min(known, default=math.nan)
     if given != math.inf:
         in_gpa("hardness", given, _LARGEST_HARDNESS)
     return UNITS["GPa"] * given
 
 
-def _hardnesses(scene: SceneFile) -> list[float]:
+def _hardnesses(scene: SceneFile, solid: ElasticSolid) -> list[float]:
     """Return the hardness of the substrate, and of a tip of a named material (GPa)."""
     hardnesses = [math.nan]  # not known for a layer
-    if scene.substrate.layer_thickness is None:
+    if not solid.layered:
         hardnesses = [named_materials.hardness_of(scene.substrate.name)]
     if scene.sphere.material:
         hardnesses.append(named_materials.hardness_of(scene.sphere.material))
     return hardnesses
 
 
-def _hardness_bound(scene: SceneFile, modulus: float) -> float:
+def _hardness_bound(scene: SceneFile, solid: ElasticSolid, modulus: float) -> float:
     """Return an upper bound of the hardness of named bodies of unknown hardness.
 
     Parameters
     ----------
     scene : SceneFile
+    solid : ElasticSolid
+        Solid of the substrate, or of both bodies.
     modulus : float
         Contact modulus of the substrate alone (eV/Å^3).
 
@@ -275,7 +277,7 @@ def _hardness_bound(scene: SceneFile, modulus: float) -> float:
     if scene.substrate.hardness is not None:
         return math.nan
     moduli = {}
-    if scene.substrate.name and scene.substrate.layer_thickness is None:
+    if scene.substrate.name and not solid.layered:
         moduli[scene.substrate.name] = modulus
     if tip := scene.sphere.material:
         tip_modulus = named_materials.material(tip).contact_modulus * UNITS["GPa"]
@@ -326,7 +328,7 @@ def _wall(
     if "attraction_range" in missing and all(materials):
         parameters["attraction_range"] = f"{named_materials.ATTRACTION_RANGE} nm"
     softer_known = scene.substrate.hardness is not None or not any(
-        map(math.isnan, _hardnesses(scene))
+        map(math.isnan, _hardnesses(scene, solid))
     )
     if "hardness" in missing and softer_known:
         parameters["hardness"] = hardness / UNITS["GPa"]

@@ -13,7 +13,7 @@ from typing import Any
 from ase.calculators.emt import EMT
 
 from ase_roughcontact._util.identity import digest_of_file
-from ase_roughcontact._util.units import LENGTHS, UNITS, pressure_unit, with_unit
+from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import lookup, positive, shown
 from ase_roughcontact.elasticity import (
     SOLIDS,
@@ -23,7 +23,6 @@ from ase_roughcontact.elasticity import (
     ElasticSolid,
     Isotropic,
     Layer,
-    Viscoelastic,
 )
 from ase_roughcontact.elasticity.material import (
     check_element,
@@ -298,32 +297,15 @@ def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
     str
     """
     name = substrate.kind or substrate.name or "half space of given moduli"
-    modulus = _printed_modulus(solid.contact_modulus)
-    if isinstance(solid, Viscoelastic):
-        label = label_of(substrate, solid.solid)
-        if not solid.creep.relaxed:
-            return f"{label}, a fluid in the end"
-        relaxed = solid.creep.relaxed * solid.contact_modulus
-        return f"{label}, relaxing to {_printed_modulus(relaxed)}"
-    if isinstance(solid, Layer):
-        layer = _printed_modulus(solid.layer_modulus)
-        bond = "bonded to" if solid.bonded else "sliding on"
-        base = "a rigid base" if solid.base_modulus is None else f"{name}, {modulus}"
-        thickness = solid.thickness / UNITS["nm"]
-        label = f"layer of {thickness:.4g} nm, {layer}, {bond} {base}"
-        if substrate.periodic and solid.uniform_compliance:
-            label += ", heights from the mean plane of its surface"
-        return label
-    if isinstance(solid, Cubic):
+    if substrate.anisotropic:
         name += ", anisotropic continuum"
-    if isinstance(solid, Crystal):
+    if substrate.of_atoms:
         forces = substrate.calculator.upper() or Path(*substrate.files).name
         name += f", crystal of atoms ({forces})"
-    return f"{name}, {modulus}"
-
-
-def _printed_modulus(modulus: float) -> str:
-    return f"E* = {with_unit(modulus, pressure_unit(modulus))}"
+    label = solid.label(name)
+    if substrate.periodic and solid.uniform_compliance:
+        label += ", heights from the mean plane of its surface"
+    return label
 
 
 def _modulus(substrate: SubstrateConfig) -> float:

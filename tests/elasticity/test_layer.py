@@ -8,10 +8,12 @@ from scipy.fft import irfft2
 
 from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
 from ase_roughcontact.elasticity import (
+    Creep,
     FreeHalfSpace,
     Isotropic,
     Layer,
     PeriodicHalfSpace,
+    Viscoelastic,
 )
 
 THICKNESS = 2.0
@@ -172,3 +174,10 @@ def test_the_stiffest_layer_bends_as_a_plate_on_its_base(bonded):
 def test_a_layer_too_stiff_for_rounding_is_refused():
     with pytest.raises(ValueError, match=r"1e\+06"):
         Layer(1.0, 5.0, 0.9e-6)
+
+
+def test_limits_of_a_viscoelastic_layer_are_layers_of_its_thickness():
+    solid = Viscoelastic(Layer(1.0, THICKNESS, 5.0), Creep([1.0], [2.0]))
+    assert solid.thickness == solid.relaxed.thickness == THICKNESS
+    assert solid.relaxed.half_space == solid.solid.half_space != ""
+    assert not Viscoelastic(1.0, solid.creep).relaxed.layered

@@ -4,10 +4,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from ase.units import GPa
 
 import ase_roughcontact as rc
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.material import HARDNESS
 
 STIFFNESS = 1.5  # of the foundation on the surface
 SPHERE = rc.RoughSphere(radius=20.0)
@@ -26,6 +28,12 @@ class Coated(ElasticSolid):
     def cell_compliance(self, i, j, spacing):
         bare = Isotropic(self.contact_modulus).cell_compliance(i, j, spacing)
         return bare + ((np.asarray(i) == 0) & (np.asarray(j) == 0)) / self.stiffness
+
+
+class Film(Coated):
+    """The same as a layer of finite thickness."""
+
+    thickness = 30.0
 
 
 class Springs(rc.Interaction):
@@ -140,3 +148,14 @@ def test_spectra_of_solids_that_are_not_compared_by_value_are_not_kept():
         np.testing.assert_allclose(spectrum, factor * bare)
     spectrum = PeriodicHalfSpace((8, 8), 1.0, WithArray(1.0)).spectrum((8, 8))
     np.testing.assert_allclose(spectrum, 2.0 * bare)
+
+
+@pytest.mark.parametrize("solid, judged", [(Coated, True), (Film, False)])
+def test_only_a_half_space_of_silicon_is_compared_with_the_hardness_of_it(
+    solid, judged
+):
+    atoms = rc.substrate("Si", (12, 12), SPHERE)
+    atoms.calc = rc.RoughContact(SPHERE, solid=solid(6.0, stiffness=100.0))
+    (step,) = rc.load_path(atoms, [0.5], window="unchecked", validity="ignore")
+    assert step.normal_force / step.contact_area > HARDNESS["Si"] * GPa
+    assert ("hardness" in step.validity) == judged

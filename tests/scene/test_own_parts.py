@@ -1,5 +1,6 @@
 """Parts that are defined outside of the package, named in a scene file."""
 
+import math
 from dataclasses import dataclass
 from unittest.mock import patch
 
@@ -19,10 +20,12 @@ from ase_roughcontact._util.registry import Registry
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.elasticity import SOLIDS, ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.material import HARDNESS
 from ase_roughcontact.interactions import LAWS, Parameter
 from ase_roughcontact.optimize.settings import on_modes
 from ase_roughcontact.scene import OPTIMIZERS, PathKind, Scene
 from ase_roughcontact.scene.path_kind import PATHS
+from ase_roughcontact.scene.solid import label_of
 from ase_roughcontact.topography import ROUGHNESSES, Topography
 
 SLIDING = """
@@ -81,6 +84,16 @@ class Coated(ElasticSolid):
         return bare + self.coating * ((np.asarray(i) == 0) & (np.asarray(j) == 0))
 
 
+class Film(Coated):
+    """The same as a layer of finite thickness."""
+
+    thickness = 10.0
+    half_space = "on the base of the film"
+
+    def label(self, name):
+        return f"film on {super().label(name)}"
+
+
 class Ripples(Topography):
     """Waves along x; theory takes them for a narrow self-affine spectrum."""
 
@@ -116,11 +129,11 @@ class Twice(PathKind):
 def known():
     """Registries with these parts, which other tests do not have."""
     Cohesive.kind, Twice.kind, Coated.kind = "cohesive", "twice", "coated"
-    Ripples.kind = "ripples"
+    Ripples.kind, Film.kind = "ripples", "film"
     optimizers = {"Own": on_modes(FIRE2)}
     with (
         patch.dict(LAWS, cohesive=Cohesive),
-        patch.dict(SOLIDS, coated=Coated),
+        patch.dict(SOLIDS, coated=Coated, film=Film),
         patch.dict(ROUGHNESSES, ripples=Ripples),
         patch.dict(PATHS, twice=Twice),
         patch.dict(OPTIMIZERS, optimizers),
@@ -189,6 +202,16 @@ def test_a_scene_file_names_an_optimizer_and_a_kind_of_path():
     usual = list(Scene.parse(text.replace('"Own"', '"NewtonKrylov"')).relax())
     assert len(own) == 2
     assert own[0].normal_force == pytest.approx(usual[0].normal_force, rel=1e-2)
+
+
+def test_a_layer_of_ones_own_names_itself_and_has_no_hardness_of_the_element():
+    text = '[substrate]\nkind = "{}"\nsymbol = "Cu"\nmodulus = 80\n[sphere]\nradius = 9'
+    half_space = Scene.parse(text.format("coated"))
+    film = Scene.parse(text.format("film"))
+    assert half_space.hardness == HARDNESS["Cu"] * UNITS["GPa"]
+    assert math.isnan(film.hardness)
+    assert label_of(film.substrate, film.solid) == "film on film, E* = 80 GPa"
+    assert film.bodies.labelled("Hertz") == "Hertz, on the base of the film"
 
 
 def test_a_registry_names_what_it_has():
