@@ -159,7 +159,12 @@ def _add_ensemble(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--error",
         type=float,
-        help="relative standard error of the mean areas, for as many seeds as needed",
+        help="relative standard error of the means, for as many seeds as needed",
+    )
+    parser.add_argument(
+        "--column",
+        metavar="NAME",
+        help="result of the path, or column of its steps, that is averaged over seeds",
     )
     parser.add_argument(
         "--database",
@@ -169,6 +174,12 @@ def _add_ensemble(parser: argparse.ArgumentParser) -> None:
     )
     _add_path(
         parser, "--table", metavar="CSV", help="also write all steps to a CSV file"
+    )
+    _add_path(
+        parser,
+        "--results",
+        metavar="CSV",
+        help="also write a row for each case to a CSV file, with results of its path",
     )
     where = parser.add_mutually_exclusive_group()
     _add_workers(where)

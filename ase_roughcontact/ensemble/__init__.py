@@ -1,23 +1,26 @@
 """Ensembles: many scenes, calculated by many workers and kept in one ASE database."""
 
-from ase_roughcontact.ensemble.adaptive import (
-    MeanArea,
-    Sampling,
-    mean_areas,
-    sample_ensemble,
-)
+from ase_roughcontact.ensemble.adaptive import Sampling, sample_ensemble
 from ase_roughcontact.ensemble.cases import case_of, product
 from ase_roughcontact.ensemble.columns import read_ensemble, write_csv
+from ase_roughcontact.ensemble.means import (
+    MeanArea,
+    MeanValue,
+    mean_areas,
+    mean_values,
+)
 from ase_roughcontact.ensemble.places import read_places, run_places
 from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble
 
 __all__ = [
     "MeanArea",
+    "MeanValue",
     "Progress",
     "Sampling",
     "case_of",
     "mean_areas",
+    "mean_values",
     "product",
     "read_ensemble",
     "read_places",

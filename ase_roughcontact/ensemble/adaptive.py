@@ -1,4 +1,4 @@
-"""Sampling of realisations until the mean areas have a wanted standard error."""
+"""Sampling of realisations until means have a wanted standard error."""
 
 from __future__ import annotations
 
@@ -10,101 +10,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.special import chdtri
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.ensemble.cases import case_of, product
-from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
-from ase_roughcontact.ensemble.progress import Progress
+from ase_roughcontact.ensemble.means import TOO_FEW, ColumnValues, MeanValue
+from ase_roughcontact.ensemble.progress import Progress, is_whole
 from ase_roughcontact.ensemble.run import run_ensemble
 from ase_roughcontact.scene import Scene
 
 # Largest factor by which the number of realisations grows before the standard deviation
 # is estimated again: from few realisations it is uncertain.
 _MAX_GROWTH = 2.0
-#: Reason for an unknown error.
-TOO_FEW = "fewer than two realisations have converged"
-#: Reason for an unknown error.
-NO_CONTACT = "no realisation is in contact"
-# Probabilities with which the needed number exceeds the ends of its likely range.
-_RANGE_PROBABILITIES = np.array([0.05, 0.95])
-
-
-@dataclass(frozen=True)
-class MeanArea:
-    """Mean contact area of a load step over realisations of the roughness.
-
-    Attributes
-    ----------
-    target : float
-        Load (eV/Å), penetration or height (Å), or time (s) of a path in time.
-    realisations : int
-        Number of converged realisations.
-    mean : float
-        Mean area (Å^2).
-    error : float
-        Relative standard error of the mean; NaN if it is not known.
-    expected : int
-        Number of realisations at which the wanted error is expected.
-    likely : (int, int)
-        Range that contains this number with a probability of 90 %. The variance of
-        ``n`` normally distributed areas has a distribution with ``n - 1`` degrees of
-        freedom.
-    unknown : str
-        Reason why the error is not known; empty if it is known.
-    """
-
-    target: float
-    realisations: int
-    mean: float
-    error: float
-    expected: int
-    likely: tuple[int, int]
-    unknown: str = ""
-
-    @classmethod
-    def of(cls, target: float, areas: np.ndarray, wanted: float) -> MeanArea:
-        """Return the mean of areas, and the number of areas that the error needs."""
-        mean = float(areas.mean()) if areas.size else math.nan
-        unknown = ""
-        if areas.size < 2:
-            unknown = TOO_FEW
-        elif not mean > 0.0:
-            unknown = NO_CONTACT
-        if unknown:
-            return cls(target, areas.size, mean, math.nan, 0, (0, 0), unknown)
-        spread = float(areas.std(ddof=1)) / mean
-        count, freedom = (spread / wanted) ** 2, areas.size - 1
-        quantiles = chdtri(freedom, _RANGE_PROBABILITIES)
-        least, most = np.ceil(count * freedom / quantiles).astype(int)
-        return cls(
-            target,
-            areas.size,
-            mean,
-            spread / math.sqrt(areas.size),
-            math.ceil(count),
-            (int(least), int(most)),
-        )
-
-
-def mean_areas(scenes: Sequence[Scene], database: PathName) -> tuple[MeanArea, ...]:
-    """Return the mean contact areas of realisations of the roughness.
-
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        Scenes that differ only in their seeds.
-    database : path
-        Database of `run_ensemble`.
-
-    Returns
-    -------
-    tuple of MeanArea
-        Means for each load step, of the converged realisations in the database.
-    """
-    return _Areas(scenes[0], database).means(list(map(case_of, scenes)), math.inf)
 
 
 @dataclass(frozen=True)
@@ -115,14 +33,14 @@ class Sampling:
     ----------
     wanted : float
         Wanted relative standard error of each mean.
-    means : tuple of MeanArea
-        Means for each load step of the scene, of the steps finished so far.
+    means : tuple of MeanValue
+        Means of the column, see `mean_values`, of all that is finished so far.
     progress : Progress
         Progress of the present round of realisations.
     """
 
     wanted: float
-    means: tuple[MeanArea, ...]
+    means: tuple[MeanValue, ...]
     progress: Progress
 
     @property
@@ -133,7 +51,7 @@ class Sampling:
 
     @property
     def done(self) -> bool:
-        """Whether the means of all steps with contact have the wanted error."""
+        """Whether all means other than zero have the wanted error."""
         too_few = any(mean.unknown == TOO_FEW for mean in self.means)
         return self.error <= self.wanted and not too_few
 
@@ -164,20 +82,20 @@ def sample_ensemble(
     executor: Executor | None = None,
     workers: int | None = None,
     *,
+    column: str | None = None,
     pilot: int = 8,
     most: int = 10_000,
     interval: float = 1.0,
 ) -> Iterator[Sampling]:
-    """Add realisations of the roughness until each mean area has a wanted error.
+    """Add realisations of the roughness until each mean has a wanted error.
 
     Each load step has as many realisations as it needs, as small contacts scatter more
-    than large ones. A step gets no more realisations if no realisation of the pilot is
-    in contact, or fewer than two have converged: its error is then not known. If states
-    depend on the states before them, each realisation is calculated up to the last step
-    that needs it. Paths in time are calculated as a whole, and averaged at the ends of
-    their parts at the deepest target. Seeds count up from the seed of the scene. A run
-    that was interrupted, or had another error, is continued, and steps of
-    `run_ensemble` in the database are used.
+    than large ones. A step gets no more realisations if its mean is zero, or fewer than
+    two have converged: its error is then not known. If states depend on the states
+    before them, each realisation is calculated up to the last step that needs it.
+    Loops, sliding paths and paths in time are calculated as a whole. Seeds count up
+    from the seed of the scene. A run that was interrupted, or had another error, is
+    continued, and steps of `run_ensemble` in the database are used.
 
     Parameters
     ----------
@@ -186,8 +104,9 @@ def sample_ensemble(
     database, executor, workers, interval
         See `run_ensemble`.
     error : float
-        Wanted relative standard error of the mean area of each load step. The area is
-        the column `Scene.area_column`.
+        Wanted relative standard error of each mean, see `MeanValue`.
+    column : str, optional
+        Column that is averaged; see `mean_values`.
     pilot : int
         Number of realisations of all steps in the first round, from which the needed
         numbers are predicted.
@@ -203,7 +122,8 @@ def sample_ensemble(
     Raises
     ------
     ValueError
-        If the scene has no random roughness, or a number is out of range.
+        If the scene has no random roughness, there is no such column, or a number is
+        out of range.
     """
     positive(error=error)
     integer("pilot", pilot, 2)
@@ -213,13 +133,13 @@ def sample_ensemble(
             "realisations need a scene with [roughness]: a measured or smooth surface "
             "has only one"
         )
-    pool = worker_pool(executor, workers)
-    return _rounds(scene, database, error, (pilot, most), pool, interval)
+    pool, values = worker_pool(executor, workers), ColumnValues(scene, database, column)
+    return _rounds(scene, values, error, (pilot, most), pool, interval)
 
 
 def _rounds(
     scene: Any,
-    database: PathName,
+    values: ColumnValues,
     error: float,
     limits: tuple[int, int],
     pool: AbstractContextManager[Executor],
@@ -227,23 +147,27 @@ def _rounds(
 ) -> Iterator[Sampling]:
     """Calculate rounds of realisations, and estimate the needed number after each."""
     pilot, most = limits
-    areas, first = _Areas(scene, database), scene.roughness.seed
-    counts = np.full(len(areas.targets), pilot)
+    first, counts = scene.roughness.seed, np.full(len(values.targets), pilot)
+    whole = is_whole(scene)
     with pool as executor:
         while True:
             seeds = range(first, first + int(counts.max()))
             scenes = product(scene, {"roughness.seed": seeds})
             cases = [case_of(each) for each in scenes]
             wanted = counts > np.arange(len(scenes))[:, None]
-            steps = [np.flatnonzero(each).tolist() for each in wanted]
+            steps: Any = [np.flatnonzero(each).tolist() for each in wanted]
             if scene.is_in_order:  # with the steps before them
                 steps = [list(range(each[-1] + 1)) for each in steps]
             run = run_ensemble(
-                scenes, database, executor, interval=interval, steps=steps
+                scenes,
+                values.database,
+                executor,
+                interval=interval,
+                steps=None if whole else steps,
             )
             with closing(run):
                 for progress in run:
-                    sampling = Sampling(error, areas.means(cases, error), progress)
+                    sampling = Sampling(error, values.means(cases, error), progress)
                     yield sampling
             missing = np.array([mean.error > error for mean in sampling.means])
             # more are needed if some do not converge
@@ -256,40 +180,3 @@ def _rounds(
             if progress.failures or (more <= counts).all():
                 return
             counts = np.maximum(counts, more)
-
-
-class _Areas:
-    """Areas of the converged steps of a database, where each row is read once.
-
-    Paths in time have areas at the ends of their parts at the deepest target.
-    """
-
-    def __init__(self, scene: Scene, database: PathName) -> None:
-        self._stored = EnsembleDatabase(database_address(database))
-        self._area, self._newest = scene.area_column, 0
-        self._areas: dict[tuple[str, int], float] = {}  # by case and number of target
-        schedule = scene.path.schedule(scene.bodies)
-        if schedule is None:
-            self._column, self.targets = "step", scene.targets
-            self._values = np.arange(len(self.targets))
-            return
-        parts = list(schedule.timed_parts())
-        deepest = scene.path.deepest_of(part.end for _, _, part in parts)
-        ends = [t + part.duration for t, _, part in parts if part.end == deepest]
-        self._column, self._values = "time", np.unique(ends)
-        self.targets = self._values
-
-    def means(self, cases: Sequence[str], error: float) -> tuple[MeanArea, ...]:
-        """Return the means of the steps of some cases in the database."""
-        for row in self._stored.select(f"id>{self._newest}", converged=True):
-            value, area = row.get(self._column, math.nan), row.get(self._area)
-            same = np.isclose(self._values, value, rtol=1e-9, atol=0.0)
-            if area is not None and same.any():
-                self._areas[row["case"], int(same.argmax())] = area
-            self._newest = max(self._newest, row.id)
-        means = []
-        for number, target in enumerate(self.targets):
-            found = (self._areas.get((case, number)) for case in cases)
-            areas = np.array([area for area in found if area is not None])
-            means.append(MeanArea.of(float(target), areas, error))
-        return tuple(means)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.section import plain_values
@@ -65,3 +66,46 @@ def case_of(scene: Scene) -> str:
         If a value is not text, a number, a truth value or a sequence of these.
     """
     return f"c{scene.identity[:15]}"
+
+
+def case_names(cases: Mapping[str, Scene]) -> dict[str, str]:
+    """Return the values by which each case differs from others, as text.
+
+    Parameters
+    ----------
+    cases : mapping of str to Scene
+        Scenes by the names of `case_of`.
+
+    Returns
+    -------
+    dict of str
+        Texts such as "sphere.radius = 60.0, roughness.seed = 3"; the seed of a single
+        rough scene.
+    """
+    entries = {case: _flat(scene) for case, scene in cases.items()}
+    keys = dict.fromkeys(key for values in entries.values() for key in values)
+    first = next(iter(entries.values()), {})
+    differing = [
+        key
+        for key in keys
+        if any(each.get(key) != first.get(key) for each in entries.values())
+    ]
+    shown = differing or [key for key in ("roughness.seed",) if key in keys]
+    return {
+        case: ", ".join(f"{key} = {_text(values.get(key))}" for key in shown)
+        or "the scene"
+        for case, values in entries.items()
+    }
+
+
+def _text(value: Any) -> str:
+    return str(list(value) if isinstance(value, tuple) else value)
+
+
+def _flat(scene: Scene) -> dict[str, Any]:
+    """Return the values of a scene by section and key."""
+    return {
+        f"{title}.{key}": value
+        for title, entries in scene.entries().items()
+        for key, value in entries.items()
+    }

@@ -44,6 +44,8 @@ class Progress:
         Error messages of the cases that failed, by case.
     unit : str
         Unit of the numbers, "steps" or "paths".
+    names : dict
+        Values by which the cases that failed differ from others, as text, by case.
     """
 
     steps: int
@@ -52,6 +54,12 @@ class Progress:
     left: float = field(default=math.nan, compare=False)
     failures: dict[str, str] = field(default_factory=dict)
     unit: str = "steps"
+    names: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def named_failures(self) -> dict[str, str]:
+        """Error messages of the cases that failed, by their values."""
+        return {self.names[case]: text for case, text in self.failures.items()}
 
     def __str__(self) -> str:
         parts = [f"{self.steps}/{self.total} {self.unit}"]
@@ -70,6 +78,8 @@ class ProgressMeter:
     costs : mapping
         Expected cost of each load step, by case and number of the step. The cost of a
         whole path has the number `WHOLE`.
+    names : mapping, optional
+        Names of the cases in `Progress`; by default the cases themselves.
 
     Attributes
     ----------
@@ -79,7 +89,12 @@ class ProgressMeter:
         Error messages of the cases that failed, by case.
     """
 
-    def __init__(self, costs: Mapping[str, Mapping[int, float]]) -> None:
+    def __init__(
+        self,
+        costs: Mapping[str, Mapping[int, float]],
+        names: Mapping[str, str] | None = None,
+    ) -> None:
+        self._names = {case: case for case in costs} if names is None else names
         self.missing = {case: dict(steps) for case, steps in costs.items()}
         self.failures: dict[str, str] = {}
         whole = all(WHOLE in steps for steps in costs.values())
@@ -120,6 +135,7 @@ class ProgressMeter:
             left=left,
             failures=dict(self.failures),
             unit=self._unit,
+            names={case: self._names[case] for case in self.failures},
         )
 
 

@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager, ExitStack
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact._util.workers import worker_pool
-from ase_roughcontact.ensemble.cases import case_of
+from ase_roughcontact.ensemble.cases import case_names, case_of
 from ase_roughcontact.ensemble.database import (
     EnsembleDatabase,
     database_address,
@@ -151,7 +151,8 @@ def _run(
     stored: defaultdict[str, set[int]] = defaultdict(set)  # steps by case
     costs = {case: costs for case, (_, costs) in tasks.items()}
     largest_first = sorted(costs, key=lambda case: -sum(costs[case].values()))
-    meter = ProgressMeter({case: costs[case] for case in largest_first})
+    names = case_names({case: scene for case, (scene, _) in tasks.items()})
+    meter = ProgressMeter({case: costs[case] for case in largest_first}, names)
     whole = any(WHOLE in steps for steps in costs.values())
     with ExitStack() as stack:
         executor = stack.enter_context(pool)

@@ -9,10 +9,11 @@ from shutil import copyfile
 import numpy as np
 import pytest
 from ensemble_scenes import SCENE, finish
+from scipy.stats import t
 
 from ase_roughcontact._util.printing import plain
 from ase_roughcontact.cli import main
-from ase_roughcontact.cli.ensembles import means_table
+from ase_roughcontact.cli.means import means_table
 from ase_roughcontact.ensemble import (
     MeanArea,
     Progress,
@@ -52,8 +53,11 @@ def test_errors_of_all_means_are_below_the_wanted_one(sampled):
         assert mean.target == LOADS.targets[number]
         assert mean.realisations == areas.size
         assert mean.mean == pytest.approx(areas.mean())
-        error = areas.std(ddof=1) / np.sqrt(areas.size) / areas.mean()
+        # half of Student's interval of 95 %, in units of the normal distribution's
+        half = t.interval(0.95, areas.size - 1, scale=areas.std(ddof=1))[1]
+        error = half / 1.959964 / np.sqrt(areas.size) / areas.mean()
         assert mean.error == pytest.approx(error)
+        assert mean.scatter == pytest.approx(areas.std(ddof=1))
         assert error <= 0.08
     # light loads get more realisations, and heavy ones no more than they need
     light, heavy = (mean.realisations for mean in last.means)
@@ -166,10 +170,10 @@ def test_steps_without_contact_are_left_out(tmp_path):
     free, touching = last.means
     assert (free.realisations, free.mean) == (8, 0.0) and math.isnan(free.error)
     assert last.done and last.error == touching.error <= 0.2
-    table, note, done = means_table(scene, last.means, last)
-    assert plain(table).splitlines()[-2].split()[2:] == ["-", "8", "-"]
+    table, note, _, done = means_table(scene, last.means, last)
+    assert plain(table).splitlines()[-2].split()[2:] == ["-", "0", "8", "-"]
     assert note == f"Errors are not known in 1 of 2 steps: {free.unknown}."
-    assert done == "All other areas have a standard error of 20 % or less."
+    assert done == "All other means have a standard error of 20 % or less."
 
 
 def test_a_path_without_contact_ends_with_the_pilot(tmp_path):
@@ -226,7 +230,8 @@ def test_range_of_a_pilot_contains_the_number_that_is_needed(spread, shape):
     if shape == "skewed":
         areas = rng.gamma(spread**-2, spread**2, (3000, 8))
     pilots = [MeanArea.of(1.0, each, 0.02) for each in areas]
-    needed = (spread / 0.02) ** 2
+    # realisations until 1.96 standard errors are Student's interval
+    needed = (spread / 0.02) ** 2 + 0.5 * (1.96**2 + 1.0)
     inside = [least <= needed <= most for least, most in (p.likely for p in pilots)]
     assert np.mean(inside) == pytest.approx(0.9, abs=0.04)
     assert np.mean([p.expected for p in pilots]) == pytest.approx(needed, rel=0.1)
@@ -253,15 +258,18 @@ def test_bad_options_are_rejected_at_once(tmp_path, scene, options, message):
 def test_table_has_errors_and_predictions(sampled):
     _, reports = sampled
     pilot = next(r for r in reports if r.means[0].realisations == 8)
-    table, rest = means_table(LOADS, pilot.means, pilot)
+    table, limits, rest = means_table(LOADS, pilot.means, pilot)
     _, _, light, heavy = plain(table).splitlines()
     mean = pilot.means[0]
-    row = (0.3, mean.mean / 100.0, 100.0 * mean.error, 8, mean.expected)
-    shown_row, likely = light.split("(")
+    row = (0.3, mean.mean / 100.0, 100.0 * mean.error, mean.scatter / 100.0, 8)
+    row = (*row, mean.expected)
+    shown_row, likely = light.rstrip(" *").split("(")
     assert likely == "{} to {})".format(*mean.likely)
     for shown, value in zip(shown_row.split(), row, strict=True):
         assert float(shown) == pytest.approx(value, rel=0.05)
     assert heavy.split()[0] == "10.00"
+    count = pilot.means[1].realisations
+    assert f"mean pressure/hardness in {count} of {count}" in plain(limits)
     assert rest == (
         f"About {pilot.missing} more steps (likely {mean.likely[0] - 8} to "
         f"{mean.likely[1] - 8}) for a standard error of 8 %."
@@ -278,7 +286,7 @@ def test_command_continues_a_sampled_ensemble(sampled, tmp_path, capsys):
     assert main([*command, "--error", "0.2", *variant]) == 0
     text = capsys.readouterr().out
     assert "\nsphere.radius = 60.0\n" in text
-    assert "All areas have a standard error of 20 % or less" in text
+    assert "All means have a standard error of 20 % or less" in text
     assert main([*command, "--error", "0.2", "--json"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     means = [line for line in lines if "mean" in line][-2:]
@@ -290,7 +298,8 @@ def test_command_continues_a_sampled_ensemble(sampled, tmp_path, capsys):
     )
     assert [line["target"] for line in means] == pytest.approx(LOADS.targets)
     assert max(line["error"] for line in means) <= 0.2
-    assert means[0]["units"] == {"mean": "Å^2", "target": "eV/Å"}
+    units = {"mean": "Å^2", "scatter": "Å^2", "target": "eV/Å"}
+    assert means[0]["units"] == units
 
 
 def test_command_prints_mean_areas_over_given_seeds(sampled, tmp_path, capsys):
@@ -302,12 +311,13 @@ def test_command_prints_mean_areas_over_given_seeds(sampled, tmp_path, capsys):
     assert main(command) == 0
     columns = read_ensemble(database)
     light = columns["contact_area"][(columns["seed"] < 4) & (columns["step"] == 0)]
-    error = light.std(ddof=1) / 2.0 / light.mean()
+    scatter = light.std(ddof=1)
+    error = t.ppf(0.975, 3) / 1.959964 * scatter / 2.0 / light.mean()
     lines = capsys.readouterr().out.splitlines()
     place = lines.index("sphere.radius = 60.0")
     assert "standard error" in lines[place + 1] and "expected" not in lines[place + 2]
-    row = [float(word) for word in lines[place + 3].split()]
-    expected = [0.3, light.mean() / 100, 100 * error, 4]
+    row = [float(word) for word in lines[place + 3].rstrip(" *").split()]
+    expected = [0.3, light.mean() / 100, 100 * error, scatter / 100, 4]
     assert row == pytest.approx(expected, rel=0.03)
     assert main([*command, "--json"]) == 0
     *_, found, _ = map(json.loads, capsys.readouterr().out.splitlines())

@@ -1,13 +1,27 @@
 """Ensembles of every kind of path: results of whole paths are columns."""
 
 from dataclasses import dataclass
+from shutil import copyfile
 
 import numpy as np
 import pytest
+from ase.db import connect
 from ensemble_scenes import Here, die, finish, killed, rows
+from scipy.stats import t
 
+from ase_roughcontact._util.printing import plain
 from ase_roughcontact.analysis.path_values import static_friction
-from ase_roughcontact.ensemble import product, read_ensemble, write_csv
+from ase_roughcontact.cli import main
+from ase_roughcontact.cli.means import means_table
+from ase_roughcontact.ensemble import (
+    MeanValue,
+    mean_values,
+    product,
+    read_ensemble,
+    sample_ensemble,
+    write_csv,
+)
+from ase_roughcontact.ensemble.means import realisations_needed, standard_error
 from ase_roughcontact.scene import PathKind, Scene, relax_loop
 from ase_roughcontact.scene.path_result import PathResult
 
@@ -226,3 +240,96 @@ def test_results_of_a_kind_of_ones_own_are_columns(tmp_path):
     printed = scene.path.summary(scene.bodies, [first, second])
     assert printed["nowhere"] == "not known: defined for other paths"
     assert printed["secant"].endswith(" N/m")
+
+
+# Means over seeds
+
+
+def test_means_of_a_result_are_those_of_its_values(loops):
+    scenes, found, database = loops
+    (mean,) = mean_values(scenes, database)
+    forces = found["pull_off_force"]
+    assert mean.column == "pull_off_force" and np.isnan(mean.target)
+    assert (mean.realisations, mean.failed) == (2, 0)
+    assert mean.mean == pytest.approx(0.5 * (forces[0] + forces[1]))
+    scatter = abs(forces[0] - forces[1]) / np.sqrt(2.0)
+    assert mean.scatter == pytest.approx(scatter)
+    half = t.ppf(0.975, 1) * scatter / np.sqrt(2.0)
+    assert mean.error == pytest.approx(half / 1.959964 / mean.mean)
+    (energy,) = mean_values(scenes, database, "dissipated_energy")
+    errors = found["dissipation_error"].mean() / abs(energy.mean)
+    assert energy.value_error == pytest.approx(errors)
+    assert "in 2 of 2" in energy.validity
+
+
+def test_a_mean_names_realisations_that_it_lacks(loops, tmp_path):
+    scenes, found, database = loops
+    copyfile(database, tmp_path / "e.db")
+    with connect(tmp_path / "e.db") as db:
+        row = db.get(record="case", seed=2)
+        db.update(row.id, state="failed")
+    (mean,) = mean_values(scenes, tmp_path / "e.db")
+    assert (mean.realisations, mean.failed) == (1, 1)
+    assert mean.mean == found["pull_off_force"][0] and np.isnan(mean.error)
+    table, *notes = means_table(scenes[0], [mean])
+    assert "1 of 2" in plain(table)
+    assert any("1 realisations that failed" in plain(each) for each in notes)
+
+
+def test_a_step_column_of_a_loop_has_no_mean(loops):
+    with pytest.raises(ValueError, match="pull_off_force"):
+        mean_values(loops[0], loops[2], "contact_area")
+
+
+def test_seeds_of_a_path_in_time_are_added_until_the_creep_depth_is_known(tmp_path):
+    options = {"column": "creep_depth", "pilot": 2, "most": 3, "interval": 0.01}
+    *_, last = sample_ensemble(TIME, tmp_path / "e.db", 1e-3, Here(), **options)
+    (mean,) = last.means
+    assert not last.done and mean.realisations == last.progress.total == 3
+    depths = read_ensemble(tmp_path / "e.db", record="case")["creep_depth"]
+    assert mean.mean == pytest.approx(depths.mean())
+    *_, last = sample_ensemble(TIME, tmp_path / "e.db", 5.0, Here(), **options)
+    assert last.done and last.means[0].realisations == 2
+
+
+def test_errors_of_few_values_are_students_and_of_many_the_normal_ones():
+    for count in (2, 8, 17, 1000):
+        half = t.interval(0.95, count - 1, scale=3.0 / np.sqrt(count))[1]
+        assert standard_error(3.0, count) == pytest.approx(half / 1.959964)
+        assert realisations_needed(3.0, standard_error(3.0, count)) == count
+
+
+def test_intervals_of_adaptive_samples_contain_the_mean_nearly_as_often_as_they_say():
+    """Simulated values: 1.96 errors hold above 93 %, without Student's t 90 %."""
+    rng, hits = np.random.default_rng(0), []
+    for values in rng.normal(1.0, 0.15, (2000, 200)):
+        count = 8
+        while True:
+            mean = MeanValue.of(0.0, values[:count], 0.05)
+            if mean.error <= 0.05:
+                break
+            count = min(max(mean.expected, count + 1), 2 * count)
+        hits.append(abs(mean.mean - 1.0) <= 1.96 * mean.error * mean.mean)
+    assert np.mean(hits) > 0.93
+
+
+def test_the_command_prints_all_results_and_names_what_failed(
+    tmp_path, capsys, monkeypatch
+):
+    pool = "ase_roughcontact.ensemble.run.worker_pool"
+    monkeypatch.setattr(pool, lambda executor, workers: Here())
+    file, database = tmp_path / "loop.toml", tmp_path / "e.db"
+    file.write_text(LOOP.toml)
+    command = ["ensemble", str(file), "--database", str(database), "--workers", "1"]
+    # the window of 8 x 8 atoms is too small for the loop
+    shapes = "--set", "substrate.shape=[24,24],[8,8]", "--set", "roughness.seed=1,2"
+    assert main([*command, *shapes, "--results", str(tmp_path / "r.csv")]) == 1
+    printed = capsys.readouterr()
+    assert "pull-off force (nN)" in printed.out
+    names = [line.partition(": RuntimeError")[0] for line in printed.err.splitlines()]
+    assert "substrate.shape = [8, 8], roughness.seed = 2" in names[-1]
+    lines = (tmp_path / "r.csv").read_text().splitlines()
+    states = [line.split(",")[1] for line in lines]
+    assert sorted(states) == ["done", "done", "failed", "failed", "state"]
+    assert main([*command, "--column", "contact_area"]) == 2
+    assert "pull_off_force" in capsys.readouterr().err

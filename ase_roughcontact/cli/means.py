@@ -1,0 +1,161 @@
+"""Means over realisations of the roughness as printed tables and lines of JSON."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from ase_roughcontact._util.printing import note, number, table
+from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact.cli import report
+from ase_roughcontact.cli.common import json_line
+from ase_roughcontact.ensemble import MeanValue, Sampling
+from ase_roughcontact.results.record import columns_of
+from ase_roughcontact.scene import Scene
+
+# Attributes of a mean that need a wanted error.
+_OF_SAMPLING = "expected", "likely"
+# Relative error of the values above which it is printed.
+_SHOWN_ERROR = 0.001
+
+
+def column_unit(scene: Scene, column: str) -> str:
+    """Return ASE's unit of a result of the path, or of a column of its steps."""
+    if column in scene.path.results:
+        return scene.path.results[column].unit
+    return columns_of(scene.record)[column].unit
+
+
+def printed_units(scene: Scene, column: str) -> str:
+    """Return the unit in which a result or a column of steps is printed."""
+    if column in scene.path.results:
+        unit = scene.path.results[column].unit
+        return printed_unit(unit, scene.contact_modulus)
+    return report.units_of(scene)[column]
+
+
+def column_heading(scene: Scene, column: str) -> str:
+    """Return the heading of a result or a column of steps, with its printed unit."""
+    if column not in scene.path.results:
+        return report.heading(scene, column)
+    label = scene.path.results[column].label or column.replace("_", " ")
+    unit = printed_units(scene, column)
+    return f"{label} ({unit})" if unit else label
+
+
+def means_lines(
+    scene: Scene,
+    settings: Mapping[str, Any],
+    means: Sequence[MeanValue],
+    sampling: Sampling | None = None,
+) -> Iterator[str]:
+    """Yield a line of JSON for each mean, with the values of the keys that are set."""
+    for mean in means:
+        units = {"mean": column_unit(scene, mean.column)}
+        units["scatter"] = units["mean"]
+        if not math.isnan(mean.target):
+            units["target"] = report.target_unit(scene)
+        values = asdict(mean)
+        if sampling is None:
+            values = {k: v for k, v in values.items() if k not in _OF_SAMPLING}
+        given = {key: unit for key, unit in units.items() if unit}
+        yield json_line({**settings, **values}, given)
+
+
+def means_table(
+    scene: Scene, means: Sequence[MeanValue], sampling: Sampling | None = None
+) -> list[Any]:
+    """Return a table of means with notes: limits, lost realisations, needed ones.
+
+    Parameters
+    ----------
+    scene : Scene
+        One of the realisations.
+    means : sequence of MeanValue
+        Means of one column at all targets, or of several results of the path.
+    sampling : Sampling, optional
+        State of an ensemble that grows to a wanted error.
+    """
+    notes = list[Any]()
+    reasons = Counter(mean.unknown for mean in means if mean.unknown)
+    for reason, count in reasons.items():
+        notes.append(
+            f"Errors are not known in {count} of {len(means)} {_rows(means)}: {reason}."
+        )
+    lost = max((mean.failed for mean in means), default=0)
+    if lost:
+        notes.append(
+            note(
+                f"Means without up to {lost} realisations that failed or did not "
+                "converge: if these are not random, the mean is biased.",
+                style="yellow",
+            )
+        )
+    limits = dict.fromkeys(mean.validity for mean in means if mean.validity)
+    if limits:
+        # the last step has the largest contact of most paths
+        notes.append(
+            note(
+                f"* outside of the validity of the model: {[*limits][-1]}", 0, "yellow"
+            )
+        )
+    if sampling is not None:
+        notes += _needed(sampling, bool(reasons))
+    return [_table(scene, means, sampling is not None), *notes]
+
+
+def _rows(means: Sequence[MeanValue]) -> str:
+    return "results" if math.isnan(means[0].target) else "steps"
+
+
+def _needed(sampling: Sampling, some_unknown: bool) -> list[str]:
+    """Return whether the wanted error is reached, or what it needs."""
+    wanted = f"standard error of {100.0 * sampling.wanted:g} %"
+    if sampling.done:
+        others = "other " if some_unknown else ""
+        return [f"All {others}means have a {wanted} or less."]
+    if not sampling.missing:
+        return []
+    likely = "{} to {}".format(*sampling.likely_missing)
+    unit = "steps" if sampling.progress.unit == "steps" else "realisations"
+    return [f"About {sampling.missing} more {unit} (likely {likely}) for a {wanted}."]
+
+
+def _table(scene: Scene, means: Sequence[MeanValue], with_expected: bool) -> Any:
+    """Return the table of means, of one column in steps or of several results."""
+    of_results = math.isnan(means[0].target)
+    heads, first = ["result", "mean"], 1
+    if not of_results:
+        unit = printed_unit(report.target_unit(scene))
+        target = "time" if unit == "s" else scene.path.control
+        heading = column_heading(scene, means[0].column)
+        heads, first = [f"{target} ({unit})", f"mean {heading}"], 0
+    heads += ["standard error (%)", "scatter"]
+    with_error = any(mean.value_error >= _SHOWN_ERROR for mean in means)
+    marked = any(mean.validity for mean in means)
+    heads += ["realisations"] + ["error of values (%)"] * with_error
+    heads += ["expected (likely)"] * with_expected + [""] * marked
+    rows = []
+    for mean in means:
+        scale = UNITS[printed_units(scene, mean.column)]
+        name: Any = column_heading(scene, mean.column)
+        if not of_results:
+            name = mean.target / UNITS[unit]
+        total = mean.realisations + mean.failed
+        count = f"{mean.realisations} of {total}" if mean.failed else mean.realisations
+        row = [name, mean.mean / scale, number(100.0 * mean.error, 2)]
+        row += [number(mean.scatter / scale, 2)]
+        row += [count] + [number(100.0 * mean.value_error, 2)] * with_error
+        if with_expected:
+            row.append(_expected(mean))
+        rows.append(row + ["*" if mean.validity else ""] * marked)
+    return table(heads, rows, left=first)
+
+
+def _expected(mean: MeanValue) -> str:
+    if mean.unknown:
+        return "-"
+    return "{} ({} to {})".format(mean.expected, *mean.likely)
