@@ -43,9 +43,12 @@ def bodies(scene: Scene) -> dict[str, str]:
         found["units"] = taken
     rough = scene.rough
     if isinstance(rough, SelfAffine):
+        statistics = rough.statistics()
         found["roughness"] = (
-            f"rms slope {rough.rms_slope:.4g}, Hurst exponent {rough.hurst:.3g}, "
-            f"wavelengths from {rough.short_wavelength / nm:.4g} to "
+            f"rms height {statistics.rms_height / nm:.4g} nm, slope "
+            f"{statistics.rms_slope:.4g}, curvature "
+            f"{statistics.rms_curvature * nm:.4g} /nm; Hurst exponent "
+            f"{rough.hurst:.3g}, wavelengths from {rough.short_wavelength / nm:.4g} to "
             f"{rough.long_wavelength / nm:.4g} nm; one realisation"
         )
     if scene.scan is not None and scene.topography is not None:

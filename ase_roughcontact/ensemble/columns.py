@@ -25,12 +25,15 @@ from ase_roughcontact.results.record import (
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.path_kind import PATHS
 from ase_roughcontact.scene.path_result import results_of
+from ase_roughcontact.topography import SelfAffine
 
 # Types of the columns that the scene determines.
 _SCENE_COLUMNS: dict[str, type] = {
     "control": str,
     "radius": float,
     "rms_slope": float,
+    "rms_height": float,
+    "rms_curvature": float,
     "hurst": float,
     "short_wavelength": float,
     "long_wavelength": float,
@@ -49,6 +52,8 @@ _SCENE_COLUMNS: dict[str, type] = {
 # Units of the columns that the scene determines.
 _SCENE_UNITS = {
     "radius": "a0",
+    "rms_height": "a0",
+    "rms_curvature": "1/a0",
     "short_wavelength": "a0",
     "long_wavelength": "a0",
     "work_of_adhesion": "J/m^2",
@@ -136,15 +141,25 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
 
 
 def _roughness_columns(scene: Scene) -> dict[str, Any]:
-    """Return the columns of the roughness, which a smooth sphere does not have."""
+    """Return the columns of the roughness, which a smooth sphere does not have.
+
+    Rms height and curvature are of random roughness.
+    """
     rough, nan = scene.rough, math.nan
     if rough is None:
         # the slope of a scanned tip is not due to roughness alone
         slope = nan if scene.whole_tip else 0.0
         unknown = dict.fromkeys(("hurst", "short_wavelength", "long_wavelength"), nan)
+        unknown |= {"rms_height": slope, "rms_curvature": slope}
         return {"rms_slope": slope, **unknown, "seed": None}
+    height = curvature = nan
+    if isinstance(rough, SelfAffine):
+        statistics = rough.statistics()
+        height, curvature = statistics.rms_height, statistics.rms_curvature
     return {
         "rms_slope": rough.rms_slope,
+        "rms_height": height / scene.spacing,
+        "rms_curvature": curvature * scene.spacing,
         "hurst": rough.hurst,
         "short_wavelength": rough.short_wavelength / scene.spacing,
         "long_wavelength": rough.long_wavelength / scene.spacing,

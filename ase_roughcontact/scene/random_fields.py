@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.fft import next_fast_len
 
-from ase_roughcontact._util.validation import lookup, nonnegative_array
+from ase_roughcontact._util.validation import lookup, nonnegative_array, positive
 from ase_roughcontact.scene.section import KindSection, Section, lengths
 from ase_roughcontact.theory.self_affine import numbers_of
 from ase_roughcontact.topography import (
@@ -24,6 +24,10 @@ from ase_roughcontact.windows.memory import check_roughness
 
 # Tolerance within which a domain is a whole number of spacings.
 _ROUNDING = 1e-6
+#: Keys of the amplitude of a roughness, one of which is given.
+AMPLITUDES = "rms_slope", "rms_height", "rms_curvature"
+#: Rms slope of a roughness of which no amplitude is given.
+DEFAULT_SLOPE = 0.1
 #: Keys of lengths of a random field.
 LENGTH_KEYS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
 
@@ -46,14 +50,17 @@ class RandomFieldConfig(Section):
 class RoughnessConfig(KindSection, RandomFieldConfig):
     """``[roughness]``: wavelengths in units of the spacing if no unit is given.
 
-    Without a kind the roughness is self-affine. A user-defined roughness has a kind,
-    and may have further keys, see `Topography`.
+    Without a kind the roughness is self-affine, and one of rms slope, height and
+    curvature is given; the others follow from the spectrum. A user-defined roughness
+    has a kind, and may have further keys, see `Topography`.
     """
 
     title = "roughness"
     kinds = ROUGHNESSES
 
-    rms_slope: float = 0.1
+    rms_slope: float | None = None
+    rms_height: float | str | None = None
+    rms_curvature: float | str | None = None
     normalise: str = "realisation"
     kind: str | None = None
     parameters: Mapping[str, float | str] = field(default_factory=dict, hash=False)
@@ -75,16 +82,66 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
         if self.kind is None:
             if self.parameters:
                 raise ValueError(f"{', '.join(self.parameters)} needs kind")
-            return random_field(self, spacing)
+            return self._self_affine(spacing)
         kind, given = ROUGHNESSES.find(self.kind), self.given.keys() - {"kind"}
         values = {
             key: value
-            for key, value in self.entries().items()
-            if key in given or (key in kind.parameters and value is not None)
+            for key, value in self.contents().items()
+            if value is not None and (key in given or key in kind.parameters)
         }
         surface = kind.of_parameters(**kind.converted_parameters(values, spacing))
         numbers_of(surface)
         return surface
+
+    def contents(self) -> dict[str, Any]:
+        """Return the values by key for comparison; see `Section.contents`."""
+        entries = super().contents()
+        if all(entries[key] is None for key in AMPLITUDES):
+            entries["rms_slope"] = DEFAULT_SLOPE
+        return entries
+
+    def changed(self, name: str, value: Any) -> RoughnessConfig:
+        """Return the section with another value; one amplitude replaces another."""
+        section = self
+        if name in AMPLITUDES and value is not None:
+            section = replace(self, rms_slope=None, rms_height=None, rms_curvature=None)
+        return super(RoughnessConfig, section).changed(name, value)
+
+    def _self_affine(self, spacing: float) -> SelfAffine:
+        """Return self-affine roughness (Å) with the amplitude that is given.
+
+        Rms height and curvature are relative to those of the same waves with unit
+        slope. With ``normalise = "ensemble"`` they are root mean squares over all
+        seeds, as without random amplitudes.
+        """
+        name, value = self._amplitude(spacing)
+        rough = random_field(self, spacing, rms_slope=1.0)
+        if name == "rms_slope":
+            return replace(rough, rms_slope=value)
+        positive(**{name: value})
+        random = rough.random_amplitudes and rough.normalise == "realisation"
+        statistics = replace(rough, random_amplitudes=random).statistics()
+        return replace(rough, rms_slope=value / getattr(statistics, name))
+
+    def _amplitude(self, spacing: float) -> tuple[str, float]:
+        """Return the name and the value of the amplitude (Å, 1, 1/Å)."""
+        given = [name for name in AMPLITUDES if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(
+                f"give one of {', '.join(AMPLITUDES)}, from which the others follow, "
+                f"got {' and '.join(given)}"
+            )
+        if self.rms_slope is not None or not given:
+            slope = DEFAULT_SLOPE if self.rms_slope is None else self.rms_slope
+            return "rms_slope", slope
+        units, unit = lengths(spacing), self.unit
+        lookup(unit, units, "unit")
+        if given == ["rms_curvature"]:
+            inverse = {f"/{k}": 1.0 / value for k, value in units.items()}
+            inverse |= {f"{k}^-1": 1.0 / value for k, value in units.items()}
+            units, unit = inverse, f"/{unit}"
+        plain = getattr(self.plain(given, units, unit), given[0])
+        return given[0], plain * units[unit]
 
 
 @dataclass(frozen=True)
@@ -130,7 +187,7 @@ def random_field(
     unit, units = section.unit, lengths(spacing)
     scale = lookup(unit, units, "unit")
     entries = section.plain(LENGTH_KEYS, units, unit).entries()
-    known = entries.keys() & SelfAffine.__dataclass_fields__.keys()
+    known = entries.keys() & SelfAffine.__dataclass_fields__.keys() - more.keys()
     rough = SelfAffine(**{name: entries[name] for name in known}, **more)
     domain = _domain(rough, spacing / scale, unit, least_domain / scale)
     given = {name: entries[name] for name in LENGTH_KEYS} | {"domain": domain}

@@ -96,6 +96,8 @@ INSTEAD = {
     "output.keep",
     "substrate.elastic_constants",
     "path.values",
+    "roughness.rms_curvature",
+    "roughness.rms_height",
     "sphere.unit",
     "roughness.unit",
 }
