@@ -90,6 +90,8 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from ase_roughcontact.fitting.series.row import FittedCurve
+    from ase_roughcontact.fitting.series.run import fit_curves, read_fitted_curves
     from ase_roughcontact.foundation.builders import crystal_slab
     from ase_roughcontact.foundation.calculator import ElasticFoundation
     from ase_roughcontact.foundation.indenter import RigidIndenter, add_indenter
@@ -106,6 +108,7 @@ if TYPE_CHECKING:
         "AdhesionLoop",
         "CrystalSurface",
         "ElasticFoundation",
+        "FittedCurve",
         "FoundationPrecon",
         "RigidIndenter",
         "SlidingStep",
@@ -113,6 +116,8 @@ if TYPE_CHECKING:
         "add_indenter",
         "adhesion_loop",
         "crystal_slab",
+        "fit_curves",
+        "read_fitted_curves",
         "release",
         "sliding_path",
         "stick",

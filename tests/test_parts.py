@@ -15,7 +15,7 @@ from ase_roughcontact._util.parts import found_parts, shown_by
 ROOT = Path(__file__).parents[1]
 PACKAGE = "ase_roughcontact"
 # What is deleted with a part: its commands, and parts that build on it with theirs.
-FITS = ("fitting", "cli/fit.py", "cli/curve.py")
+FITS = ("fitting", "cli/fit.py", "cli/curve.py", "cli/curves.py")
 DELETED_WITH = {
     "fitting": FITS,
     "foundation": ("foundation",),
@@ -25,7 +25,10 @@ DELETED_WITH = {
     "tradeoff": ("tradeoff", "cli/tradeoff.py"),
 }
 # How tests call a part, beside its folder and the names of its ``SHOWN``.
-WORDS = {"fitting": ['"fit"', '"curve"'], "path_kinds/sliding": ["sliding_contacts"]}
+WORDS = {
+    "fitting": ['"fit"', '"curve"', '"curves"'],
+    "path_kinds/sliding": ["sliding_contacts"],
+}
 # Tests of the pages and examples, which show all parts, and of the layout.
 OF_ALL = (
     "test_architecture",

@@ -22,7 +22,9 @@ from ase_roughcontact.fitting.indentation import (
     IndentationFit,
     fit_indentation,
 )
+from ase_roughcontact.fitting.measurement import given_calibration
 from ase_roughcontact.fitting.relaxation import RelaxationFit, fit_relaxation
+from ase_roughcontact.fitting.series.listing import curve_at
 from ase_roughcontact.theory.indenters import named_indenter
 
 
@@ -52,10 +54,14 @@ def curve(options: argparse.Namespace) -> int:
     from ase_roughcontact.plot.files import check_picture
 
     check_picture(options.picture)
-    stiffness = None
-    if options.cantilever:
-        stiffness = quantity("cantilever", options.cantilever, WORKS, "0.05 N/m")
-    given = stiffness, options.sensitivity, options.columns, options.curve_number
+    stiffness = stiffness_of(options)
+    number, notes = options.curve_number, []
+    if options.at:
+        calibration = given_calibration(stiffness, options.sensitivity)
+        number, place = curve_at(options.curve, options.at, calibration)
+        x, y = place.x / UNITS["um"], place.y / UNITS["um"]
+        notes = [f"note: curve {number}, measured at {x:.6g} um, {y:.6g} um"]
+    given = stiffness, options.sensitivity, options.columns, number
     measured = read_curve(options.curve, options.branch, *given)
     checks = curve_checks(measured)
     fit: IndentationFit | RelaxationFit | None = None
@@ -70,8 +76,8 @@ def curve(options: argparse.Namespace) -> int:
         fit = fit_indentation(
             measured,
             named_indenter(options.indenter),
-            _length("thickness", options.thickness),
-            _length("deepest", options.deepest),
+            length_of("thickness", options.thickness),
+            length_of("deepest", options.deepest),
         )
         curve_figures.draw_indentation(fit, options.picture)
     else:
@@ -79,7 +85,7 @@ def curve(options: argparse.Namespace) -> int:
     if options.json:
         write(_line(measured, checks, fit))
     elif not options.quiet:
-        notes = [f"note: {remark}" for remark in measured.remarks]
+        notes += [f"note: {remark}" for remark in measured.remarks]
         notes += [f"warning: {check}" for check in checks]
         fitted = [] if fit is None else ["", *fit.parts]
         show(table(("", "", ""), _rows(measured), left=1), *notes, *fitted)
@@ -87,9 +93,16 @@ def curve(options: argparse.Namespace) -> int:
     return 0 if fit is None or fit.converged else 1
 
 
-def _length(name: str, text: str) -> float:
-    """Return a length (Å), infinite if it is not given."""
+def length_of(name: str, text: str) -> float:
+    """Return the length of an option (Å), infinite if it is not given."""
     return quantity(name, text, LENGTHS, "500 nm") if text else math.inf
+
+
+def stiffness_of(options: argparse.Namespace) -> float | None:
+    """Return the given spring constant of the cantilever (eV/Å^2), or None."""
+    if not options.cantilever:
+        return None
+    return quantity("cantilever", options.cantilever, WORKS, "0.05 N/m")
 
 
 def _rows(measured: ForceCurve) -> list[tuple[str, str, str]]:

@@ -108,6 +108,8 @@ def make_parser() -> argparse.ArgumentParser:
     if "fitting" in found_parts():
         summary = "read a measured force curve and fit an indenter to it"
         _add_curve(command("curve", summary, "curve.curve"))
+        summary = "fit an indenter to many force curves: a map, or a series"
+        _add_curves(command("curves", summary, "curves.curves"))
         _add_fit(command("fit", "fit a scene to a measured force curve", "fit.fit"))
     summary = "write maps of pressure and gap of a run"
     maps = command("maps", summary, "runs.write_maps")
@@ -248,6 +250,7 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
         "attraction_range, force_offset, force_slope (default: work_of_adhesion); of a "
         "path in time also relaxation_moduli, relaxation_times (default: both)",
     )
+    _add_which(parser)
     _add_reading(parser)
     _add_picture(parser, "fit.png")
     _add_output(parser, "of the result")
@@ -256,13 +259,11 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
 def _add_curve(parser: argparse.ArgumentParser) -> None:
     _add_path(parser, "curve", type=Path, help="force curve: table, or export")
     parser.add_argument(
-        "--indenter",
-        metavar="SHAPE",
+        "--at",
+        metavar="X,Y",
         default="",
-        help='shape to fit, with its dimensions: "sphere 5 um", "cone 35 deg"',
+        help='the curve of a map that was measured there: "2 um, 3.5 um"',
     )
-    text = "largest indentation that is fitted"
-    parser.add_argument("--deepest", metavar="LENGTH", default="", help=text)
     parser.add_argument(
         "--relaxation",
         metavar="TERMS",
@@ -270,17 +271,52 @@ def _add_curve(parser: argparse.ArgumentParser) -> None:
         default=0,
         help="number of relaxation times of a fit of approach and hold over time",
     )
+    _add_indenter(parser)
+    _add_which(parser)
+    _add_reading(parser)
+    _add_picture(parser, "curve.png")
+    _add_output(parser, "of the result")
+
+
+def _add_curves(parser: argparse.ArgumentParser) -> None:
+    text = "maps, archives, files of force curves, or folders of them"
+    _add_path(parser, "files", nargs="+", type=Path, help=text)
+    _add_indenter(parser)
+    _add_reading(parser)
+    _add_out(parser, "roughcontact-curves")
+    _add_workers(parser)
+    _add_output(parser, "per curve")
+
+
+def _add_indenter(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the fit of an indenter."""
+    parser.add_argument(
+        "--indenter",
+        metavar="SHAPE",
+        default="",
+        help='shape to fit, with its dimensions: "sphere 5 um", "cone 35 deg"',
+    )
+    text = "largest indentation that is fitted"
+    parser.add_argument("--deepest", metavar="LENGTH", default="", help=text)
     text = "of a layer on a rigid base"
     parser.add_argument("--thickness", metavar="LENGTH", default="", help=text)
     parser.add_argument(
         "--cantilever",
         metavar="STIFFNESS",
         default="",
-        help='spring constant: "0.05 N/m" (default: that in the file)',
+        help='spring constant: "0.05 N/m" (default: the value in the file)',
     )
-    _add_reading(parser)
-    _add_picture(parser, "curve.png")
-    _add_output(parser, "of the result")
+
+
+def _add_which(parser: argparse.ArgumentParser) -> None:
+    """Add the option that chooses one of several curves."""
+    parser.add_argument(
+        "--curve",
+        dest="curve_number",
+        metavar="NUMBER",
+        type=lambda text: int(text) if text.isdecimal() else text,
+        help="which curve of a map or an archive, from 1, or its name in an archive",
+    )
 
 
 def _add_reading(parser: argparse.ArgumentParser) -> None:
@@ -292,14 +328,7 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
         "--sensitivity",
         metavar="LENGTH",
         default="",
-        help='of the deflection: "50 nm/V" (default: that in the file)',
-    )
-    parser.add_argument(
-        "--curve",
-        dest="curve_number",
-        metavar="NUMBER",
-        type=lambda text: int(text) if text.isdecimal() else text,
-        help="which curve of a map or an archive, from 1, or its name in an archive",
+        help='of the deflection: "50 nm/V" (default: the value in the file)',
     )
     parser.add_argument(
         "--columns",

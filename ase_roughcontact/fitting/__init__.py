@@ -1,3 +1,9 @@
 """Parameters of a contact from measured force curves."""
 
-SHOWN: dict[str, dict[str, str]] = {}
+SHOWN = {
+    "api": {
+        "FittedCurve": "series.row",
+        "fit_curves": "series.run",
+        "read_fitted_curves": "series.run",
+    }
+}

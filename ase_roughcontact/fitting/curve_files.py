@@ -78,7 +78,10 @@ def read_curve(
     if all(part.kind is not None for part in read.parts):
         turn = sum(part.count for part in read.parts if part.kind == "approach")
     whole = _force_curve(file, read, turn)
-    return whole if branch is None else _only(file, whole, branch)
+    try:
+        return whole if branch is None else whole.only(branch)
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from error
 
 
 def read_in_time(
@@ -117,7 +120,9 @@ def read_in_time(
     if branch is not None:
         kept = [part for part in read.parts if part.kind == branch]
         if not kept:
-            raise ValueError(_no_branch(file, branch))
+            raise ValueError(
+                f"{file}: there are no points of the {branch}: leave out --branch"
+            )
         read = replace(read, parts=kept)
     found, known = read.joined(), read.stiffness
     if known is not None and "deflection" in found:
@@ -197,25 +202,6 @@ def _force_curve(file: PathName, read: Measurement, turn: int | None) -> ForceCu
     return ForceCurve(depth, force, stiffness, turn, read.remarks, read.table.position)
 
 
-def _only(file: PathName, curve: ForceCurve, branch: str) -> ForceCurve:
-    """Return one branch of a curve."""
-    direction = {"approach": -1.0, "retraction": 1.0}[branch]
-    for each in curve.branches:
-        if each.direction == direction:
-            turn = each.points.stop - each.points.start if direction < 0.0 else 0
-            return replace(
-                curve,
-                depth=curve.depth[each.points],
-                force=curve.force[each.points],
-                turn=turn,
-            )
-    raise ValueError(_no_branch(file, branch))
-
-
-def _no_branch(file: PathName, branch: str) -> str:
-    return f"{file} contains no points of the branch {branch!r}: leave out --branch"
-
-
 def _incomplete(file: PathName, read: Measurement) -> str:
     """Return the message for a file without a force or a depth."""
     found = read.joined()
@@ -223,8 +209,8 @@ def _incomplete(file: PathName, read: Measurement) -> str:
     if is_complete and read.stiffness is None:
         return (
             f"{file} does not have the spring constant of the cantilever (deflection = "
-            'force/stiffness): give [path] kind = "loop" and cantilever = "5 N/m" in '
-            "the scene"
+            'force/stiffness): give --cantilever "5 N/m", or for a scene cantilever in '
+            "[path]"
         )
     columns = "distance (nm) or height (nm), and force (nN) or deflection (nm), or "
     return _missing(file, read.table, columns + "depth (nm) and force (nN)")

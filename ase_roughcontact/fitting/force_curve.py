@@ -25,6 +25,8 @@ _MEDIAN = 0.6745
 _FALLS = 8.0
 # Number of points over which the force at the turn is averaged.
 _NEAR = 10
+# Tension relative to the noise that shows an adhesive contact.
+_PULLS = 5.0
 # Least range of the base that is divided by (Å).
 _TINY = 1e-12
 # Part of the range of the base at either end; an approach leads from end to end.
@@ -217,6 +219,48 @@ class ForceCurve:
         """
         depth = self.depth + baseline / self.stiffness
         return replace(self, depth=depth, force=self.force - baseline)
+
+    def only(self, branch: str) -> ForceCurve:
+        """Return one branch of the curve.
+
+        Parameters
+        ----------
+        branch : {"approach", "retraction"}
+
+        Returns
+        -------
+        ForceCurve
+
+        Raises
+        ------
+        ValueError
+            If the branch has no points.
+        """
+        direction = {"approach": -1.0, "retraction": 1.0}[branch]
+        for each in self.branches:
+            if each.direction == direction:
+                depth = self.depth[each.points]
+                return replace(
+                    self,
+                    depth=depth,
+                    force=self.force[each.points],
+                    turn=len(depth) if direction < 0.0 else 0,
+                )
+        raise ValueError(f"there are no points of the {branch}: leave out --branch")
+
+    @property
+    def pull_off_force(self) -> float:
+        """Largest tension on the retraction, relative to the free force there (eV/Å).
+
+        Zero if it is not above the noise, NaN without a retraction.
+        """
+        branch = self.branches[-1] if self.branches else None
+        if branch is None or branch.direction < 0.0:
+            return math.nan
+        base, force = self.base[branch.points], self.force[branch.points]
+        far = np.argsort(base)[-math.ceil(_FAR * len(base)) :]
+        tension = float(np.median(force[far]) - force.min())
+        return tension if tension > _PULLS * self.noise else 0.0
 
     @property
     def drawn(self) -> ForceCurve:

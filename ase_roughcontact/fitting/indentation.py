@@ -183,13 +183,7 @@ def fit_indentation(
     neighbouring points count as fewer points: as many as in white noise with the same
     number of changes of sign.
     """
-    branch = curve.branches[0]
-    part = replace(
-        curve,
-        depth=curve.depth[branch.points],
-        force=curve.force[branch.points],
-        turn=len(curve.depth[branch.points]) if branch.direction < 0.0 else 0,
-    )
+    part = curve.only("approach" if curve.branches[0].direction < 0.0 else "retraction")
     model = _Model(part, indenter, thickness, with_slope)
     compared = np.ones(len(part.force), bool)
     values, converged = model.solve(compared, model.first(compared))

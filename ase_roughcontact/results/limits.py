@@ -23,13 +23,11 @@ from ase_roughcontact.windows.fixed import at_edge
 LEAST_EDGE_ZONE = 7.0
 #: Largest relative error of force or area that a given `fmax` may leave.
 LARGEST_ERROR_BY_FMAX = 0.01
-# Name of the limit of the mean pressure.
+# Names of the limits by the hardness.
 _MEAN_PRESSURE = "mean pressure/hardness"
-# Name of the limit of the largest pressure.
 _LARGEST_PRESSURE = "largest pressure/hardness"
-# Name of the limit of the largest pressure if the hardness is not known.
 _PRESSURE_OVER_BOUND = "largest pressure/bound of the hardness"
-# Separator of the entries of the column `validity`.
+# Separator of the entries of the column.
 _SEPARATOR = "; "
 
 
@@ -78,8 +76,7 @@ class Check:
 
 def violations(step: RelaxedStep) -> str:
     """Return the limits that a relaxed step exceeds, with values; empty if none."""
-    entries = [check.violation(step) for check in CHECKS]
-    return _SEPARATOR.join(filter(None, entries))
+    return _SEPARATOR.join(filter(None, (check.violation(step) for check in CHECKS)))
 
 
 def marked_for_hardness(
@@ -258,8 +255,8 @@ CHECKS = (
     ),
     Check(
         f"{_PRESSURE_OVER_BOUND} > 1",
-        "the hardness is not known, and no listed material is harder than "
-        f"{LARGEST_RELATIVE_HARDNESS:.3g} E*: give a hardness, infinity for a rubber",
+        "hardness not known, and no material of the table is harder than "
+        f"{LARGEST_RELATIVE_HARDNESS:.3g} E*: give it, infinity for a rubber",
         lambda s: float(s.fields.pressure.max()) / s.options.hardness_bound,
     ),
     Check(
@@ -345,14 +342,14 @@ CHECKS = (
     ),
     Check(
         "new area/contact area > 0.1",
-        "coupled atoms stick as if in contact since the beginning of the step; at this "
-        "limit the area of a smooth sphere is 8 % too small: load in more steps",
+        "coupled atoms stick as if in contact since the beginning of the step, a "
+        "smooth sphere in an area 8 % too small about this limit: load in more steps",
         lambda s: s.lateral.new_contact if s.lateral else math.nan,
     ),
     Check(
         "slip/shortest wavelength > 0.1",
-        "heights are taken at the first place of the indenter, but its shortest waves, "
-        "or the contact of a smooth sphere, have moved",
+        "heights below the indenter are those before it slides, and the shortest waves "
+        "(of a smooth sphere, its contact) have moved",
         _slip,
     ),
 )

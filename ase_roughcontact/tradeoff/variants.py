@@ -12,7 +12,7 @@ from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.scene import Scene
-from ase_roughcontact.stepping.accuracy import ATOMS_ERROR, LEVELS
+from ase_roughcontact.stepping.accuracy import LEVELS, OF_ATOMS
 from ase_roughcontact.topography import SelfAffine
 
 #: Number of realisations from which their spread is estimated; plans are checked on the
@@ -119,7 +119,7 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
         for error in _BETWEEN:
             yield "grid", f"{100 * error:g} %", {"solver.accuracy": error}
     else:
-        for error in (_LOOSE, ATOMS_ERROR):
+        for error in (_LOOSE, OF_ATOMS):
             yield "tolerance", f"{error:g}", {"solver.accuracy": error}
     if best.path.is_loop:
         for tolerance in _LOOPS:

@@ -1,6 +1,7 @@
 """Small files in the formats of instruments, which tests read."""
 
 import struct
+import zipfile
 
 import numpy as np
 import pytest
@@ -163,3 +164,86 @@ def uff(file, curve, stiffness, sensitivity):
         rows = zip(*columns, strict=True)
         lines += (f"{code}     {number}    {z:.9E}    {v:.9E} " for z, v in rows)
     file.write_text("\n".join(lines) + "\n")
+
+
+def jpk_map(file, curves, shape, pixel, stiffness=0.05, sensitivity=50e-9):
+    """Map of JPK: curves are places (m) and heights (m), forces (N) of both branches.
+
+    The grid has `shape` columns and rows at distances `pixel` (m) from the origin.
+    """
+
+    def properties(values):
+        return "".join(f"{key}={value}\n" for key, value in values.items())
+
+    size = np.array(shape) * pixel
+    grid = "force-scan-map.position-pattern.grid."
+    head = {
+        f"{grid}xcenter": size[0] / 2 - pixel / 2,
+        f"{grid}ycenter": size[1] / 2 - pixel / 2,
+        f"{grid}ulength": size[0],
+        f"{grid}vlength": size[1],
+        f"{grid}ilength": shape[0],
+        f"{grid}jlength": shape[1],
+    }
+
+    def linear(prefix, unit, multiplier):
+        keys = {"offset": 0.0, "multiplier": multiplier, "unit.unit": unit}
+        return {f"{prefix}scaling.{key}": value for key, value in keys.items()}
+
+    def channel(name, base, conversions):
+        prefix = f"channel.{name}."
+        found = {f"{prefix}data.encoder.type": "signedinteger"}
+        found |= linear(f"{prefix}data.encoder.", *conversions.pop(base))
+        prefix += "conversion-set."
+        found |= {f"{prefix}conversions.base": base}
+        for each, (unit, multiplier) in conversions.items():
+            at = f"{prefix}conversion.{each}."
+            found |= linear(at, unit, multiplier)
+            found |= {f"{at}name": each, f"{at}base-calibration-slot": base}
+            base = each
+        return found
+
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("header.properties", properties(head))
+        archive.writestr("index/", "")
+        for number, ((x, y), *branches) in enumerate(curves):
+            folder = f"index/{number}/"
+            place = {"x": x, "y": y}
+            header = "force-scan-series.header.position"
+            keys = {f"{header}.{axis}": value for axis, value in place.items()}
+            keys |= {f"{header}-index": number}
+            archive.writestr(folder, "")
+            archive.writestr(f"{folder}header.properties", properties(keys))
+            for segment, (style, (height, force)) in enumerate(
+                zip(("extend", "retract"), branches, strict=True)
+            ):
+                info = "force-segment-header."
+                steps = f"{info}settings.segment-settings."
+                keys = {
+                    f"{info}num-points": len(height),
+                    f"{info}duration": 1.0,
+                    f"{info}approach-id": "made-up",
+                    f"{info}time-stamp": "2020-01-01 12:00:00 +0000",
+                    f"{info}settings.style": style,
+                    f"{steps}duration": 1.0,
+                    f"{steps}z-start": 0.0,
+                    f"{steps}z-end": 0.0,
+                }
+                heights = {"absolute": ("m", 1e-13), "nominal": ("m", 1.0)}
+                keys |= channel("measuredHeight", "absolute", heights)
+                heights = {"volts": ("V", 1e-13), "calibrated": ("m", 1.0)}
+                keys |= channel("height", "volts", heights)
+                signal = {"volts": ("V", 1e-8), "distance": ("m", sensitivity)}
+                signal |= {"force": ("N", stiffness)}
+                keys |= channel("vDeflection", "volts", signal)
+                path = f"{folder}segments/{segment}/"
+                data = {
+                    "measuredHeight": height / 1e-13,
+                    "height": height / 1e-13,
+                    "vDeflection": force / stiffness / sensitivity / 1e-8,
+                }
+                archive.writestr(path, "")
+                archive.writestr(f"{path}segment-header.properties", properties(keys))
+                for name, values in data.items():
+                    whole = np.rint(values).astype(">i4").tobytes()
+                    archive.writestr(f"{path}channels/{name}.dat", whole)

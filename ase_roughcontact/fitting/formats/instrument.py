@@ -35,7 +35,7 @@ _SEGMENTS = {
 }
 # Metadata of afmformats that a user can give, with the options for them.
 _ADVICE = {
-    "spring constant": '[path] kind = "loop" and cantilever = "0.05 N/m" in the scene',
+    "spring constant": '--cantilever "0.05 N/m", or for a scene cantilever in [path]',
     "sensitivity": '--sensitivity "50 nm/V"',
 }
 

@@ -9,6 +9,7 @@ from itertools import groupby
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.fitting.formats.table import (
     CurveTable,
+    Position,
     Segment,
     TextColumn,
     segment_kind,
@@ -40,9 +41,16 @@ def read_jpk_text(lines: Mapping[int, str]) -> CurveTable:
             segments.append(Segment(kind, _columns(header, dict(group))))
     return CurveTable(
         segments,
-        _calibration(header, "springConstant", UNITS["N/m"]),
-        _calibration(header, "sensitivity", UNITS["m"]),
+        _quantity(header, "springConstant", UNITS["N/m"]),
+        _quantity(header, "sensitivity", UNITS["m"]),
+        _position(header),
     )
+
+
+def _position(header: Mapping[str, str]) -> Position | None:
+    """Return the place on the sample by a header; None if it is not known."""
+    x, y = (_quantity(header, f"{axis}Position", UNITS["m"]) for axis in "xy")
+    return None if x is None or y is None else Position(x, y)
 
 
 def _columns(header: Mapping[str, str], lines: Mapping[int, str]) -> list[TextColumn]:
@@ -58,7 +66,7 @@ def _columns(header: Mapping[str, str], lines: Mapping[int, str]) -> list[TextCo
     return columns
 
 
-def _calibration(header: Mapping[str, str], key: str, unit: float) -> float | None:
+def _quantity(header: Mapping[str, str], key: str, unit: float) -> float | None:
     """Return a number of a header in ASE's units; None if it is missing."""
     try:
         return float(header[key]) * unit

@@ -33,6 +33,8 @@ from ase_roughcontact.fitting.formats.uff import UFF_START, read_uff
 
 # First lines of texts that afmformats reads, of itself and of AFM workshop.
 _TEXTS_OF_AFMFORMATS = ("# afmformats ", "Force-Distance Curve")
+# Endings of the names of files with one curve each.
+_SINGLE = (".jpk-force", ".ibw", ".csv", ".txt")
 
 
 def read_table(
@@ -91,6 +93,8 @@ def count_curves(file: PathName, calibration: Calibration | None = None) -> int:
         return len(archived_names(file))
     if is_jpk_map(file):
         return count_jpk_curves(file)
+    if not FORMATS and Path(file).suffix.lower() in _SINGLE:
+        return 1
     return read_table(file, curve=1, calibration=calibration).count
 
 

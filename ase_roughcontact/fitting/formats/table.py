@@ -218,6 +218,6 @@ def chosen_curve(file: PathName, curve: int | None, count: int) -> int:
         given = "" if curve is None else f", got {curve}"
         raise ValueError(
             f"{file} contains {count} force curves: choose one by --curve, a number "
-            f"from 1 to {count}{given}"
+            f"from 1 to {count}{given}, or fit all by ase-roughcontact curves"
         )
     return curve - 1

@@ -12,10 +12,11 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 from ase_roughcontact._util.files import PathName
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact.fitting.formats.table import (
     SEGMENTS,
     CurveTable,
+    Position,
     Segment,
     TextColumn,
     segment_kind,
@@ -33,6 +34,10 @@ _AWAY = {"distance": True, "calc ramp": False, "ramp": False}
 _NUMBER = r"([-+\d.eE]+)"
 # Stiffness of the cantilever in headers of NanoScope and Chiaro.
 _STIFFNESS = re.compile(rf"^\W*(?:\\Spring Constant:|k \(N/m\)) *\t?{_NUMBER}", re.M)
+# Place on the sample in a comment: "# x (um): 2.5".
+_PLACE = re.compile(
+    r"^# *([xy]) *\((\w+)\) *[:=] *([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)", re.M
+)
 _SENSITIVITY = re.compile(rf"\\@Sens\. DeflSens: V {_NUMBER} nm/V")
 
 
@@ -69,6 +74,7 @@ def read_text(
         _segments(file, names, rows),
         _found(_STIFFNESS, text, UNITS["N/m"]),
         _found(_SENSITIVITY, text, UNITS["nm"]),
+        _position(text),
     )
 
 
@@ -221,6 +227,16 @@ def _found(pattern: re.Pattern[str], text: str, unit: float) -> float | None:
     """Return a number of a header in ASE's units; None if it is missing."""
     found = pattern.search(text)
     return float(found[1]) * unit if found else None
+
+
+def _position(text: str) -> Position | None:
+    """Return the place on the sample by comments; None if it is missing."""
+    found = {
+        axis: float(value) * LENGTHS[unit]
+        for axis, unit, value in _PLACE.findall(text)
+        if unit in LENGTHS
+    }
+    return Position(found["x"], found["y"]) if len(found) == 2 else None
 
 
 def _is_number(cell: str) -> bool:

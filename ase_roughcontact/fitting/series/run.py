@@ -1,0 +1,290 @@
+"""Fits of many force curves, in parallel, which continue after an interruption."""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from ase_roughcontact._util.checked_rows import checked_rows
+from ase_roughcontact._util.files import PathName, locked, replaced, table_writer
+from ase_roughcontact._util.workers import worker_pool
+from ase_roughcontact.fitting.curve_checks import curve_checks
+from ase_roughcontact.fitting.curve_files import read_curve
+from ase_roughcontact.fitting.force_curve import ForceCurve
+from ase_roughcontact.fitting.indentation import IndentationFit, fit_indentation
+from ase_roughcontact.fitting.measurement import given_calibration
+from ase_roughcontact.fitting.series.listing import CurveName, listed_curves
+from ase_roughcontact.fitting.series.row import (
+    SEPARATOR,
+    FittedCurve,
+    curve_heads,
+    from_row,
+    to_row,
+)
+from ase_roughcontact.theory.indenters import named_indenter
+
+_log = logging.getLogger(__name__)
+# Number of curves that a worker fits one after the other.
+_BATCH = 16
+# Names of the files in the folder of results.
+_TABLE, _SETTINGS = "curves.csv", "settings.json"
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """How each of many curves is read and fitted.
+
+    Attributes
+    ----------
+    indenter : str
+        Shape and dimensions, see `named_indenter`; empty if nothing is fitted.
+    thickness, deepest : float
+        Thickness of a layer, and largest indentation that is compared (Å).
+    branch : str or None
+        Branch that is fitted, by default the approach.
+    stiffness, sensitivity, heads
+        See `read_curve`.
+    """
+
+    indenter: str = ""
+    thickness: float = math.inf
+    deepest: float = math.inf
+    branch: str | None = None
+    stiffness: float | None = None
+    sensitivity: str = ""
+    heads: tuple[str, ...] = ()
+
+
+def fit_curves(
+    files: Iterable[PathName] | str | Path,
+    indenter: str = "",
+    folder: PathName | None = None,
+    *,
+    thickness: float = math.inf,
+    deepest: float = math.inf,
+    branch: str | None = None,
+    stiffness: float | None = None,
+    sensitivity: str = "",
+    heads: Sequence[str] = (),
+    executor: Executor | None = None,
+    workers: int | None = None,
+) -> Iterator[FittedCurve]:
+    """Fit an indenter to many force curves: a map, an archive, or a series of files.
+
+    A curve that can't be read or fitted has a `message`, and the others go on.
+
+    Parameters
+    ----------
+    files : path or iterable of path
+        Files with one or more curves each, see `read_curve`, or folders of such files.
+    indenter : str
+        Shape and dimensions: ``"sphere 5 um"``, ``"cone 35 deg"``. Without it, the
+        curves are read and checked only.
+    folder : path, optional
+        Folder for ``curves.csv``, which gets a row for each curve as soon as it is
+        fitted. A run that was interrupted goes on where it ended.
+    thickness, deepest
+        See `fit_indentation` (Å).
+    branch, stiffness, sensitivity, heads
+        See `read_curve`. The pull-off force needs both branches in the file.
+    executor : Executor, optional
+        Executor of the fits, as in `run_ensemble`.
+    workers : int, optional
+        Number of processes of the default pool, by default one per processor; scripts
+        that use it need ``if __name__ == "__main__":``.
+
+    Yields
+    ------
+    FittedCurve
+        Result of each curve in the order of the files, including the curves of an
+        earlier run.
+
+    Raises
+    ------
+    ValueError
+        If there are no curves, the indenter is unknown, or the folder has the results
+        of other files or settings.
+    ImportError
+        If a package that reads the format is missing.
+    RuntimeError
+        If another run is writing the folder.
+
+    Notes
+    -----
+    E* is fitted as by `fit_indentation`, with its standard errors. A map of JPK is
+    opened once by each worker.
+    """
+    settings = FitSettings(
+        indenter, thickness, deepest, branch, stiffness, sensitivity, tuple(heads)
+    )
+    if indenter:
+        named_indenter(indenter)  # an error before the first curve
+    given = [files] if isinstance(files, (str, Path)) else list(files)
+    names = listed_curves(given, given_calibration(stiffness, sensitivity))
+    with ExitStack() as stack:
+        found: list[FittedCurve] = []
+        if folder is not None:
+            found, write = stack.enter_context(_table(Path(folder), settings, names))
+        yield from found
+        done, missing = len(found), names[len(found) :]
+        batches = [missing[i : i + _BATCH] for i in range(0, len(missing), _BATCH)]
+        fitted = stack.enter_context(
+            closing(_fitted(settings, batches, executor, workers))
+        )
+        for curve in fitted:
+            if folder is not None:
+                write(to_row(curve))
+            done += 1
+            _log.info("%d of %d curves", done, len(names))
+            yield curve
+
+
+def read_fitted_curves(file: PathName) -> list[FittedCurve]:
+    """Return the results in a file ``curves.csv``.
+
+    Parameters
+    ----------
+    file : path
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged.
+    """
+    with checked_rows(file) as rows:
+        return [from_row(row) for row in rows]
+
+
+@contextmanager
+def _table(
+    folder: Path, settings: FitSettings, names: Sequence[CurveName]
+) -> Iterator[tuple[list[FittedCurve], Callable[[Mapping[str, str]], None]]]:
+    """Yield the results of an earlier run, and a function that writes a further row."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / _TABLE
+    with locked(file):
+        _check_settings(folder, settings, names)
+        found = read_fitted_curves(file) if file.exists() else []
+        with table_writer(file, curve_heads(), map(to_row, found)) as write:
+            yield found, write
+
+
+def _check_settings(
+    folder: Path, settings: FitSettings, names: Sequence[CurveName]
+) -> None:
+    """Write the settings and files of a run, or compare them with the earlier run."""
+    files = {each.file: Path(each.file) for each in names}
+    sizes = [[path.name, path.stat().st_size] for path in files.values()]
+    values = {
+        key: "inf" if value == math.inf else value
+        for key, value in asdict(settings).items()
+    }
+    given = json.dumps({**values, "files": sizes}, indent=1)
+    file = folder / _SETTINGS
+    if not file.exists():
+        with replaced(file) as new:
+            Path(new).write_text(given, encoding="utf-8")
+        return
+    old, new = json.loads(file.read_text(encoding="utf-8")), json.loads(given)
+    changed = [key for key, value in new.items() if old.get(key) != value]
+    if changed:
+        raise ValueError(
+            f"{folder} has the results of another fit ({', '.join(changed)} differ): "
+            "give another folder by --out, or delete it"
+        )
+
+
+def _fitted(
+    settings: FitSettings,
+    batches: Sequence[Sequence[CurveName]],
+    executor: Executor | None,
+    workers: int | None,
+) -> Generator[FittedCurve, None, None]:
+    """Yield the results of batches in their order, from this or other processes."""
+    if executor is None and (workers == 1 or len(batches) <= 1):
+        for batch in batches:
+            yield from (_fit_curve(settings, name) for name in batch)
+        return
+    with worker_pool(executor, workers) as pool:
+        tasks = [pool.submit(fit_batch, settings, batch) for batch in batches]
+        try:
+            for task in tasks:
+                yield from task.result()
+        finally:
+            for task in tasks:
+                task.cancel()
+
+
+def fit_batch(settings: FitSettings, names: Sequence[CurveName]) -> list[FittedCurve]:
+    """Return the results of some curves."""
+    return [_fit_curve(settings, name) for name in names]
+
+
+def _fit_curve(settings: FitSettings, name: CurveName) -> FittedCurve:
+    """Return the result of a curve; an error becomes its message."""
+    result = FittedCurve(name.file, name.member, name.number)
+    try:
+        curve = read_curve(
+            name.file,
+            None,
+            settings.stiffness,
+            settings.sensitivity,
+            settings.heads,
+            name.number,
+        )
+        result = _measured(result, curve)
+        if settings.indenter:
+            fit = fit_indentation(
+                curve if settings.branch is None else curve.only(settings.branch),
+                named_indenter(settings.indenter),
+                settings.thickness,
+                settings.deepest,
+            )
+            result = _with_fit(result, fit)
+    except ImportError:  # no curve of this format can be read
+        raise
+    except Exception as error:
+        # the name of the file is in other columns
+        message = str(error).removeprefix(name.file).lstrip(":/ ")
+        message = message.removeprefix(name.member).lstrip(": ")
+        message = message.removeprefix(f", curve {name.number}").lstrip(": ")
+        return replace(result, message=message or type(error).__name__)
+    return result
+
+
+def _measured(result: FittedCurve, curve: ForceCurve) -> FittedCurve:
+    """Return a result with what is known without a fit."""
+    if (place := curve.position) is not None:
+        column = -1 if place.column is None else place.column
+        row = -1 if place.row is None else place.row
+        result = replace(result, x=place.x, y=place.y, column=column, row=row)
+    return replace(
+        result,
+        points=len(curve.force),
+        pull_off_force=curve.pull_off_force,
+        noise=curve.noise,
+        doubts=SEPARATOR.join(curve_checks(curve)),
+    )
+
+
+def _with_fit(result: FittedCurve, fit: IndentationFit) -> FittedCurve:
+    """Return a result with the fit of an indenter."""
+    doubts = [each for each in (result.doubts, *fit.warnings) if each]
+    return replace(
+        result,
+        contact_modulus=fit.contact_modulus,
+        contact_modulus_error=fit.contact_modulus_error,
+        contact_height=-fit.contact_depth,
+        contact_height_error=fit.contact_depth_error,
+        largest_indentation=float(fit.indentation[fit.compared].max()),
+        force_offset=fit.force_offset,
+        residual=fit.noise,
+        converged=fit.converged,
+        doubts=SEPARATOR.join(doubts),
+    )
