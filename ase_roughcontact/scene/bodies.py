@@ -19,7 +19,7 @@ from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.topography import HeightMap
 
 # Ratio of the largest contact radius of a theoretical curve to the radius of the steps.
-_EXTENT = 1.2
+_RADIUS_RATIO = 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,23 +117,27 @@ class Bodies:
         """
         if self.rough is None:
             return 1.0 / self.kappa_repulsive
-        return theory.inverse_kappa(self.contact_modulus, self.rough, *self._of_wall)
+        return theory.inverse_kappa(
+            self.contact_modulus, self.rough, *self._wall_parameters
+        )
 
     @property
     def rough_theory(self) -> theory.RoughSphereTheory:
         """Theory of the rough sphere."""
         sphere = self.radius, self.contact_modulus, self.rough
-        return theory.RoughSphereTheory(*sphere, *self._of_wall)
+        return theory.RoughSphereTheory(*sphere, *self._wall_parameters)
 
     @property
     def criteria(self) -> tuple[theory.Criterion, ...]:
         """Whether rough flats stick; empty without adhesion, and if smooth."""
         if self.rough is None or not self.wall.attractive:
             return ()
-        return theory.stickiness(self.rough, self.contact_modulus, *self._of_wall)
+        return theory.stickiness(
+            self.rough, self.contact_modulus, *self._wall_parameters
+        )
 
     @property
-    def _of_wall(self) -> tuple[float, float, float]:
+    def _wall_parameters(self) -> tuple[float, float, float]:
         """Work of adhesion, range of the attraction, and kappa without attraction."""
         wall = self.wall
         return wall.work_of_adhesion, wall.attraction_range, self.kappa_repulsive
@@ -236,5 +240,5 @@ class Bodies:
             # wider than the atoms under pressure: with the rim under tension
             highest = max(largest_force, -each.pull_off_force)
             radius = max(float(each.contact_radius(highest)), math.sqrt(area / math.pi))
-            found[label] = each.curve(_EXTENT * radius + self.spacing)
+            found[label] = each.curve(_RADIUS_RATIO * radius + self.spacing)
         return found

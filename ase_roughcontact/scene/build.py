@@ -41,10 +41,10 @@ from ase_roughcontact.topography import (
 from ase_roughcontact.topography.square_grid import SquareGrid
 
 # Hardness (GPa) that no solid exceeds: a larger value is in another unit.
-_LARGEST_HARDNESS = 1e3
+_MAX_HARDNESS = 1e3
 # Least default period of a local work of adhesion, in units of the radius within which
 # a touching sphere is in the range of the attraction.
-_ROOM = 4.0
+_PERIOD_PER_RANGE = 4.0
 
 
 def build(scene: SceneFile) -> Bodies:
@@ -103,10 +103,10 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         substrate_modulus = solid.contact_modulus
         if scene.sphere.material:
             solid = _with_tip(solid, scene.sphere.material)
-        bound = _hardness_bound(scene, solid, substrate_modulus)
+        hardness_bound = _hardness_bound(scene, solid, substrate_modulus)
         if creep is not None:  # the tip is elastic
-            part = solid.contact_modulus / substrate_modulus
-            solid = Viscoelastic(solid, creep.scaled(part))
+            ratio = solid.contact_modulus / substrate_modulus
+            solid = Viscoelastic(solid, creep.scaled(ratio))
     rough: Any = None
     if scene.topography is not None:
         with problems.of("topography"):
@@ -118,7 +118,8 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
             rough = scene.roughness.surface(spacing)
     problems.check()
 
-    alone, cell = scene.sphere.radius == math.inf, None
+    without_sphere = scene.sphere.radius == math.inf
+    cell = None
     with problems.of("sphere"):
         radius = _radius(scene, spacing)
         if radius == math.inf and rough is None:
@@ -131,7 +132,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         if radius == math.inf and rough is not None:
             pixel, cell, rough = _flat_cell(scene, rough, spacing)
             solid.check(pixel)
-        surface = RoughSphere(math.inf if alone else radius, rough, profile)
+        surface = RoughSphere(math.inf if without_sphere else radius, rough, profile)
     with problems.of("interaction"):
         wall = _wall(scene, solid, spacing, hardness)
     problems.check()
@@ -147,8 +148,8 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         with problems.of("solver"):
             RealFFT2((1, 1), **fft)
     problems.check()
-    given = "hardness" in scene.interaction.parameters
-    is_tip = alone and cell is None
+    wall_has_hardness = "hardness" in scene.interaction.parameters
+    is_tip = without_sphere and cell is None
     return Bodies(
         problem=Problem(
             indenter=surface,
@@ -160,8 +161,8 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
             fft=fft,
         ),
         symbol=substrate.symbol,
-        hardness=wall.hardness if given else hardness,
-        hardness_bound=math.nan if given else bound,
+        hardness=wall.hardness if wall_has_hardness else hardness,
+        hardness_bound=math.nan if wall_has_hardness else hardness_bound,
         radius=radius,
         rough=None if is_tip else rough,
         cell=cell,
@@ -191,15 +192,15 @@ def _radius(scene: SceneFile, spacing: float) -> float:
     if given is None:
         if scan is None:
             return DEFAULT_RADIUS * spacing
-        shape = "the scan does not say whether it is that of a whole tip"
+        reason = "the scan does not say whether it is a whole tip"
         if scan.tip.is_tip:
-            shape = (
+            reason = (
                 f"the scan itself has a radius of {tip_radius(scan)} at its highest "
                 "point"
             )
         raise ValueError(
-            f"{shape}: give radius = inf if it is the whole tip, or the radius of the "
-            "sphere that it is the roughness of"
+            f"{reason}: give radius = inf for a whole tip, or the radius of the sphere "
+            "for a scan of its roughness"
         )
     radius = sphere.plain(["radius"], lengths(spacing), "a0", sphere.unit).radius
     if not (isinstance(given, str) and 0.0 < radius < math.inf):
@@ -238,13 +239,13 @@ def _flat_cell(
 
 def _hardness(scene: SceneFile, solid: ElasticSolid) -> float:
     """Return the smaller known hardness of both bodies (eV/Å^3); NaN if unknown."""
-    given = scene.substrate.hardness
-    if given is None:
+    hardness = scene.substrate.hardness
+    if hardness is None:
         known = [each for each in _hardnesses(scene, solid) if not math.isnan(each)]
         return UNITS["GPa"] * min(known, default=math.nan)
-    if given != math.inf:
-        in_gpa("hardness", given, _LARGEST_HARDNESS)
-    return UNITS["GPa"] * given
+    if hardness != math.inf:
+        in_gpa("hardness", hardness, _MAX_HARDNESS)
+    return UNITS["GPa"] * hardness
 
 
 def _hardnesses(scene: SceneFile, solid: ElasticSolid) -> list[float]:
@@ -283,12 +284,12 @@ def _hardness_bound(scene: SceneFile, solid: ElasticSolid, modulus: float) -> fl
         tip_modulus = named_materials.material(tip).contact_modulus * UNITS["GPa"]
         moduli[tip] = min(tip_modulus, moduli.get(tip, math.inf))
     unknown = [
-        each
-        for name, each in moduli.items()
+        modulus
+        for name, modulus in moduli.items()
         if math.isnan(named_materials.hardness_of(name))
     ]
-    largest = named_materials.LARGEST_RELATIVE_HARDNESS
-    return largest * min(unknown, default=math.nan)
+    relative_hardness = named_materials.LARGEST_RELATIVE_HARDNESS
+    return relative_hardness * min(unknown, default=math.nan)
 
 
 def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:
@@ -300,19 +301,19 @@ def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:
         )
     tip = named_materials.material(name)
     modulus, poisson = tip.contact_modulus * UNITS["GPa"], tip.poisson
-    both = named_materials.combined_modulus(solid.contact_modulus, modulus)
+    combined = named_materials.combined_modulus(solid.contact_modulus, modulus)
     if solid.poisson is None:
-        return Isotropic(both)
+        return Isotropic(combined)
     if poisson is None:
         raise ValueError(
             f"Poisson's ratio of the material {name!r} is not known, which friction "
             "needs: leave it out"
         )
-    bodies = (solid.contact_modulus, solid.poisson), (modulus, poisson)
+    base, sphere = (solid.contact_modulus, solid.poisson), (modulus, poisson)
     return Isotropic(
-        both,
-        named_materials.combined_poisson(*bodies),
-        named_materials.dundurs_parameter(*bodies),
+        combined,
+        named_materials.combined_poisson(base, sphere),
+        named_materials.dundurs_parameter(base, sphere),
     )
 
 
@@ -327,10 +328,10 @@ def _wall(
         parameters["work_of_adhesion"] = named_materials.work_of_adhesion(*materials)
     if "attraction_range" in missing and all(materials):
         parameters["attraction_range"] = f"{named_materials.ATTRACTION_RANGE} nm"
-    softer_known = scene.substrate.hardness is not None or not any(
-        map(math.isnan, _hardnesses(scene, solid))
-    )
-    if "hardness" in missing and softer_known:
+    is_known = scene.substrate.hardness is not None
+    if not is_known:
+        is_known = not any(math.isnan(each) for each in _hardnesses(scene, solid))
+    if "hardness" in missing and is_known:
         parameters["hardness"] = hardness / UNITS["GPa"]
     return make_wall(kind, solid.contact_modulus, spacing, parameters)
 
@@ -343,8 +344,13 @@ def _local_adhesion(
         return None
     if not wall.attractive:
         kind = scene.interaction.kind
-        raise ValueError(f"needs a wall with a work of adhesion, got kind = {kind!r}")
-    in_range = 0.0
+        raise ValueError(
+            f"needs a wall with a work of adhesion, got kind = {kind!r}: give "
+            '[interaction] kind = "adhesive", or omit [heterogeneity]'
+        )
+    range_radius = 0.0
     if radius < math.inf:
-        in_range = math.sqrt(2.0 * radius * wall.reach)
-    return local_adhesion(scene.heterogeneity, spacing, _ROOM * in_range)
+        range_radius = math.sqrt(2.0 * radius * wall.reach)
+    return local_adhesion(
+        scene.heterogeneity, spacing, _PERIOD_PER_RANGE * range_radius
+    )

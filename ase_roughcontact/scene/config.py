@@ -42,16 +42,11 @@ class SubstrateConfig(KindSection):
     kinds = SOLIDS
     units = {
         "relaxation_times": "s",
-        **dict.fromkeys(
-            (
-                "contact_modulus",
-                "youngs_modulus",
-                "elastic_constants",
-                "hardness",
-                "layer_modulus",
-            ),
-            "GPa",
-        ),
+        "contact_modulus": "GPa",
+        "youngs_modulus": "GPa",
+        "elastic_constants": "GPa",
+        "hardness": "GPa",
+        "layer_modulus": "GPa",
     }
     file_keys = ("potential", "crystal")
     word_keys = ("shape", "spacing")
@@ -114,7 +109,8 @@ class SubstrateConfig(KindSection):
             return grid_shape(self.shape)
         if self.periodic:
             raise ValueError(
-                'shape = "auto" needs a free half space: give that of the cell, [n, m]'
+                'shape = "auto" needs a free half space: give the shape of the cell, '
+                "[n, m]"
             )
         return lookup(self.shape, {"auto": None}, "shape")
 

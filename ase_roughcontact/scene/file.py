@@ -215,9 +215,11 @@ class SceneFile:
         """The scene as the text of a file, without defaults that mean no value."""
         lines = []
         for title, entries in self.entries().items():
-            given = {k: v for k, v in entries.items() if v is not None}
-            values = (f"{key} = {_toml(value)}" for key, value in given.items())
-            lines += [f"[{title}]", *values, ""]
+            lines.append(f"[{title}]")
+            for key, value in entries.items():
+                if value is not None:
+                    lines.append(f"{key} = {_toml(value)}")
+            lines.append("")
         return "\n".join(lines)
 
     def with_values(self: AnyFile, values: Mapping[str, Any]) -> AnyFile:
@@ -265,15 +267,20 @@ class SceneFile:
         There are none if, and only if, both have the same `identity`.
         """
         changes = []
-        for title in (k for k, each in SECTIONS.items() if each.changes_results):
-            was, now = (each._compared.entries().get(title, {}) for each in (old, self))
-            first, second = (each._given.get(title, {}) for each in (old, self))
-            changes += [
-                f"[{title}] {key} was {_toml(was.get(key))}, is {_toml(now.get(key))}"
-                for key in {**was, **now}
-                if first.get(key) != second.get(key)
-                or (not (was and now) and was.get(key) != now.get(key))
-            ]
+        all_was, all_now = old._compared.entries(), self._compared.entries()
+        for title, section in SECTIONS.items():
+            if not section.changes_results:
+                continue
+            was, now = all_was.get(title, {}), all_now.get(title, {})
+            given_then = old._given.get(title, {})
+            given_now = self._given.get(title, {})
+            for key in {**was, **now}:
+                changed = given_then.get(key) != given_now.get(key)
+                if not (was and now):  # the section is new, or was removed
+                    changed = changed or was.get(key) != now.get(key)
+                if changed:
+                    values = f"was {_toml(was.get(key))}, is {_toml(now.get(key))}"
+                    changes.append(f"[{title}] {key} {values}")
         return changes
 
     @property

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ase_roughcontact.scene.scene import Scene
 
 # The solver for the wall finds the deepest state.
-_BY_SOLVER = {"solver.optimizer": None, "solver.fmax": None}
+_SOLVER_DEFAULTS = {"solver.optimizer": None, "solver.fmax": None}
 
 
 def deepest_atoms(scene: Scene) -> Atoms:
@@ -39,7 +39,7 @@ def deepest_atoms(scene: Scene) -> Atoms:
     RuntimeError
         If the solver for the wall does not converge.
     """
-    scene = scene.planned.with_values(_BY_SOLVER)
+    scene = scene.planned.with_values(_SOLVER_DEFAULTS)
     stepper = scene.stepper(scene.frames())
     target = float(scene.path.deepest_of(scene.targets.tolist()))
     relaxed = stepper.relax(stepper.start, target)

@@ -39,9 +39,9 @@ from ase_roughcontact.scene.section import Problems, Section, kind_of, lengths
 from ase_roughcontact.stepping.step import Stepper
 
 #: Largest number of steps of a path; all steps are kept in memory.
-MOST_STEPS = 1_000_000
+MAX_STEPS = 1_000_000
 # Columns of force curves, and their units.
-_OF_CURVES = {"time": "s", "distance": "nm", "deflection": "nm", "force": "nN"}
+_CURVE_UNITS = {"time": "s", "distance": "nm", "deflection": "nm", "force": "nN"}
 
 AnyPath = TypeVar("AnyPath", bound="PathKind")
 
@@ -118,7 +118,8 @@ class PathKind(Section):
             entries = each.own_entries(entries)
         kind = kind_of(cls.title, entries, PathKind.kind, PATHS)
         problems, types = Problems(), kind.types()
-        given, foreign = {}, dict[str, list[str]]()
+        given: dict[str, Any] = {}
+        foreign: dict[str, list[str]] = {}
         for key, value in entries.items():
             owners = [each for each in PATHS.values() if key in each.types()]
             if key in types or not owners:
@@ -128,8 +129,11 @@ class PathKind(Section):
         given.pop("kind", None)
         if foreign:
             keys = ", ".join(foreign)
-            of_all = [k for k in PATHS if all(k in each for each in foreign.values())]
-            other = of_all[0] if of_all else next(iter(foreign.values()))[0]
+            other = next(iter(foreign.values()))[0]
+            for name in PATHS:
+                if all(name in owners for owners in foreign.values()):
+                    other = name  # has all these keys
+                    break
             with problems.of(cls.title):
                 raise ValueError(
                     f'{keys} need kind = "{other}", got "{kind.kind}": omit {keys}, or '
@@ -186,9 +190,10 @@ class PathKind(Section):
         """Return the units in which targets may be given, with their values."""
         if self.unit not in FORCES:
             return lengths(bodies.spacing)
-        area = bodies.nominal_area
-        pressures = {} if math.isnan(area) else PRESSURES
-        return FORCES | {name: area * p for name, p in pressures.items()}
+        if not bodies.is_flat:
+            return FORCES
+        loads = {name: bodies.nominal_area * unit for name, unit in PRESSURES.items()}
+        return {**FORCES, **loads}
 
     def in_unit(self: AnyPath, keys: Iterable[str], bodies: Bodies) -> AnyPath:
         """Return the path with targets that are numbers in `unit`.
@@ -198,17 +203,16 @@ class PathKind(Section):
         ValueError
             See `Section.plain`; with the control that targets in other units need.
         """
-        found, units = self.unit, self.units_of_targets(bodies)
         try:
-            return self.plain(keys, units, found)
+            return self.plain(keys, self.units_of_targets(bodies), self.unit)
         except ValueError as error:
-            control, of = LOAD, "forces"
-            if found in FORCES:
-                control, of = PENETRATION, "lengths"
+            control, values = LOAD, "forces"
+            if self.unit in FORCES:
+                control, values = PENETRATION, "lengths"
             other = self.changed("control", control.name)
             with suppress(ValueError):
                 other.plain(keys, other.units_of_targets(bodies), other.unit)
-                error.args = (f'{error}; {of} need control = "{control.name}"',)
+                error.args = (f'{error}; {values} need control = "{control.name}"',)
             raise
 
     @property
@@ -244,8 +248,8 @@ class PathKind(Section):
 
     def count(self, bodies: Bodies) -> int | None:
         """Return the number of states; None if the path chooses them as it runs."""
-        known = type(self).targets is not PathKind.targets
-        return len(self.targets(bodies)) if known else None
+        has_targets = type(self).targets is not PathKind.targets
+        return len(self.targets(bodies)) if has_targets else None
 
     def schedule(self, bodies: Bodies) -> Schedule | None:
         """Return the targets as a function of time (s); None without times."""
@@ -387,11 +391,11 @@ class Steps(PathKind):
 
     def _interval(self) -> FloatArray:
         """Return the targets from the first to the last one."""
-        ends: Any = self.first, self.last
-        first, last = ends
+        first: Any = self.first
+        last: Any = self.last
         steps = integer("steps", self.steps, 1)
-        if steps > MOST_STEPS:
-            raise ValueError(f"steps must be at most {MOST_STEPS}, got {steps}")
+        if steps > MAX_STEPS:
+            raise ValueError(f"steps must be at most {MAX_STEPS}, got {steps}")
         finite(first=first, last=last)
         scales = {"geometric": np.geomspace, "linear": np.linspace}
         scale = lookup(self.scale, scales, "scale")
@@ -400,7 +404,7 @@ class Steps(PathKind):
                 "a geometric path needs first and last of one sign and not zero, got "
                 f"{first} and {last}"
             )
-        return scale(*np.array(ends, dtype=float), steps)
+        return scale(float(first), float(last), steps)
 
 
 def write_curve(
@@ -417,13 +421,13 @@ def write_curve(
     columns : mapping of str to iterable of float, length n
         Some of time (s), distance, deflection (Å), and force (eV/Å).
     """
-    units = {name: _OF_CURVES[name] for name in columns}
+    units = {name: _CURVE_UNITS[name] for name in columns}
     heads = ("branch", *(f"{name} ({unit})" for name, unit in units.items()))
-    scaled = (
-        [f"{value / UNITS[units[name]]:.8g}" for value in values]
-        for name, values in columns.items()
-    )
-    write_table(file, heads, zip(branches, *scaled, strict=True))
+    texts = []
+    for name, values in columns.items():
+        unit = UNITS[units[name]]
+        texts.append([f"{value / unit:.8g}" for value in values])
+    write_table(file, heads, zip(branches, *texts, strict=True))
 
 
 def turn_text(turn: LoadStep) -> str:
@@ -432,12 +436,11 @@ def turn_text(turn: LoadStep) -> str:
     return f"at {with_unit(force, 'nN')} and a depth of {with_unit(depth, 'nm')}"
 
 
-def stiffness_of(**given: float | None) -> float | None:
+def stiffness_of(key: str, stiffness: float | None) -> float | None:
     """Return in eV/Å^2 a stiffness that a key gives in N/m; None if not given."""
-    (stiffness,) = given.values()
     if stiffness is None:
         return None
-    positive(**given)
+    positive(**{key: stiffness})
     return stiffness * UNITS["N/m"]
 
 

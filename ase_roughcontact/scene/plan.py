@@ -26,16 +26,18 @@ from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.memory import frame_memory, friction_memory
 
-# Part of the necessary zone at the edge below which there is a warning: surfaces jump
+# Share of the necessary zone at the edge below which there is a warning: surfaces jump
 # atom by atom, in many steps.
-_RESOLVED = 0.25
-# _WIDE: contact radius in grid points above which a coarser grid is advised.
-# _PER_WAVE: points of the advised grid on the shortest wavelength.
-_WIDE, _PER_WAVE = 240, 4
-# Approximations of paths with friction; the second one only without coupling.
+_MIN_ZONE_SHARE = 0.25
+# Contact radius in grid points above which a coarser grid is advised.
+_MAX_POINTS_PER_RADIUS = 240
+# Points of the advised grid on the shortest wavelength.
+_POINTS_PER_WAVE = 4
+# Approximation of paths with friction.
 _SLIDING_LEFT_OUT = (
     "changes of the heights by sliding, which must be small compared to the roughness"
 )
+# Approximation of paths with friction without coupling.
 _COUPLING_LEFT_OUT = (
     ", and of the pressure by lateral tractions: none for a Poisson's ratio of 1/2"
 )
@@ -45,8 +47,9 @@ def warnings_of(scene: Any) -> list[str]:
     """Return warnings about scan, radius and grid of a `Scene`."""
     found = _range_warnings(scene.problem)
     if scene.topography is not None:
-        taken = lengths_in_spacings(scene, scene.spacing)
-        found += [taken] if taken else []
+        note = lengths_in_spacings(scene, scene.spacing)
+        if note:
+            found.append(note)
         found += scene.topography.warnings(scene.radius, scene.whole_tip is not None)
     return found + _spacing_warnings(scene)
 
@@ -62,15 +65,14 @@ def _range_warnings(problem: Problem) -> list[str]:
     modulus = problem.solid.contact_modulus * (creep.relaxed if creep else 1.0)
     work, length = wall.work_of_adhesion, wall.attraction_range
     zone = edge_zone(modulus, work, length) / spacing
-    if zone >= _RESOLVED * LEAST_EDGE_ZONE:
+    if zone >= _MIN_ZONE_SHARE * LEAST_EDGE_ZONE:
         return []
     least, nm = length * math.sqrt(LEAST_EDGE_ZONE / zone), UNITS["nm"]
     return [
-        f"the grid of {spacing / nm:.3g} nm does not resolve the range of the "
-        f"attraction, {length / nm:.3g} nm: at the edge of a contact its zone is "
-        f"{zone:.2g} spacings wide, and should be {LEAST_EDGE_ZONE:g} or more. "
-        f'Take a finer grid, or attraction_range = "{1.01 * least / nm:.3g} nm": while '
-        "Maugis' parameter is above 3, the pull-off force changes by about 1 %"
+        f"the zone of attraction at the edge of a contact is {zone:.2g} spacings of "
+        f"{spacing / nm:.3g} nm wide, and should be {LEAST_EDGE_ZONE:g} or more: give "
+        f'a finer grid, or attraction_range = "{1.01 * least / nm:.3g} nm" (the '
+        "pull-off force changes by about 1 % while Maugis' parameter is above 3)"
     ]
 
 
@@ -82,9 +84,9 @@ def _spacing_warnings(scene: Any) -> list[str]:
     areas = scene.planned.expected_areas
     radius = math.sqrt(areas.max(initial=0.0) / math.pi)
     wave = rough.short_wavelength
-    advised = float(f"{wave / _PER_WAVE / UNITS['nm']:.1g}")  # one digit
+    advised = float(f"{wave / _POINTS_PER_WAVE / UNITS['nm']:.1g}")  # one digit
     grid = scene.grid_change.spacing(scene.spacing)
-    if radius < _WIDE * grid or advised * UNITS["nm"] < 2.0 * grid:
+    if radius < _MAX_POINTS_PER_RADIUS * grid or advised * UNITS["nm"] < 2.0 * grid:
         return []
     return [
         f"the contact has a radius of about {radius / grid:.0f} points of the grid of "
@@ -132,9 +134,8 @@ def check_path(scene: Any) -> None:
     if len(failing) < len(steps):
         these = "this step" if len(failing) == 1 else f"these {len(failing)} steps"
         text += f"; or leave out {these}"
-    raise (MemoryError if isinstance(worst, MemoryError) else ValueError)(
-        text
-    ) from worst
+    kind = MemoryError if isinstance(worst, MemoryError) else ValueError
+    raise kind(text) from worst
 
 
 def plan_of(scene: Any) -> Plan:
@@ -143,8 +144,10 @@ def plan_of(scene: Any) -> Plan:
     If the domain of the roughness is too small, the advised one is planned as well, as
     a larger one may be rougher.
     """
-    path = scene.start, scene.control, scene.targets, scene.window
-    plan, friction = plan_path(scene.problem, *path), scene.friction
+    plan = plan_path(
+        scene.problem, scene.start, scene.control, scene.targets, scene.window
+    )
+    friction = scene.friction
     steps, left_out = list(plan.steps), plan.left_out
     if friction:  # steps with equal targets are one
         counts = Counter[float]()
@@ -152,8 +155,11 @@ def plan_of(scene: Any) -> Plan:
             counts[step.target] += step.count
         distinct = {step.target: step for step in steps}
         steps = [replace(step, count=counts[t]) for t, step in distinct.items()]
-        sliding = _SLIDING_LEFT_OUT + _COUPLING_LEFT_OUT * (not friction.coupled)
-        left_out = sliding, *(text for text in left_out if text != LATERAL_LEFT_OUT)
+        sliding = _SLIDING_LEFT_OUT
+        if not friction.coupled:
+            sliding += _COUPLING_LEFT_OUT
+        others = [text for text in left_out if text != LATERAL_LEFT_OUT]
+        left_out = (sliding, *others)
     for number, step in enumerate(steps):
         atoms = size_of(step.window) if step.window else 0
         memory = step.memory + frame_memory(atoms)
@@ -161,7 +167,7 @@ def plan_of(scene: Any) -> Plan:
             memory += friction_memory(atoms, friction.coupled)
         steps[number] = replace(step, memory=memory)
     if scene.scan is not None:
-        left_out = *left_out, COPIES_LEFT_OUT
+        left_out = (*left_out, COPIES_LEFT_OUT)
     plan = replace(plan, steps=tuple(steps), left_out=left_out)
     plan = with_files_of(scene, plan)
     if not plan.domain:
@@ -187,7 +193,9 @@ def _history(scene: Any) -> list[HistoryEntry]:
     """Return the entries of the history of a scene's surface."""
     names = [PLASTIC_DEPTH] if scene.wall.permanent else []
     if scene.friction:
-        names += [*LATERAL, *[TRACTION_DEPTH] * scene.friction.coupled]
+        names += LATERAL
+        if scene.friction.coupled:
+            names.append(TRACTION_DEPTH)
     if (creep := scene.solid.creep) is not None:
         names += [CREEP_PRESSURE] * len(creep.times) + [PRESSURE_RATE]
     return [entry_of(name) for name in names]

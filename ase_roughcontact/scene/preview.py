@@ -15,23 +15,24 @@ from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.windows.regrid import GridChange
 
 # Ratios of the spacings, tried in this order; the first one costs a sixteenth.
-_RATIOS = (4, 2, 1)
-# Part of the points and steps that are calculated. The time of small windows does not
-# decrease with their points, and a step far from the step before it takes about twice
-# the iterations.
-_PART = 1 / 256
+_SPACING_RATIOS = (4, 2, 1)
+# Share of the points times the steps that is calculated. The time of small windows
+# does not decrease with their points, and a step far from the step before it takes
+# about twice the iterations.
+_SHARE_OF_STEPS = 1 / 256
 # Number of steps of a preview on a coarser grid, if the path has more.
-_LEAST_STEPS = 3
-# Numbers of steps, and of points in all windows, below which a run takes tenths of a
-# second and less than ten times as long as one step on any grid.
-_FEW_STEPS, _FEW_POINTS = 10, 100_000
-# Number of points below which a path in time takes some seconds: its steps begin close
-# to their results.
-_FEW_POINTS_IN_TIME = 2_000_000
-# Part of the rms slope above which a grid loses too much.
-_LARGEST_LOSS = 0.5
+_MIN_STEPS = 3
+# Number of steps below which a run takes less than ten times as long as one step.
+_MAX_FEW_STEPS = 10
+# Number of points in all windows below which a run takes tenths of a second.
+_MAX_FEW_POINTS = 100_000
+# Number of points in all windows below which a path in time takes some seconds: its
+# steps begin close to their results.
+_MAX_FEW_POINTS_IN_TIME = 2_000_000
+# Share of the rms slope that a grid may lose.
+_MAX_LOST_SLOPE = 0.5
 # Wave number times the spacing of waves of a continuum.
-_LONG_WAVE = 1e-3
+_LONG_WAVE_NUMBER = 1e-3
 
 
 def preview(scene: Scene) -> Scene:
@@ -61,24 +62,24 @@ def preview(scene: Scene) -> Scene:
     whole = path.in_order
     if whole:
         points = path.expected_count(scene.bodies) * _points(scene.planned)
-        if points < _FEW_POINTS_IN_TIME:
+        if points < _MAX_FEW_POINTS_IN_TIME:
             return scene
     else:
         scene = scene.planned
         # the solid of a crystal takes longer than the steps
-        is_short = len(scene.targets) < _FEW_STEPS and not scene.substrate.of_atoms
-        if is_short and _points(scene) < _FEW_POINTS:
+        is_short = len(scene.targets) < _MAX_FEW_STEPS and not scene.substrate.of_atoms
+        if is_short and _points(scene) < _MAX_FEW_POINTS:
             return scene
     continuum = _continuum(scene)
-    for ratio in _RATIOS:
+    for ratio in _SPACING_RATIOS:
         coarse = continuum.with_grid(_coarser(scene.grid_change, ratio))
         if ratio == 1 or _is_possible(coarse):
             break
     if whole:
         return coarse
     steps = scene.targets / UNITS[scene.path.unit]
-    least = 1 if ratio == 1 else min(max(len(steps) - 1, 1), _LEAST_STEPS)
-    count = max(least, math.floor(_PART * ratio**2 * len(steps)))
+    least = 1 if ratio == 1 else min(max(len(steps) - 1, 1), _MIN_STEPS)
+    count = max(least, math.floor(_SHARE_OF_STEPS * ratio**2 * len(steps)))
     kept = np.linspace(0, len(steps) - 1, count + 1)[1:].round().astype(int)
     if scene.wall.depends_on_history:  # not without the steps at which the path turns
         turns = np.flatnonzero(np.diff(np.sign(np.diff(steps)))) + 1
@@ -122,7 +123,7 @@ def _poisson(scene: Scene) -> float:
 
     Both have the same mean lateral compliance for long waves.
     """
-    q, angles = _LONG_WAVE / scene.spacing, np.pi / 8.0 * np.arange(8)
+    q, angles = _LONG_WAVE_NUMBER / scene.spacing, np.pi / 8.0 * np.arange(8)
     xx, yy, _ = scene.solid.lateral_wave_compliance(
         q * np.cos(angles), q * np.sin(angles)
     )
@@ -139,6 +140,6 @@ def _coarser(change: GridChange, ratio: int) -> GridChange:
 def _is_possible(scene: Scene) -> bool:
     """Return whether a grid fits window and surface, and does not lose too much."""
     try:
-        return scene.lost_slope <= _LARGEST_LOSS
+        return scene.lost_slope <= _MAX_LOST_SLOPE
     except ValueError:
         return False

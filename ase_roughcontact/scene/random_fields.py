@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.fft import next_fast_len
 
+from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact._util.validation import lookup, nonnegative_array, positive
 from ase_roughcontact.scene.section import KindSection, Section, lengths
 from ase_roughcontact.theory.self_affine import numbers_of
@@ -22,8 +23,6 @@ from ase_roughcontact.topography import (
 )
 from ase_roughcontact.windows.memory import check_roughness
 
-# Tolerance within which a domain is a whole number of spacings.
-_ROUNDING = 1e-6
 #: Keys of the amplitude of a roughness, one of which is given.
 AMPLITUDES = "rms_slope", "rms_height", "rms_curvature"
 #: Rms slope of a roughness of which no amplitude is given.
@@ -83,12 +82,12 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
             if self.parameters:
                 raise ValueError(f"{', '.join(self.parameters)} needs kind")
             return self._self_affine(spacing)
-        kind, given = ROUGHNESSES.find(self.kind), self.given.keys() - {"kind"}
-        values = {
-            key: value
-            for key, value in self.contents().items()
-            if value is not None and (key in given or key in kind.parameters)
-        }
+        kind = ROUGHNESSES.find(self.kind)
+        values = {}
+        for key, value in self.contents().items():
+            is_chosen = key in self.given and key != "kind"
+            if value is not None and (is_chosen or key in kind.parameters):
+                values[key] = value
         surface = kind.of_parameters(**kind.converted_parameters(values, spacing))
         numbers_of(surface)
         return surface
@@ -187,11 +186,11 @@ def random_field(
     unit, units = section.unit, lengths(spacing)
     scale = lookup(unit, units, "unit")
     entries = section.plain(LENGTH_KEYS, units, unit).entries()
-    known = entries.keys() & SelfAffine.__dataclass_fields__.keys() - more.keys()
-    rough = SelfAffine(**{name: entries[name] for name in known}, **more)
-    domain = _domain(rough, spacing / scale, unit, least_domain / scale)
-    given = {name: entries[name] for name in LENGTH_KEYS} | {"domain": domain}
-    return replace(rough, **{k: v * scale for k, v in given.items() if v})
+    names = entries.keys() & SelfAffine.__dataclass_fields__.keys() - more.keys()
+    rough = SelfAffine(**{name: entries[name] for name in names}, **more)
+    entries["domain"] = _domain(rough, spacing / scale, unit, least_domain / scale)
+    in_angstrom = {key: entries[key] * scale for key in LENGTH_KEYS if entries[key]}
+    return replace(rough, **in_angstrom)
 
 
 def local_adhesion(
@@ -244,7 +243,7 @@ def _matrix(file: str) -> np.ndarray:
 
 def _domain(rough: SelfAffine, spacing: float, unit: str, least: float) -> float | None:
     """Return the domain: the given one, or a whole number of spacings."""
-    if rough.short_wavelength < (2.0 - _ROUNDING) * spacing:
+    if rough.short_wavelength < (2.0 - RATIO_ROUNDING) * spacing:
         raise ValueError(
             f"short_wavelength must be at least {2 * spacing:.4g} {unit}, two spacings "
             f"of the atoms, got {rough.short_wavelength:g} {unit}"
@@ -252,8 +251,8 @@ def _domain(rough: SelfAffine, spacing: float, unit: str, least: float) -> float
     side = rough.side / spacing
     if rough.domain is None and least > rough.side:
         side *= 2 ** math.ceil(math.log2(least / rough.side))
-        return next_fast_len(math.ceil(side - _ROUNDING)) * spacing
-    if abs(side - round(side)) <= _ROUNDING:
+        return next_fast_len(math.ceil(side - RATIO_ROUNDING)) * spacing
+    if abs(side - round(side)) <= RATIO_ROUNDING:
         return rough.domain
     points = math.ceil(side)
     if rough.domain is not None:

@@ -15,7 +15,7 @@ from ase_roughcontact._util.validation import FloatArray, unmasked
 from ase_roughcontact.scene.scene import Scene
 
 # Explanation for a sphere that touches with one asperity at all loads.
-_SINGLE = (
+_SINGLE_ASPERITY = (
     "no Eq. (4), as the sphere is as sharp as an asperity of its roughness; for "
     "comparison, {}"
 )
@@ -35,7 +35,7 @@ class NominalArea:
     pull_off_force: ClassVar[float] = 0.0
     name: ClassVar[str] = "nominal area"
     symbol: ClassVar[str] = "0"
-    sphere: ClassVar[str] = "that of the cell"
+    sphere: ClassVar[str] = "area of the cell"
     label: ClassVar[str] = "nominal area"
 
     def contact_area(self, normal_force: ArrayLike) -> FloatArray:
@@ -155,7 +155,9 @@ def _repulsive(scene: Scene) -> Reference:
     smooth = theory.Hertz(scene.radius, scene.contact_modulus)
     rough, hardness, nn = scene.rough, scene.wall.hardness, UNITS["nN"]
     if rough is not None and scene.bodies.rough_theory.single_asperity:
-        return Reference(scene, smooth, explanation=_SINGLE.format(smooth.name))
+        return Reference(
+            scene, smooth, explanation=_SINGLE_ASPERITY.format(smooth.name)
+        )
     found = Reference(scene, smooth, rough_above=None if rough is None else 0.0)
     if hardness < math.inf:
         sphere = scene.radius, scene.contact_modulus, hardness
@@ -206,7 +208,7 @@ def _rough(smooth: Reference) -> Reference:
         return smooth
     system = scene.bodies.rough_theory
     if system.single_asperity:
-        return replace(smooth, explanation=_SINGLE.format(smooth.explanation))
+        return replace(smooth, explanation=_SINGLE_ASPERITY.format(smooth.explanation))
     inverse_kappa = f"1/kappa = {scene.bodies.inverse_kappa:.3g}"
     comparison = f"for comparison, {smooth.explanation}"
     if scene.bodies.inverse_kappa > 0.0:

@@ -19,7 +19,7 @@ RESTART = "sweep.restart.npz"
 #: Files that are the results of a scene.
 RESULTS = RESTART, "sweep.traj", "places.csv"
 # Files and folders that commands write into the folder of any scene.
-_OUTPUTS = {
+_OUTPUT_NAMES = {
     RESTART,
     "cantilever.csv",
     "contact.png",
@@ -35,7 +35,7 @@ _OUTPUTS = {
     "view.traj",
 }
 # Endings of the files that are written for each of these names.
-_ENDINGS = "", ".new", ".lock"
+_FILE_ENDINGS = "", ".new", ".lock"
 
 
 def outputs() -> set[str]:
@@ -44,12 +44,12 @@ def outputs() -> set[str]:
     Pictures of all kinds of path are among them.
     """
     pictures = {name for kind in PATHS.values() for name in kind.captions}
-    return _OUTPUTS | pictures
+    return _OUTPUT_NAMES | pictures
 
 
 def check_inputs(scene: SceneFile) -> None:
     """Raise `ValueError` if a file of a scene has the name of one that is written."""
-    written = {name + ending for name in outputs() for ending in _ENDINGS}
+    written = {name + ending for name in outputs() for ending in _FILE_ENDINGS}
     for file in scene.files:
         if Path(file).name.lower() in written:
             raise ValueError(
@@ -184,6 +184,6 @@ def write_results(
         if not message:
             raise
         raise ValueError(
-            f"{message}; a path can be extended only by steps after its last one: "
-            "append to its lists, as values (another last or steps changes all)"
+            f"{message}; to extend a path, append to its lists, as values: another "
+            "last or steps changes all targets"
         ) from error

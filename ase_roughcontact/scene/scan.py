@@ -24,17 +24,19 @@ from ase_roughcontact.topography.scan_files import TEXT
 from ase_roughcontact.topography.spectrum import edge_step, has_edge_step, statistics
 
 # Share of missing points above which a scan is doubtful.
-_MOST_MISSING = 0.1
-# Least and largest rms slope of a scan that is not doubtful.
-_SLOPES = 1e-4, 1.0
+_MAX_MISSING_SHARE = 0.1
+# Least rms slope of a scan that is not doubtful.
+_MIN_RMS_SLOPE = 1e-4
+# Largest rms slope of a scan that is not doubtful.
+_MAX_RMS_SLOPE = 1.0
 # Share of the noise in the mean square slope above which a scan is doubtful.
-_MOST_NOISE = 0.1
+_MAX_NOISE_SHARE = 0.1
 # Size above which a scan is doubtful (Å).
-_LARGEST = 1e3 * UNITS["µm"]
+_MAX_SIZE = 1e3 * UNITS["µm"]
 # Size from which the size is printed in micrometres (Å).
-_IN_MICROMETRES = 10.0 * UNITS["µm"]
+_MIN_SIZE_IN_MICROMETRES = 10.0 * UNITS["µm"]
 # Rms height below which a scan is constant (Å).
-_CONSTANT = 1e-9
+_MIN_RMS_HEIGHT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -80,8 +82,8 @@ class TopographyConfig(Section):
         if not self.file:
             raise ValueError("give file, the name of the scan")
         if not self.role:
-            known = " or ".join(f'"{role}"' for role in ROLES)
-            raise ValueError(f"give role, the body that was scanned: {known}")
+            roles = " or ".join(f'"{role}"' for role in ROLES)
+            raise ValueError(f"give role, the body that was scanned: {roles}")
         file = Path(self.file)
         surface = _read(self, digest_of_file(file) if file.is_file() else "")
         if self.center == "highest" and surface.extent == 0.0:
@@ -97,7 +99,7 @@ class TopographyConfig(Section):
         surface, nm = self.surface, UNITS["nm"]
         measured: Any = surface.measurement
         (n, m), size = surface.shape, _size(surface)
-        name = "µm" if size.max() >= _IN_MICROMETRES else "nm"
+        name = "µm" if size.max() >= _MIN_SIZE_IN_MICROMETRES else "nm"
         width, height = size / UNITS[name]
         x, y = surface.center
         if self.role == "indenter":  # it was turned over
@@ -152,13 +154,12 @@ class TopographyConfig(Section):
         measured: Any = surface.measurement
         missing, size = measured.missing / math.prod(surface.shape), max(_size(surface))
         pressed, found = surface.statistics(), []
-        low, high = _SLOPES
-        if missing > _MOST_MISSING:
+        if missing > _MAX_MISSING_SHARE:
             found.append(
                 f"{100.0 * missing:.0f} % of the points are missing and are "
                 "interpolated: is a part of the scan enough, or another channel?"
             )
-        if pressed.rms_height < _CONSTANT:
+        if pressed.rms_height < _MIN_RMS_HEIGHT:
             found.append("all heights are the same: is it the channel of the height?")
         elif pressed.rms_height > radius and not whole_tip:
             found.append(
@@ -166,22 +167,24 @@ class TopographyConfig(Section):
                 f"radius of the sphere, {radius / nm:.3g} nm: are both units right?"
             )
         # the sides of a whole tip are steep
-        elif pressed.rms_slope < low or (pressed.rms_slope > high and not whole_tip):
+        elif pressed.rms_slope < _MIN_RMS_SLOPE or (
+            pressed.rms_slope > _MAX_RMS_SLOPE and not whole_tip
+        ):
             found.append(
-                f"the rms slope is {pressed.rms_slope:.3g}, usual are {low:g} to "
-                f"{high:g}: are the units of heights and of spacing right?"
+                f"the rms slope is {pressed.rms_slope:.3g}, usual are "
+                f"{_MIN_RMS_SLOPE:g} to {_MAX_RMS_SLOPE:g}: are the units of heights "
+                "and of spacing right?"
             )
-        if size > _LARGEST:
+        if size > _MAX_SIZE:
             found.append(
-                f"the scan is {size / _LARGEST:.3g} mm wide: is the unit of spacing "
+                f"the scan is {size / UNITS['mm']:.3g} mm wide: is the unit of spacing "
                 "right?"
             )
         if self.role == "indenter" and surface.tip.is_tip and not whole_tip:
             found.append(
                 f"the scan itself has a radius of about {tip_radius(surface)} at its "
-                "highest point, and the curvature of the sphere is added to "
-                "it: give radius = inf if it is the whole tip, or detrend = "
-                '"curvature" if it is roughness of the sphere'
+                "highest point, to which the curvature of the sphere is added: give "
+                'radius = inf for a whole tip, or detrend = "curvature" for roughness'
             )
         found += self._doubts_about_tip(radius, whole_tip)
         found += [*measured.doubts, *self._doubts_about_noise()]
@@ -193,8 +196,8 @@ class TopographyConfig(Section):
         if whole_tip and surface.tip.may_be_bow:
             yield (
                 f"the scan of the tip rises with a mean slope of {surface.tip.rise:.2g}"
-                ", as that of a flat with the bow of a scanner may: if it is a flat, "
-                'give detrend = "curvature"'
+                ", as a flat with the bow of a scanner may: if it is a flat, give "
+                'detrend = "curvature"'
             )
         if (
             self.role != "indenter"
@@ -206,14 +209,13 @@ class TopographyConfig(Section):
         if surface.tip.at_edge:
             yield (
                 "no tip found, as the highest point is on the edge: the scan is taken "
-                "as a periodic flat. Give margin, the distance from the edges within "
-                "which a tip is sought"
+                "as a periodic flat. Give margin, the least distance of a tip from the "
+                "edges"
             )
         else:
             yield (
                 "no tip found in the scan: it is taken as a periodic flat. Give role = "
-                '"substrate" if it is one, or the radius of the sphere that it is the '
-                "roughness of"
+                '"substrate" for a flat, or the radius of the sphere for its roughness'
             )
 
     def _doubts_about_noise(self) -> Iterator[str]:
@@ -227,8 +229,8 @@ class TopographyConfig(Section):
                 "real, give remove_outliers = true"
             )
         share = (measured.noise_slope / slope) ** 2 if slope else 0.0
-        if share > _MOST_NOISE:
-            what, advice = "noise makes", "a scan with less noise"
+        if share > _MAX_NOISE_SHARE:
+            cause, advice = "noise makes", "a scan with less noise"
             if 2.0 * noise.lines > noise.points and self.detrend != "lines":
                 advice = f'detrend = "lines", or {advice}'
             elif measured.noise_is_distinct:
@@ -238,14 +240,14 @@ class TopographyConfig(Section):
                 if lost < 1.0 - math.sqrt(max(1.0 - share, 0.0)):
                     advice = (
                         f'cutoff_wavelength = "{least / nm:.2g} nm", which also '
-                        f"removes about {100.0 * lost:.2g} % of the slope of the "
-                        f"surface and makes areas larger, or {advice}"
+                        f"removes about {100.0 * lost:.2g} % of the slope and enlarges "
+                        f"areas, or {advice}"
                     )
             else:
-                what = "noise, or waves shorter than two pixels, make"
+                cause = "noise, or waves shorter than two pixels, make"
                 advice = "a scan with smaller pixels"
             yield (
-                f"{what} up about {100.0 * min(share, 1.0):.0f} % of the mean square "
+                f"{cause} up about {100.0 * min(share, 1.0):.0f} % of the mean square "
                 f"slope, which changes areas: give {advice}"
             )
         if surface.periodic and has_edge_step(measured.heights):

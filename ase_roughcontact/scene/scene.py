@@ -53,7 +53,7 @@ from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = UNITS["nN"]
 # Least side of the atoms before a window is chosen.
-_FIRST_SIDE = 8
+_FIRST_WINDOW_SIDE = 8
 
 
 @dataclass(frozen=True)
@@ -100,12 +100,13 @@ class Scene(SceneFile):
 
     def with_grid(self, change: GridChange | None) -> Scene:
         """Return the scene with a given grid; None: chosen for the accuracy."""
-        given = (None, None) if change is None else (change.refine, change.coarsen)
-        values: dict[str, Any] = dict(zip(("refine", "coarsen"), given, strict=True))
+        values: dict[str, Any] = {
+            "substrate.refine": None if change is None else change.refine,
+            "substrate.coarsen": None if change is None else change.coarsen,
+        }
         if GridChange.of(spacing=self.substrate.spacing) is not None:
-            values["spacing"] = None
-        named = {f"substrate.{key}": value for key, value in values.items()}
-        return self.settled.with_values(named)
+            values["substrate.spacing"] = None
+        return self.settled.with_values(values)
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -239,7 +240,8 @@ class Scene(SceneFile):
             _ = self.record
             one_of(KEPT, keep=self.output.keep)
         with problems.of("friction"):
-            _ = self.friction and self.friction.law_on(self.spacing)
+            if self.friction:
+                self.friction.law_on(self.spacing)
             if self.friction and not self.path.has_friction:
                 kinds = [name for name, each in PATHS.items() if each.has_friction]
                 raise ValueError(
@@ -276,9 +278,9 @@ class Scene(SceneFile):
     @cached_property
     def planned(self) -> Scene:
         """The scene with the known targets that are planned and previewed."""
-        return self._with_known(self.path.planned(self.bodies))
+        return self._with_targets(self.path.planned(self.bodies))
 
-    def _with_known(self, path: PathKind) -> Scene:
+    def _with_targets(self, path: PathKind) -> Scene:
         """Return the scene with a path of known targets, without time."""
         if path is self.path:
             return self
@@ -328,12 +330,12 @@ class Scene(SceneFile):
 
     @cached_property
     def _on_grid(self) -> tuple[Problem, Box]:
-        return self._on(self.grid_change)
+        return self._problem_on(self.grid_change)
 
-    def _on(self, change: GridChange) -> tuple[Problem, Box]:
+    def _problem_on(self, change: GridChange) -> tuple[Problem, Box]:
         if self.shape:
             check_memory(change.shape(self.shape))
-        first = math.ceil(_FIRST_SIDE / change.coarsen) * change.coarsen
+        first = math.ceil(_FIRST_WINDOW_SIDE / change.coarsen) * change.coarsen
         n, m = self.shape or (first, first)
         window = Box((-(n // 2), -(m // 2)), (n, m))
         return on_grid(self.bodies.problem, window, change)
@@ -346,7 +348,8 @@ class Scene(SceneFile):
 
     def frames(self) -> ProblemAtoms:
         """Return the atoms of the path, which are made when they are needed."""
-        return ProblemAtoms(*self._on_grid, self.bodies.symbol, not self.control.free)
+        problem, window = self._on_grid
+        return ProblemAtoms(problem, window, self.bodies.symbol, not self.control.free)
 
     def stepper(self, frames: ProblemAtoms, scan_errors: bool = False) -> Stepper:
         """Return the stepper that relaxes the steps; see `relax`.
@@ -372,7 +375,7 @@ class Scene(SceneFile):
     def _scan_errors(self, options: StepOptions) -> ScanErrors:
         error = max(self.grid_model.error, LEVELS["fast"])
         model = replace(self.grid_model, accuracy=error)
-        problem, start = self._on(self._grid_of(model))
+        problem, start = self._problem_on(self._grid_of(model))
         return ScanErrors(
             problem,
             self.control,
@@ -393,7 +396,7 @@ class Scene(SceneFile):
 
     def check_path(self) -> None:
         """Raise an error if a step certainly can't be calculated; see `check_path`."""
-        check_path(self._with_known(self.path.certain(self.bodies)))
+        check_path(self._with_targets(self.path.certain(self.bodies)))
 
     def plan(self) -> Plan:
         """Return the windows, memory and time that the path will need.
@@ -430,8 +433,9 @@ class Scene(SceneFile):
         generator of LoadStep
         """
         frames = self.frames()
+        files.setdefault("keep", self.output.keep)
         output = Output(
-            **{"keep": self.output.keep} | files,
+            **files,
             record=record or self.record,
             columns=self.output.columns,
             frames=frames,

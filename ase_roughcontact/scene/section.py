@@ -35,7 +35,7 @@ from ase_roughcontact._util.validation import LARGEST, lookup, shown, unknown
 AnySection = TypeVar("AnySection", bound="Section")
 
 # Type of a key that has a list of names; other lists are of quantities.
-_NAMES = tuple[str, ...]
+_LIST_OF_NAMES = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,14 @@ class Section:
                 if name not in types:
                     raise ValueError(unknown(name, list(types), "key"))
                 if not any(_is_of_type(value, each) for each in types[name]):
-                    known = " or ".join(filter(None, map(_TYPES.get, types[name])))
-                    raise ValueError(f"{name} must be {known}, got {shown(value)}")
+                    accepted = [
+                        _NAME_OF_TYPE[each]
+                        for each in types[name]
+                        if each in _NAME_OF_TYPE
+                    ]
+                    raise ValueError(
+                        f"{name} must be {' or '.join(accepted)}, got {shown(value)}"
+                    )
                 for each in value if isinstance(value, (list, tuple)) else [value]:
                     cls._check_value(name, each, types[name])
         problems.check()
@@ -144,8 +150,10 @@ class Section:
         """Return the types that each key accepts."""
         hints = get_type_hints(cls)
         types = {each.name: members(hints[each.name]) for each in fields(cls)}
-        numbers = (key for key in cls.units if tuple not in types[key])
-        return types | {key: (*types[key], str) for key in numbers}
+        for key in cls.units:
+            if tuple not in types[key]:  # a number may be a string with a unit
+                types[key] = (*types[key], str)
+        return types
 
     def entries(self) -> dict[str, Any]:
         """Return the values by key, None for keys that are not given."""
@@ -154,13 +162,17 @@ class Section:
     def contents(self) -> dict[str, Any]:
         """Return the values by key as `canonical` compares them, files as paths."""
         entries = self.entries()
-        return entries | {k: Path(v) for k in self.file_keys if (v := entries[k])}
+        for key in self.file_keys:
+            if entries[key]:
+                entries[key] = Path(entries[key])
+        return entries
 
     @property
     def given(self) -> dict[str, Any]:
         """The `contents` that are not the default, as `canonical` compares them."""
-        usual, contents = canonical(type(self)().contents()), canonical(self.contents())
-        return {k: value for k, value in contents.items() if value != usual.get(k)}
+        defaults = canonical(type(self)().contents())
+        contents = canonical(self.contents())
+        return {k: value for k, value in contents.items() if value != defaults.get(k)}
 
     def changed(self: AnySection, name: str, value: Any) -> AnySection:
         """Return the section with another value of a key; see `of` for errors."""
@@ -195,10 +207,11 @@ class Section:
         ValueError
             If a string is not a number and a unit, or a unit is unknown.
         """
-        unit = units, target, default
-        return replace(
-            self, **{k: _converted(k, getattr(self, k), *unit) for k in keys}
-        )
+        converted = {
+            key: _converted(key, getattr(self, key), units, target, default)
+            for key in keys
+        }
+        return replace(self, **converted)
 
     @property
     def files(self) -> list[str]:
@@ -252,11 +265,11 @@ class KindSection(Section):
     @classmethod
     def of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
         """Return the section with the given entries; see `Section.of`."""
-        given = cls.checked(entries)
-        own = {each.name for each in fields(cls)}
-        others = [key for key in given if key not in own]
-        given["parameters"] = {key: given.pop(key) for key in others}
-        return cls(**given)
+        values = cls.checked(entries)
+        names = {each.name for each in fields(cls)}
+        others = [key for key in values if key not in names]
+        values["parameters"] = {key: values.pop(key) for key in others}
+        return cls(**values)
 
     @classmethod
     def types(cls) -> dict[str, tuple[type, ...]]:
@@ -363,13 +376,13 @@ def members(hint: Any) -> tuple[type, ...]:
     """Return the types of a union; lists of names with their parameters."""
     members = get_args(hint) if get_origin(hint) is UnionType else (hint,)
     return tuple(
-        member if member == _NAMES else get_origin(member) or member
+        member if member == _LIST_OF_NAMES else get_origin(member) or member
         for member in members
     )
 
 
 def _is_of_type(value: Any, kind: Any) -> bool:
-    if kind == _NAMES:
+    if kind == _LIST_OF_NAMES:
         is_list = isinstance(value, (list, tuple))
         return is_list and all(isinstance(each, str) for each in value)
     if kind is tuple:  # a list of quantities
@@ -386,8 +399,8 @@ def _is_of_type(value: Any, kind: Any) -> bool:
 
 
 # Descriptions of the types of values.
-_TYPES: dict[Any, str] = {
-    _NAMES: "a list of names",
+_NAME_OF_TYPE: dict[Any, str] = {
+    _LIST_OF_NAMES: "a list of names",
     tuple: "a list of numbers",
     bool: "true or false",
     float: "a number",

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -38,34 +39,42 @@ from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
 from ase_roughcontact.windows.regrid import GridChange
 
 # Relative difference within which a spacing equals the spacing of a crystal.
-_SAME_SPACING = 0.02
+_SPACING_TOLERANCE = 0.02
 # Modulus (GPa) that no solid exceeds: a larger value is in another unit.
-_LARGEST = 1e4
+_MAX_MODULUS = 1e4
 # Slabs for potentials of embedded atoms, which reach far and have a Hessian.
-_EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
-# Metals by the name of the calculator that has parameters for them.
-_METALS = {"emt": ("Al", "Cu", "Ag", "Au", "Ni", "Pd", "Pt")}
-# Surface of a crystal without a named surface.
-_SURFACE = "fcc100"
+_EAM_SLAB_OPTIONS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
+# Metals with parameters, by the name of the calculator.
+_METALS_OF_CALCULATOR = {"emt": ("Al", "Cu", "Ag", "Au", "Ni", "Pd", "Pt")}
+# Surface of a crystal if no surface is named.
+_DEFAULT_SURFACE = "fcc100"
 # Crystal direction of the rows of atoms along x, by the surface.
-_AXES = {"fcc100": "110", "bcc100": "100", "diamond100": "110"}
+_DIRECTION_OF_X = {"fcc100": "110", "bcc100": "100", "diamond100": "110"}
 # Formats of potentials by the ends of the names of their files.
-_FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}
+_POTENTIAL_FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}
 # Keys of crystals of atoms.
-_OF_ATOMS = "calculator", "potential", "crystal"
+_CRYSTAL_KEYS = "calculator", "potential", "crystal"
 # Keys of solids without the modulus of a material.
-_WITHOUT_MODULUS = "anisotropic", "rigid_base", *_OF_ATOMS
+_KEYS_WITHOUT_MODULUS = "anisotropic", "rigid_base", *_CRYSTAL_KEYS
 # Keys that give the moduli of a solid.
-_MODULI = "contact_modulus", "youngs_modulus", "elastic_constants", "poisson"
+_MODULUS_KEYS = "contact_modulus", "youngs_modulus", "elastic_constants", "poisson"
 # Keys that contradict each other: one of the first, one of the second, and why.
 _CONTRADICTIONS: list[tuple[tuple[str, ...], tuple[str, ...], str]] = [
-    (_OF_ATOMS, _MODULI, "{other} follows from the forces between the atoms: omit it"),
+    (
+        _CRYSTAL_KEYS,
+        _MODULUS_KEYS,
+        "{other} follows from the forces between the atoms: omit it",
+    ),
     (
         ("anisotropic",),
         ("contact_modulus", "youngs_modulus", "poisson"),
         "an anisotropic solid has elastic_constants instead of {other}: omit it",
     ),
-    (("rigid_base",), _MODULI, "a rigid base has no {other}: omit it or rigid_base"),
+    (
+        ("rigid_base",),
+        _MODULUS_KEYS,
+        "a rigid base has no {other}: omit it or rigid_base",
+    ),
     (
         ("contact_modulus", "youngs_modulus"),
         ("elastic_constants",),
@@ -74,7 +83,7 @@ _CONTRADICTIONS: list[tuple[tuple[str, ...], tuple[str, ...], str]] = [
     (("contact_modulus",), ("youngs_modulus",), "give {key} or {other}, not both"),
     (
         ("kind",),
-        (*_MODULI, *_OF_ATOMS, "anisotropic", "layer_thickness"),
+        (*_MODULUS_KEYS, *_CRYSTAL_KEYS, "anisotropic", "layer_thickness"),
         "{other} is of another solid: omit it or kind",
     ),
 ]
@@ -102,27 +111,37 @@ def solid_of(substrate: SubstrateConfig, spacing: float | None) -> ElasticSolid:
     """
     defaults = SubstrateConfig()
     given = {k for k, v in vars(substrate).items() if v != getattr(defaults, k)}
-    solids = [key for key in _SOLIDS if key in given]
+    solids = [key for key in _SOLID_OF_KEY if key in given]
     if len(solids) > 1:
-        raise ValueError(f"give one of {' and '.join(solids)}: they are several solids")
-    wrong = [
-        f"{key} needs {'one of ' * (len(needed) > 1)}{', '.join(needed)}"
-        for key, needed in _NEEDED.items()
-        if key in given and given.isdisjoint(needed)
-    ] + [
-        reason.format(key=key, other=other)
-        for keys, others, reason in _CONTRADICTIONS
-        for key in keys
-        for other in others
-        if {key, other} <= given
-    ]
-    if wrong:
-        raise ValueError("; ".join(wrong))
+        raise ValueError(f"give one of {' and '.join(solids)}: each is another solid")
+    contradictions = _contradictions(given)
+    if contradictions:
+        raise ValueError("; ".join(contradictions))
     if substrate.kind is not None or substrate.parameters:
         return _solid_of_kind(substrate, spacing)
     if solids:
-        return _SOLIDS[solids[0]](substrate)
+        return _SOLID_OF_KEY[solids[0]](substrate)
     return Isotropic(UNITS["GPa"] * _modulus(substrate), substrate.poisson)
+
+
+def _contradictions(given: set[str]) -> list[str]:
+    """Return errors of keys without a key that they need, or beside another one.
+
+    Parameters
+    ----------
+    given : set of str
+        Keys with another value than their default.
+    """
+    found = []
+    for key, needed in _NEEDED_KEYS.items():
+        if key in given and given.isdisjoint(needed):
+            choice = "one of " if len(needed) > 1 else ""
+            found.append(f"{key} needs {choice}{', '.join(needed)}")
+    for keys, others, reason in _CONTRADICTIONS:
+        for key, other in product(keys, others):
+            if {key, other} <= given:
+                found.append(reason.format(key=key, other=other))
+    return found
 
 
 def named(substrate: SubstrateConfig) -> SubstrateConfig:
@@ -150,18 +169,18 @@ def named(substrate: SubstrateConfig) -> SubstrateConfig:
         return replace(given, symbol=given.symbol or SYMBOL)
     if given.symbol:
         raise ValueError(f"give symbol or material, got {given.symbol!r} and {name!r}")
-    known = material(name)
-    spacing = known.spacing if given.spacing is None else given.spacing
-    given = replace(given, symbol=known.symbol, spacing=spacing)
+    entry = material(name)
+    spacing = entry.spacing if given.spacing is None else given.spacing
+    given = replace(given, symbol=entry.symbol, spacing=spacing)
     if given.gives_moduli:
         return given
-    other = next((key for key in _WITHOUT_MODULUS if getattr(given, key)), "")
+    other = next((key for key in _KEYS_WITHOUT_MODULUS if getattr(given, key)), "")
     if other:
         raise ValueError(
             f"material = {name!r} gives the modulus of an isotropic half space, which "
             f"{other} does not have: give symbol instead of material"
         )
-    return replace(given, contact_modulus=known.contact_modulus)
+    return replace(given, contact_modulus=entry.contact_modulus)
 
 
 def is_crystal(substrate: SubstrateConfig) -> bool:
@@ -179,7 +198,7 @@ def is_crystal(substrate: SubstrateConfig) -> bool:
         spacing = substrate.plain(["spacing"], LENGTHS, "Å").spacing
     except ValueError:  # an unknown name or unit, which `build` reports
         return False
-    return spacing is None or math.isclose(spacing, own, rel_tol=_SAME_SPACING)
+    return spacing is None or math.isclose(spacing, own, rel_tol=_SPACING_TOLERANCE)
 
 
 def has_own_spacing(substrate: SubstrateConfig) -> bool:
@@ -195,8 +214,8 @@ def _own_spacing(substrate: SubstrateConfig) -> float | None:
     if not substrate.name:
         return None
     if substrate.material:
-        known = material(substrate.material)
-        return surface_spacing(known.symbol) if known.crystalline else None
+        entry = material(substrate.material)
+        return surface_spacing(entry.symbol) if entry.crystalline else None
     return surface_spacing(substrate.name)
 
 
@@ -241,17 +260,17 @@ def poisson_of(substrate: SubstrateConfig) -> float:
     ValueError
         If the ratio is neither given nor known.
     """
-    known = substrate.poisson
-    if known is None and substrate.elastic_constants is not None:
-        known = poisson_ratio(substrate.elastic_constants)
-    if known is None and substrate.name:
+    poisson = substrate.poisson
+    if poisson is None and substrate.elastic_constants is not None:
+        poisson = poisson_ratio(substrate.elastic_constants)
+    if poisson is None and substrate.name:
         with suppress(ValueError):
-            known = material(substrate.name).poisson
-    if known is None:
+            poisson = material(substrate.name).poisson
+    if poisson is None:
         raise ValueError(
             "friction needs Poisson's ratio, which is unknown: give poisson"
         )
-    return known
+    return poisson
 
 
 def creep_of(substrate: SubstrateConfig) -> Creep | None:
@@ -327,7 +346,7 @@ def _constants(substrate: SubstrateConfig) -> tuple[float, ...]:
     return constants
 
 
-def in_gpa(name: str, modulus: float, largest: float = _LARGEST) -> float:
+def in_gpa(name: str, modulus: float, largest: float = _MAX_MODULUS) -> float:
     """Return a modulus or a hardness after a check of its size (GPa)."""
     positive(**{name: modulus})
     if modulus > largest:
@@ -346,7 +365,8 @@ def _solid_of_kind(substrate: SubstrateConfig, spacing: float | None) -> Elastic
 
 def _cubic(substrate: SubstrateConfig) -> Cubic:
     c11, c12, c44 = (float(c) * UNITS["GPa"] for c in _constants(substrate))
-    return Cubic(c11, c12, c44, lookup(substrate.surface or _SURFACE, _AXES, "surface"))
+    surface = substrate.surface or _DEFAULT_SURFACE
+    return Cubic(c11, c12, c44, lookup(surface, _DIRECTION_OF_X, "surface"))
 
 
 def _layer(substrate: SubstrateConfig) -> Layer:
@@ -373,12 +393,14 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
             contents = digest_of_file(Path(file))
         except OSError as error:
             raise ValueError(f"can't read {file}: {error.strerror}") from error
-    elif substrate.symbol not in lookup(substrate.calculator, _METALS, "calculator"):
-        raise ValueError(
-            f"EMT knows the metals {', '.join(_METALS['emt'])}, got symbol = "
-            f"{substrate.symbol!r}: give one of them, or potential or crystal"
-        )
-    surface, symbol = substrate.surface or _SURFACE, substrate.symbol
+    else:
+        metals = lookup(substrate.calculator, _METALS_OF_CALCULATOR, "calculator")
+        if substrate.symbol not in metals:
+            raise ValueError(
+                f"EMT has the metals {', '.join(metals)}, got symbol = "
+                f"{substrate.symbol!r}: give one of them, or potential or crystal"
+            )
+    surface, symbol = substrate.surface or _DEFAULT_SURFACE, substrate.symbol
     solid = _crystal_of(bool(substrate.crystal), file, contents, symbol, surface)
     for key, found in (("symbol", solid.symbol), ("surface", solid.surface)):
         given = getattr(substrate, key)
@@ -399,29 +421,33 @@ def _crystal_of(
     # imports scipy.stats, which takes a fifth of the start of every command
     from matscipy.calculators.eam import EAM
 
-    kind = _FORMATS.get(Path(file).suffix, "eam/alloy")
+    kind = _POTENTIAL_FORMATS.get(Path(file).suffix, "eam/alloy")
     try:
         calculator = EAM(file, kind=kind)
     except Exception as error:
+        formats = ", ".join(_POTENTIAL_FORMATS)
         raise ValueError(
-            f"{file} is not a potential in the format {kind}: {error}. Known formats "
-            f"are {', '.join(_FORMATS)}; for others write a crystal with Python"
+            f"{file} is not a potential in the format {kind}: {error}. Give one of "
+            f"{formats}; for other formats write a crystal with Python"
         ) from error
-    return Crystal.from_calculator(calculator, symbol, surface, **_EAM_SLABS)
+    return Crystal.from_calculator(calculator, symbol, surface, **_EAM_SLAB_OPTIONS)
 
 
 # Solids other than the isotropic half space, by the key of [substrate] that asks for
-# them, and keys that only some of them have.
-_SOLIDS: dict[str, Callable[[SubstrateConfig], ElasticSolid]] = {
-    **dict.fromkeys(_OF_ATOMS, _crystal),
+# them.
+_SOLID_OF_KEY: dict[str, Callable[[SubstrateConfig], ElasticSolid]] = {
+    "calculator": _crystal,
+    "potential": _crystal,
+    "crystal": _crystal,
     "anisotropic": _cubic,
     "layer_thickness": _layer,
 }
-_NEEDED: dict[str, tuple[str, ...]] = {
-    "surface": (*_OF_ATOMS, "anisotropic"),
+# Keys that only some solids have, with the keys of which one must be given, too.
+_NEEDED_KEYS: dict[str, tuple[str, ...]] = {
+    "surface": (*_CRYSTAL_KEYS, "anisotropic"),
     "youngs_modulus": ("poisson",),
-    **dict.fromkeys(
-        ("layer_modulus", "layer_poisson", "rigid_base", "sliding"),
-        ("layer_thickness",),
-    ),
+    "layer_modulus": ("layer_thickness",),
+    "layer_poisson": ("layer_thickness",),
+    "rigid_base": ("layer_thickness",),
+    "sliding": ("layer_thickness",),
 }

@@ -21,7 +21,7 @@ from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.expected import contact_radius_on
 
 # Contact radius in spacings that resolves a smooth sphere.
-_RESOLUTION = 60
+_SPACINGS_PER_RADIUS = 60
 
 
 def lengths_in_spacings(scene: SceneFile, spacing: float) -> str:
@@ -97,7 +97,7 @@ def fitting_spacing(scene: SceneFile, bodies: Bodies) -> float | None:
         return None
     found = 0.0
     with suppress(ValueError):  # the path is checked later
-        found = _largest_radius(scene, bodies) / _RESOLUTION
+        found = _largest_radius(scene, bodies) / _SPACINGS_PER_RADIUS
     zone = _edge_zone(scene, bodies) / LEAST_EDGE_ZONE
     if zone > bodies.spacing:
         found = min(found, zone)

@@ -120,7 +120,7 @@ def test_keys_of_other_kinds_are_ignored_at_their_defaults():
     assert Scene.parse(f"[path]\n{older}").path == Loop(2.0)
 
 
-def test_a_loop_is_the_same_calculation_as_in_earlier_versions():
+def test_the_entries_of_a_loop_that_identify_its_calculation():
     assert Loop(2.0).given == {"kind": "loop", "deepest": 2}
 
 

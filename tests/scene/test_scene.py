@@ -70,16 +70,16 @@ def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
     path = "first = 0.2\nlast = 0.6\nsteps = 2"
     changed = SMALL.replace("60.0", "61.0").replace(path, "values = [0.3]")
     changed = changed.replace("[roughness]\nlong_wavelength = 16.0\n", "")
-    with pytest.raises(ValueError, match="contains results of another scene") as error:
+    with pytest.raises(ValueError, match="another scene") as error:
         next(Scene.parse(changed).run(tmp_path))
     text = str(error.value)
     assert "[sphere] radius was 60.0, is 61.0" in text
     assert "[path] values was not given, is [0.3]" in text
     assert "[roughness] long_wavelength was 16.0, is not given" in text
-    assert "append to its lists, as values" in text
+    assert "append to its lists" in text
     assert "profile" not in text and "was not given, is not given" not in text
     (tmp_path / "scene.toml").unlink()
-    with pytest.raises(ValueError, match=r"^can't resume: .* of another path"):
+    with pytest.raises(ValueError, match="can't resume"):
         next(Scene.parse(changed).run(tmp_path))
 
 
@@ -87,7 +87,7 @@ def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
 def test_a_run_does_not_replace_files_that_are_not_of_a_run(tmp_path, name):
     file = tmp_path / name
     file.write_text("distance (nm),force (nN)\n")
-    with pytest.raises(ValueError, match=f"{name} is not of a run.*another folder"):
+    with pytest.raises(ValueError, match=f"{name} .*another folder"):
         next(Scene.default().run(tmp_path))
     assert file.read_text() == "distance (nm),force (nN)\n"
 
@@ -108,7 +108,7 @@ HUGE = "9" * 400  # beyond all floats
     [
         ("spere", "radius = 3", r"unknown section 'spere'; .*'sphere'"),
         ("substrate", "symbl = 'Cu'", "unknown key 'symbl'; .*'symbol'"),
-        ("substrate", "shape = 32", "shape must be a list of numbers or a string"),
+        ("substrate", "shape = 32", "shape must be"),
         ("substrate", 'periodic = "false"', "periodic must be true or false"),
         ("substrate", "contact_modulus = nan", "contact_modulus must be .*, got nan"),
         ("substrate", "elastic_constants = [1.0, 2.0, 3.0]", "elastic_constants must"),
@@ -116,7 +116,7 @@ HUGE = "9" * 400  # beyond all floats
         ("substrate", "hardness = 5e3", "hardness is in GPa, at most 1000, got 5000"),
         ("substrate", "spacing = -2.5", "spacing must be .* number > 0, got -2.5"),
         ("substrate", 'symbol = "Sj"', "unknown chemical symbol 'Sj'$"),
-        ("substrate", "periodic = true", "shape = .auto. needs a free half space"),
+        ("substrate", "periodic = true", r"shape = .auto. .*give .*\[n, m\]"),
         ("sphere", "radius = -1", "radius must be a finite number > 0, got -1"),
         ("sphere", 'radius = "-1 nm"', "radius must be a finite .*, got '-1 nm'"),
         ("sphere", 'radius = "2 Å"', r"a0 = 2.553 Å, got '2 Å', 0.783 a0"),
@@ -132,15 +132,15 @@ HUGE = "9" * 400  # beyond all floats
         ("interaction", 'kind = "full"', "kind = 'full' needs work_of_adhesion"),
         ("interaction", "cutoff = 3\nexponent = 2", "has no cutoff, .* no exponent"),
         ("path", "values = [true]", "values must be a list of numbers, got"),
-        ("path", "values = []", "values must have at least one step"),
+        ("path", "values = []", "values must have"),
         ("path", f"values = [{HUGE}]", "values must be"),
         ("path", 'control = "lod"\nvalues = [1.0]', "unknown control 'lod'; .*'load'"),
-        ("path", "first = 1.0", "give either values, or .*, got first"),
-        ("path", "values = [1.0]\nfirst = 1.0", "give either .*, got values, first"),
+        ("path", "first = 1.0", "values, or .*, got first"),
+        ("path", "values = [1.0]\nfirst = 1.0", "values, or .*, got values, first"),
         ("path", "first = inf\nlast = 1\nsteps = 2", "first must be a finite number"),
         ("path", "first = 1\nlast = 2\nsteps = 0", "steps must be an integer >= 1"),
         ("path", "first = 1\nlast = 2\nsteps = 10000000", "steps must be at most 1000"),
-        ("path", "first = -1\nlast = 2\nsteps = 2", "geometric path needs first and"),
+        ("path", "first = -1\nlast = 2\nsteps = 2", "first and last .* got -1 and 2"),
         ("solver", "accuracy = 2.0", "accuracy must be a relative error from"),
         ("solver", 'accuracy = "exact"', "unknown accuracy 'exact'"),
         ("solver", "fmax = -1.0", "fmax must be a finite number > 0, got -1.0"),
@@ -175,7 +175,7 @@ def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
     with pytest.raises(ValueError, match=r"can't read the scene .*absent\.toml"):
         Scene.read(tmp_path / "absent.toml")
     np.save(tmp_path / "scan.npy", np.arange(6.0))
-    with pytest.raises(ValueError, match=r"scan\.npy is not a TOML file: it is not"):
+    with pytest.raises(ValueError, match=r"scan\.npy is not a TOML file"):
         Scene.read(tmp_path / "scan.npy")
 
 
@@ -192,15 +192,15 @@ def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
         (
             'substrate = { symbol = "W", shape = [0, 1] }',
             [
-                "the (100) surface of W is not known: its crystal is neither fcc",
-                "give spacing; the elastic constants of 'W'",
-                "or one of Ag, Al, Au, Cu, Ge, Ni, Si",
+                "the (100) surface of W",
+                "give spacing; ",
+                "Ag, Al, Au, Cu, Ge, Ni, Si",
                 "; [substrate] shape must be",
             ],
         ),
         (
             "friction = { coefficient = 0.3 }\npath = { values = [1.0] }",
-            ["sliding", "moves sideways", "or omit [friction]"],
+            ["sliding", "or omit [friction]"],
         ),
     ],
     ids=["types", "values", "path"],

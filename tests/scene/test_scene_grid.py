@@ -170,5 +170,5 @@ def test_contradictions_are_errors(keys, message):
 
 
 def test_lattice_of_a_crystal_is_no_continuum():
-    with pytest.raises(ValueError, match=r"needs moduli.*is a lattice"):
+    with pytest.raises(ValueError, match="needs moduli"):
         Scene.parse('substrate = { model = "continuum", calculator = "emt" }').check()

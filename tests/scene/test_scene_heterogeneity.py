@@ -54,7 +54,7 @@ def test_file_is_a_map_of_the_work_of_adhesion(tmp_path):
     "text, message",
     [
         (TEXT + "[heterogeneity]\n", "give rms, of a random field, or file"),
-        (RANDOM, r"\[heterogeneity\] needs a wall with a work"),
+        (RANDOM, r"\[heterogeneity\] .*kind = .repulsive.*omit \[heterogeneity\]"),
         (TEXT + RANDOM.replace("8 Å", "3 Å"), "short_wavelength must be at least"),
     ],
 )

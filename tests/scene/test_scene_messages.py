@@ -74,8 +74,8 @@ path = { values = [5.0] }
 @pytest.mark.parametrize(
     ("coarsen", "message"),
     [
-        (64, "64 .* at most 32, or 2 to"),
-        (12, r"12 must divide the domain .* 256 a0: choose a domain of 264 a0, .* Å$"),
+        (64, r"64 .* 64 a0: choose at most 32, or 2 "),
+        (12, r"12 .* 256 a0: choose a domain of 264 a0, .* Å$"),
     ],
 )
 def test_a_grid_too_coarse_for_the_roughness_says_what_to_choose(coarsen, message):

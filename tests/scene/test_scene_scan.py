@@ -111,7 +111,7 @@ def test_lengths_of_a_scan_may_have_units(folder):
     center = read(folder, section).rough.center
     assert center == read(folder, section.replace('"2 nm"', "2.0")).rough.center
     assert min(center) >= 20.0 and max(center) <= 106.0
-    with pytest.raises(ValueError, match=r"12.8 x 12.8 nm, is 9 nm from all edges"):
+    with pytest.raises(ValueError, match=r"12\.8 x 12\.8 nm.* 9 nm"):
         read(folder, section.replace("2 nm", "90 Å"))
 
 
@@ -138,12 +138,12 @@ def test_columns_of_an_ensemble_describe_the_scan(folder):
 @pytest.mark.parametrize(
     "section, message",
     [
-        ('[topography]\nrole = "substrate"', "give file, the name of the scan"),
+        ('[topography]\nrole = "substrate"', "give file"),
         ('[topography]\nfile = "scan.txt"', 'give role, .*: "indenter" or "substrate"'),
         (SECTION.replace("substrate", "tip"), "unknown role 'tip'"),
         (SECTION.replace("scan.txt", "none.txt"), r"cannot read a scan from .*none"),
         (SECTION + "center = [1.0]", "center must be"),
-        (SECTION + 'detrend = "tilt"', "unknown way to detrend 'tilt'"),
+        (SECTION + 'detrend = "tilt"', ".*detrend 'tilt'"),
     ],
 )
 def test_errors_name_the_section(folder, section, message):
@@ -296,5 +296,5 @@ def test_debris_on_the_edge_hides_a_tip_unless_there_is_a_margin(folder):
 def test_a_place_near_the_edge_of_a_scan_asks_for_a_margin(folder):
     scene = SMOOTH.replace("shape", "#shape")
     section = SECTION + 'unit = "nm"\ncenter = [2.0, 6.4]\n'
-    with pytest.raises(ValueError, match=r"or a place .* nm from the edges \(margin\)"):
+    with pytest.raises(ValueError, match=r" nm .*\(margin\)"):
         next(read(folder, section, scene).relax([8.0]))

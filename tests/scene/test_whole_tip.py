@@ -90,9 +90,13 @@ def test_theory_of_a_tip_is_that_of_its_radius_of_curvature(read):
     [
         ({"[topography]": "[roughness]\n[topography]"}, TIP, r"or \[topography\], not"),
         ({"radius = inf": ""}, TIP, r"radius of 10 nm ± \S+ % .* radius = inf"),
-        ({"radius = inf": ""}, ROUGH, "does not say .* radius = inf"),
-        ({}, -TIP, "on the edge of the scan: is the height reversed"),
-        ({'center = "highest"': ""}, -TIP, "not convex .* is the height reversed"),
+        ({"radius = inf": ""}, ROUGH, "give radius = inf"),
+        ({}, -TIP, "edge of the scan: is the height reversed"),
+        (
+            {'center = "highest"': ""},
+            -TIP,
+            "height reversed.* radius of the sphere",
+        ),
         ({'"none"': '"nome"'}, TIP, "did you mean 'none'"),
     ],
 )

@@ -109,7 +109,7 @@ def test_only_keys_of_its_type_accept_a_value(value, keys):
 def test_numbers_without_a_unit_are_said_to_have_none():
     text = '[substrate]\ncontact_modulus = 1.0\nrelaxation_moduli = ["1 MPa"]\n'
     text += "relaxation_times = [1.0]"
-    with pytest.raises(ValueError, match="relaxation_moduli are relative"):
+    with pytest.raises(ValueError, match=r"relaxation_moduli .*without a unit"):
         Scene.parse(text).check()
     message = refusal("interaction", "power-law", "exponent", '"3 nm"')
     assert "exponent must be a number" in message

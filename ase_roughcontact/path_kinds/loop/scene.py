@@ -76,7 +76,7 @@ class Loop(PathKind):
     @property
     def stiffness(self) -> float | None:
         """Stiffness of the cantilever (eV/Å^2); None without one."""
-        return stiffness_of(cantilever=self.cantilever)
+        return stiffness_of("cantilever", self.cantilever)
 
     def loop(self, bodies: Bodies) -> ContactLoop:
         """Return where the loop turns, its steps (Å) and the tolerance.

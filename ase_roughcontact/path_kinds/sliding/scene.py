@@ -34,7 +34,7 @@ from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.path_kind import MOST_STEPS, PathKind, stiffness_of
+from ase_roughcontact.scene.path_kind import MAX_STEPS, PathKind, stiffness_of
 from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.stepping.step import Stepper
 
@@ -131,8 +131,8 @@ class Sliding(PathKind):
                 f"{key} must be two or more, between which the indenter moves, got "
                 f"{len(found)}"
             )
-        if integer("steps", self.steps, 1) * len(found) > MOST_STEPS:
-            raise ValueError(f"a path has at most {MOST_STEPS} steps, got more")
+        if integer("steps", self.steps, 1) * len(found) > MAX_STEPS:
+            raise ValueError(f"a path has at most {MAX_STEPS} steps, got more")
         return key, found
 
     def targets(self, bodies: Bodies) -> FloatArray:
@@ -172,7 +172,7 @@ class Sliding(PathKind):
     @property
     def spring_stiffness(self) -> float | None:
         """Stiffness of the spring between base and indenter (eV/Å^2)."""
-        stiffness = stiffness_of(spring=self.spring)
+        stiffness = stiffness_of("spring", self.spring)
         check_spring(self.lateral_control, stiffness)
         return stiffness
 

@@ -107,7 +107,7 @@ class Timed(PathKind):
     @property
     def stiffness(self) -> float | None:
         """Stiffness of the cantilever (eV/Å^2); None without one."""
-        stiffness = stiffness_of(cantilever=self.cantilever)
+        stiffness = stiffness_of("cantilever", self.cantilever)
         try:
             check_cantilever(self.controlled, stiffness)
         except ValueError as error:
