@@ -21,21 +21,27 @@ from ase_roughcontact.topography.levelling import median_steps
 from ase_roughcontact.topography.noise import deviation
 
 # Standard deviations of the offsets of lines beyond which one is a bad line.
-_FAR = 8.0
-# Least number of points along a scar for each line across. Most lines across a scar.
-_LENGTH, _WIDTH = 8, 3
-# A scar is higher than these multiples of the standard deviation of differences of
-# neighbouring lines, of the largest such feature along y, and of the median along x.
-_DIFFERENCES, _ACROSS, _MEDIANS = 3.0, 2.0, 6.0
+_BAD_LINE_DEVIATIONS = 8.0
+# Least number of points of a line that is judged, and of a scar for each of its lines.
+_MIN_POINTS = 8
+# Largest number of lines of a scar.
+_MAX_SCAR_WIDTH = 3
+# Least height of a scar in standard deviations of differences of neighbouring lines.
+_SCAR_TO_DIFFERENCES = 3.0
+# Least height of a scar over the largest feature of the same shape along y.
+_SCAR_TO_ACROSS = 2.0
+# Least height of a scar over the median of features of the same shape along x.
+_SCAR_TO_MEDIAN = 6.0
 # Signs of scars, and of heights that are clipped: high and low.
 _SIGNS = (1.0, -1.0)
-# Part of the range of the heights that is negligible.
-_LEAST = 1e-6
+# Share of the range of the heights that is negligible.
+_NEGLIGIBLE_RANGE = 1e-6
 # Largest number of runs of lines that are named.
-_MOST_NAMES = 8
-# Least number of equal largest heights that are clipped. Its least ratio to the mean
-# number of points of one height.
-_CLIPPED, _CLIPPED_RATIO = 10, 5.0
+_MAX_NAMED_RUNS = 8
+# Least number of points of the largest height that are clipped.
+_MIN_CLIPPED_POINTS = 10
+# Least ratio of this number to the mean number of points of one height.
+_MIN_CLIPPED_RATIO = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +77,7 @@ class BadLines:
         rest = np.where(constant | repeated, np.nan, heights)
         steps = median_steps(rest)
         known = heights[~np.isnan(heights)]
-        least = _LEAST * float(np.ptp(known)) if known.size else 0.0
+        least = _NEGLIGIBLE_RANGE * float(np.ptp(known)) if known.size else 0.0
         difference = max(deviation(np.diff(rest, axis=1)), least)
         offset = _offset(steps, difference)
         level = np.append(0.0, np.nan_to_num(steps).cumsum())
@@ -110,10 +116,10 @@ class BadLines:
 
     @property
     def _inside(self) -> dict[str, list[int]]:
-        """Bad lines that are left, by their kind of fault."""
+        """Bad lines of the kept part of the scan, by their kind of fault."""
         kept = self.kept
         first = kept.start
-        # the first line that is left after lines that it was copied to is good
+        # the first kept line is good, as the lines before are copies of it
         repeated = [line for line in self.repeated if line != first]
         kinds = {
             "all heights equal": self.constant,
@@ -153,7 +159,7 @@ def not_recorded(heights: FloatArray) -> tuple[NDArray[np.bool_], NDArray[np.boo
     There are no such lines on a surface that varies along x or along y only.
     """
     constant, repeated = _constant(heights), _repeated(heights)
-    good = ~(constant | repeated) & (_count(heights) >= _LENGTH)
+    good = ~(constant | repeated) & (_count(heights) >= _MIN_POINTS)
     if not good[1:].any():
         constant[:] = repeated[:] = False
     return constant, repeated
@@ -164,7 +170,7 @@ def _constant(heights: FloatArray) -> NDArray[np.bool_]:
     known = ~np.isnan(heights)
     highest = np.where(known, heights, -np.inf).max(axis=0)
     lowest = np.where(known, heights, np.inf).min(axis=0)
-    return (_count(heights) >= _LENGTH) & (highest == lowest)
+    return (_count(heights) >= _MIN_POINTS) & (highest == lowest)
 
 
 def _count(heights: FloatArray) -> NDArray[np.intp]:
@@ -187,26 +193,27 @@ def _offset(steps: FloatArray, difference: float) -> NDArray[np.bool_]:
     They are if steps between lines are larger than usual ones, and than the standard
     deviation of differences of neighbouring points.
     """
-    far = max(_FAR * deviation(steps), difference)
+    far = max(_BAD_LINE_DEVIATIONS * deviation(steps), difference)
     up, down = steps[:-1], -steps[1:]
     between = (np.minimum(abs(up), abs(down)) > far) & (up * down > 0.0)
     return np.concatenate([[False], between, [False]])
 
 
 def _scars(heights: FloatArray, difference: float) -> NDArray[np.bool_]:
-    """Return which points are on parts of lines that are off on both sides."""
+    """Return which points are on streaks that are higher or lower than both sides."""
     found = np.zeros(heights.shape, bool)
-    for width in range(1, min(_WIDTH, min(heights.shape) // _LENGTH) + 1):
-        length = width * _LENGTH
-        across = max(
-            float(_runs(_stroke(sign * heights.T, width), length).max(initial=0.0))
-            for sign in _SIGNS
-        )
+    for width in range(1, min(_MAX_SCAR_WIDTH, min(heights.shape) // _MIN_POINTS) + 1):
+        length = width * _MIN_POINTS
+        across = 0.0
+        for sign in _SIGNS:
+            along_y = _runs(_stroke(sign * heights.T, width), length)
+            across = max(across, float(along_y.max(initial=0.0)))
         for sign in _SIGNS:
             along = _stroke(sign * heights, width)
-            usual = float(np.median(_runs(along, length)))
             threshold = max(
-                _DIFFERENCES * difference, _ACROSS * across, _MEDIANS * usual
+                _SCAR_TO_DIFFERENCES * difference,
+                _SCAR_TO_ACROSS * across,
+                _SCAR_TO_MEDIAN * float(np.median(_runs(along, length))),
             )
             scar = ndimage.binary_opening(along > threshold, np.ones((length, 1)))
             for line in range(width):
@@ -241,7 +248,7 @@ def _clipped(heights: FloatArray) -> float:
     if len(values) < 2:
         return 0.0
     count, total = int(counts[-1]), int(counts.sum())
-    least = max(_CLIPPED, _CLIPPED_RATIO * total / len(values))
+    least = max(_MIN_CLIPPED_POINTS, _MIN_CLIPPED_RATIO * total / len(values))
     return count / total if count > least else 0.0
 
 
@@ -259,6 +266,6 @@ def listed(lines: Sequence[int]) -> str:
         else:
             runs.append([line])
     names = [f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs]
-    if len(names) > _MOST_NAMES:
-        names[_MOST_NAMES:] = [f"... ({len(lines)} lines)"]
+    if len(names) > _MAX_NAMED_RUNS:
+        names[_MAX_NAMED_RUNS:] = [f"... ({len(lines)} lines)"]
     return f"line{'s' if len(lines) > 1 else ''} {', '.join(names)}"

@@ -10,7 +10,7 @@ from ase_roughcontact._util.units import LENGTHS
 from ase_roughcontact._util.validation import integer, shown, unknown
 
 # Words in names of channels that are not the height, although the unit may be a length.
-_OTHER = re.compile(
+_NOT_HEIGHT = re.compile(
     "phase|amplitude|deflection|friction|lateral|current|error|potential|voltage"
     "|adhesion|dissipation|deformation|indentation|modulus|stiffness|intensity",
     re.IGNORECASE,
@@ -46,7 +46,7 @@ class Channel:
     @property
     def is_height(self) -> bool:
         """Whether unit and name belong to a height."""
-        return self.is_length and not _OTHER.search(self.name)
+        return self.is_length and not _NOT_HEIGHT.search(self.name)
 
     def __str__(self) -> str:
         """Return name, unit and shape."""
@@ -83,9 +83,9 @@ def chosen(channels: Sequence[Channel], wanted: int | str | None = None) -> int:
     if not found:
         raise ValueError(f"no channel is a height: {_listed(channels)}")
     if len(found) > 1:
-        what = "could be the height" if wanted is None else f"are named {wanted!r}"
+        reason = "could be the height" if wanted is None else f"are named {wanted!r}"
         raise ValueError(
-            f"{len(found)} channels {what}: give channel, the number or name: "
+            f"{len(found)} channels {reason}: give channel, the number or name: "
             f"{_listed(channels)}"
         )
     (number,) = found

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ase_roughcontact._util.identity import digest
 from ase_roughcontact._util.validation import (
+    ROUNDING,
     FloatArray,
     Point,
     Shape,
@@ -23,7 +24,6 @@ from ase_roughcontact._util.validation import (
     window,
 )
 from ase_roughcontact.topography.interpolation import (
-    ROUNDING,
     interpolated,
     spline_coefficients,
 )
@@ -44,7 +44,7 @@ from ase_roughcontact.topography.tip_fit import TipFit
 
 # Distance, in steps of the map, of the farthest coefficient that contributes to the
 # spline at a place, also near an edge.
-_SUPPORT = 4
+_SPLINE_SUPPORT = 4
 
 
 class HeightMap(Topography):
@@ -248,11 +248,13 @@ class HeightMap(Topography):
     def copies(self) -> dict[str, list[HeightMap]]:
         """Return copies of a scan that show its errors; see `Measurement.copies`."""
         groups = self.measurement.copies() if self.measurement else {}
-        same = self.periodic, self.center
         return {
-            kind: [HeightMap(each.pressed, each.spacing, *same) for each in group]
-            for kind, group in groups.items()
+            kind: [self._copy(each) for each in group] for kind, group in groups.items()
         }
+
+    def _copy(self, measured: Measurement) -> HeightMap:
+        """Return the map of another measurement, with the same place on the axis."""
+        return HeightMap(measured.pressed, measured.spacing, self.periodic, self.center)
 
     @property
     def pixel(self) -> float:
@@ -347,7 +349,7 @@ class HeightMap(Topography):
         if not low.any():
             return 0.0
         x, y = (
-            np.abs(np.arange(n) * step - middle) + _SUPPORT * step
+            np.abs(np.arange(n) * step - middle) + _SPLINE_SUPPORT * step
             for middle, (n, step) in zip(self.center, self._axes, strict=True)
         )
         return float(np.hypot(x[:, None], y[None, :])[low].max())

@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.interpolate import BSpline, make_interp_spline
 
-from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact._util.validation import ROUNDING, FloatArray
 
-#: Distance, in steps of a map, within which a grid point counts as a point of the map.
-ROUNDING = 1e-9
 # Degree of the splines.
 _DEGREE = 3
 

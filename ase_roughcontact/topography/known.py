@@ -212,7 +212,7 @@ def topography_of(surface: Surface) -> Topography:
     return surface if isinstance(surface, Topography) else _Adapted(surface)
 
 
-def _given(name: str, other: str = "") -> Any:
+def _delegated(name: str, other: str = "") -> Any:
     """Return a property: an attribute of the surface, by default of `Topography`."""
 
     def value(adapted: _Adapted) -> Any:
@@ -228,22 +228,22 @@ class _Adapted(Topography):
 
     surface: Any
 
-    apex_radius = _given("apex_radius", "radius")
-    shortest_wavelength = _given("shortest_wavelength", "short_wavelength")
-    profile = _given("profile")
-    extent = _given("extent")
-    repeats = _given("repeats")
-    periods = _given("periods")
-    side = _given("side")
-    longest_wavelength = _given("longest_wavelength")
-    pixel = _given("pixel")
-    mean_height = _given("mean_height")
-    edge_change = _given("edge_change")
-    statistics = _given("statistics")
-    lowest = _given("lowest")
-    reach = _given("reach")
-    band_limited = _given("band_limited")
-    todict = _given("todict")
+    apex_radius = _delegated("apex_radius", "radius")
+    shortest_wavelength = _delegated("shortest_wavelength", "short_wavelength")
+    profile = _delegated("profile")
+    extent = _delegated("extent")
+    repeats = _delegated("repeats")
+    periods = _delegated("periods")
+    side = _delegated("side")
+    longest_wavelength = _delegated("longest_wavelength")
+    pixel = _delegated("pixel")
+    mean_height = _delegated("mean_height")
+    edge_change = _delegated("edge_change")
+    statistics = _delegated("statistics")
+    lowest = _delegated("lowest")
+    reach = _delegated("reach")
+    band_limited = _delegated("band_limited")
+    todict = _delegated("todict")
 
     def heights(
         self, shape: Shape, spacing: float, origin: Point = (0.0, 0.0)

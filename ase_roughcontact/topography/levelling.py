@@ -11,8 +11,10 @@ from scipy.sparse.linalg import spsolve
 
 from ase_roughcontact._util.validation import FloatArray, lookup
 
-# Numbers of points that are not missing, and beyond the edges of a scan.
-_KNOWN, _BEYOND = -1, -2
+# Number of a point that is not missing.
+_NOT_MISSING = -1
+# Number of a point beyond the edges of a scan.
+_BEYOND_EDGE = -2
 
 
 def filled(heights: FloatArray, periodic: bool) -> FloatArray:
@@ -29,22 +31,22 @@ def filled(heights: FloatArray, periodic: bool) -> FloatArray:
     """
     missing = np.isnan(heights)
     if missing.all():
-        raise ValueError("all points of the scan are missing")
+        raise ValueError("all points of the scan are missing: give another channel")
     if not missing.any():
         return heights
     i, j = missing.nonzero()
     size = len(i)
-    number = np.full(heights.shape, _KNOWN)
+    number = np.full(heights.shape, _NOT_MISSING)
     number[i, j] = np.arange(size)
-    beyond: Any = {"mode": "wrap"} if periodic else {"constant_values": _BEYOND}
+    beyond: Any = {"mode": "wrap"} if periodic else {"constant_values": _BEYOND_EDGE}
     number, padded = np.pad(number, 1, **beyond), np.pad(heights, 1, **beyond)
     around = np.array([i, i + 2, i + 1, i + 1]), np.array([j + 1, j + 1, j, j + 2])
     neighbour = number[around]
-    right = np.where(neighbour == _KNOWN, padded[around], 0.0).sum(axis=0)
+    right = np.where(neighbour == _NOT_MISSING, padded[around], 0.0).sum(axis=0)
     linked = neighbour >= 0
     row = linked.nonzero()[1]
     links = coo_matrix((np.ones(row.size), (row, neighbour[linked])), (size, size))
-    count = diags((neighbour != _BEYOND).sum(axis=0, dtype=float))
+    count = diags((neighbour != _BEYOND_EDGE).sum(axis=0, dtype=float))
     heights = heights.copy()
     heights[i, j] = spsolve((count - links).tocsc(), right)
     return heights
@@ -55,10 +57,14 @@ def levelled(heights: FloatArray, detrend: str) -> FloatArray:
 
     See `HeightMap.from_topography`. Missing points are not taken into account.
     """
-    degrees = {"mean": 0, "plane": 1, "curvature": 2}
-    trends: dict[str, Any] = {"lines": _lines, "medians": _medians}
-    trends["none"] = np.zeros_like
-    trends |= {k: partial(polynomial, degree=n) for k, n in degrees.items()}
+    trends: dict[str, Any] = {
+        "lines": _lines,
+        "medians": _medians,
+        "none": np.zeros_like,
+        "mean": partial(polynomial, degree=0),
+        "plane": partial(polynomial, degree=1),
+        "curvature": partial(polynomial, degree=2),
+    }
     return heights - lookup(detrend, trends, "way to detrend")(heights)
 
 
@@ -75,9 +81,11 @@ def polynomial(heights: FloatArray, degree: int) -> FloatArray:
 def _lines(heights: FloatArray) -> FloatArray:
     """Return the straight lines that fit the scan lines (along x) best."""
     places = np.linspace(-1.0, 1.0, len(heights))[:, None] + np.zeros_like(heights)
-    known, x = (np.ma.array(each, mask=np.isnan(heights)) for each in (heights, places))
-    distance, middle = x - x.mean(axis=0), known.mean(axis=0)
-    slope = (distance * (known - middle)).sum(axis=0) / (distance**2).sum(axis=0)
+    missing = np.isnan(heights)
+    x: Any = np.ma.array(places, mask=missing)
+    z: Any = np.ma.array(heights, mask=missing)
+    distance, middle = x - x.mean(axis=0), z.mean(axis=0)
+    slope = (distance * (z - middle)).sum(axis=0) / (distance**2).sum(axis=0)
     lines = middle + np.ma.filled(slope, 0.0) * (places - x.mean(axis=0))
     return np.ma.filled(lines, 0.0)
 

@@ -13,10 +13,10 @@ curvature, too. Under a flat surface, up to its edge, they leave no depth.
 
 import numpy as np
 
-# Points of an interval at which extrapolations are compared.
-_BETWEEN = np.linspace(0.0, 1.0, 33)
+# Places in an interval at which extrapolations are compared, in units of its length.
+_FRACTIONS = np.linspace(0.0, 1.0, 33)
 # Points on either side of the lowest one.
-_FRAME = 3
+_POINTS_PER_SIDE = 3
 
 
 def lowest_point_error(heights: np.ndarray, periodic: bool = False) -> float:
@@ -34,10 +34,10 @@ def lowest_point_error(heights: np.ndarray, periodic: bool = False) -> float:
 
 def _depth(heights: np.ndarray, centre: int, periodic: bool) -> float:
     """Return the error along a line of the grid, which is lowest at its centre."""
-    around = centre + np.arange(-_FRAME, _FRAME + 1)
+    around = centre + np.arange(-_POINTS_PER_SIDE, _POINTS_PER_SIDE + 1)
     around = around % heights.size if periodic else around.clip(0, heights.size - 1)
     line = heights[around]
-    before, lowest, after = line[_FRAME - 1 : _FRAME + 2]
+    before, lowest, after = line[_POINTS_PER_SIDE - 1 : _POINTS_PER_SIDE + 2]
     bend = before - 2.0 * lowest + after
     parabola = (before - after) ** 2 / (8.0 * bend) if bend > 0.0 else 0.0
     straight, bent = (
@@ -59,7 +59,7 @@ def _lower_bound(points: np.ndarray, order: int) -> float:
 def _extrapolated(points: np.ndarray, order: int) -> np.ndarray:
     """Return a polynomial through the last of three points, one spacing beyond them."""
     first, second, last = points
-    t = _BETWEEN
+    t = _FRACTIONS
     line = last + t * (last - second)
     if order == 1:
         return line

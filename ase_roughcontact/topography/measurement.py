@@ -26,18 +26,20 @@ from ase_roughcontact.topography.spectrum import (
 )
 
 # Largest rms slope of noise that is neglected, relative to the rms slope of the map.
-_LEAST_NOISE = 1e-3
+_MAX_NEGLECTED_SLOPE = 1e-3
 # Fewest points along a side, for the interpolation.
-_LEAST_POINTS = 4
+_MIN_POINTS = 4
 # Standard deviation of the Gaussian filter in units of the cutoff wavelength: a half of
 # a wave of this length is transmitted (ISO 16610-61).
-_DEVIATION = math.sqrt(math.log(2.0) / 2.0) / math.pi
+_FILTER_WIDTH = math.sqrt(math.log(2.0) / 2.0) / math.pi
 # Pixels of a wave at which the spectrum of noise is still flat. Where waves between
 # pixels looked like noise it was flat up to 3.0 of them, and with noise on waves of
 # four pixels up to 3.7 (examples/benchmarks/scan_errors.py).
-_DISTINCT = 3.5
-#: Numbers of noisy copies, and of successive halvings of the number of pixels.
-NOISY, HALVINGS = 4, 2
+_MIN_PIXELS_PER_WAVE = 3.5
+#: Number of noisy copies.
+NOISY = 4
+#: Number of successive halvings of the number of pixels.
+HALVINGS = 2
 
 
 class ScanWarning(UserWarning):
@@ -89,7 +91,7 @@ class Measurement:
         """
         if not self.cutoff:
             return self.heights
-        width = [_DEVIATION * self.cutoff / step for step in self.spacing]
+        width = [_FILTER_WIDTH * self.cutoff / step for step in self.spacing]
         mode = "wrap" if self.periodic else "reflect"
         return ndimage.gaussian_filter(self.heights, width, mode=mode)
 
@@ -112,11 +114,15 @@ class Measurement:
         """
         if not self.cutoff:
             return 0.0
-        before, after = (
-            each.statistics.rms_slope**2 - each.noise_is_distinct * each.noise_slope**2
-            for each in (replace(self, cutoff=0.0), self)
-        )
+        before = replace(self, cutoff=0.0)._square_slope_of_surface
+        after = self._square_slope_of_surface
         return 1.0 - math.sqrt(max(after, 0.0) / before) if before > after else 0.0
+
+    @property
+    def _square_slope_of_surface(self) -> float:
+        """Mean square slope without the noise, if the noise is distinct."""
+        square = self.statistics.rms_slope**2
+        return square - self.noise_slope**2 if self.noise_is_distinct else square
 
     def copies(self) -> dict[str, list[Measurement]]:
         """Return copies that show the errors of the scan.
@@ -126,7 +132,7 @@ class Measurement:
         that fit each other, where they should and do not.
         """
         noisy, seamless, pressed = [], [], self.pressed
-        if self.noise_slope > _LEAST_NOISE * self.statistics.rms_slope:
+        if self.noise_slope > _MAX_NEGLECTED_SLOPE * self.statistics.rms_slope:
             noisy = list(self.noisy())
         if self.periodic and has_edge_step(pressed):
             heights = pressed - smooth_component(pressed)
@@ -146,7 +152,7 @@ class Measurement:
         Waves between the pixels, which a scan can't show, look like noise, but the
         spectrum of longer ones is larger.
         """
-        least = _DISTINCT * max(self.spacing)
+        least = _MIN_PIXELS_PER_WAVE * max(self.spacing)
         return not self.noise.points or self.least_wavelength > least
 
     @cached_property
@@ -169,12 +175,11 @@ class Measurement:
         """
         for halving in range(1, HALVINGS + 1):
             values, spacing = self.heights, []
-            for axis, (n, step) in enumerate(
-                zip(self.heights.shape, self.spacing, strict=True)
-            ):
+            for axis in (0, 1):
+                n, step = self.heights.shape[axis], self.spacing[axis]
                 last = 0 if self.periodic else 1
                 count = (n - last) // 2**halving
-                if count + last < _LEAST_POINTS:
+                if count + last < _MIN_POINTS:
                     return
                 places = np.linspace(0.0, n - last, count + 1)[: count + last]
                 values = interpolated(values, places, axis, self.periodic)

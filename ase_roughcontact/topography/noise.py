@@ -12,15 +12,17 @@ from scipy import ndimage
 
 from ase_roughcontact._util.validation import FloatArray, Shape
 
-# Order of the differences that noise is estimated from, and the sum of the squares of
-# their coefficients: waves of four pixels contribute a hundredth of their height.
-_ORDER = 4
-_SQUARES = math.comb(2 * _ORDER, _ORDER)
+# Order of the differences that noise is estimated from: waves of four pixels contribute
+# a hundredth of their height.
+_DIFFERENCE_ORDER = 4
+# Sum of the squares of the coefficients of these differences.
+_SUM_OF_SQUARES = math.comb(2 * _DIFFERENCE_ORDER, _DIFFERENCE_ORDER)
 # Standard deviation of normal numbers over the median of their magnitudes.
-_PER_MEDIAN = 1.4826
-# An outlier is farther from the median of its neighbours than these multiples of the
-# standard deviation of this distance, and of the range of the neighbours.
-_FAR, _RANGES = 6.0, 2.0
+_DEVIATION_PER_MEDIAN = 1.4826
+# Least distance of an outlier from the median of its neighbours, in its deviation.
+_OUTLIER_DEVIATIONS = 6.0
+# Least distance of an outlier from the median of its neighbours, in their range.
+_OUTLIER_RANGES = 2.0
 
 
 @dataclass(frozen=True)
@@ -48,14 +50,16 @@ class Noise:
         contribute. The noise of lines is the excess of the differences of the means of
         lines along x over lines along y, if they had as many points.
         """
-        if min(heights.shape) <= _ORDER:
+        if min(heights.shape) <= _DIFFERENCE_ORDER:
             return cls()
-        along_x = np.diff(heights, _ORDER, axis=0)
-        along_y = np.diff(heights, _ORDER, axis=1)
-        points = deviation(np.diff(along_x, _ORDER, axis=1)) / _SQUARES
-        x, y = (deviation(_means(d, axis)) for axis, d in ((1, along_x), (0, along_y)))
+        along_x = np.diff(heights, _DIFFERENCE_ORDER, axis=0)
+        along_y = np.diff(heights, _DIFFERENCE_ORDER, axis=1)
+        points = (
+            deviation(np.diff(along_x, _DIFFERENCE_ORDER, axis=1)) / _SUM_OF_SQUARES
+        )
+        x, y = deviation(_means(along_x, 1)), deviation(_means(along_y, 0))
         of_points = x**2 * heights.shape[1] / heights.shape[0]
-        lines = math.sqrt(max(y**2 - of_points, 0.0) / _SQUARES)
+        lines = math.sqrt(max(y**2 - of_points, 0.0) / _SUM_OF_SQUARES)
         return cls(points, lines)
 
     def sample(self, shape: Shape, seed: int) -> FloatArray:
@@ -73,13 +77,14 @@ def outliers(heights: FloatArray) -> NDArray[np.bool_]:
     highest = ndimage.maximum_filter(heights, footprint=around)
     lowest = ndimage.minimum_filter(heights, footprint=around)
     far = abs(heights - middle)
-    return far > np.maximum(_FAR * deviation(far), _RANGES * (highest - lowest))
+    least = _OUTLIER_DEVIATIONS * deviation(far)
+    return far > np.maximum(least, _OUTLIER_RANGES * (highest - lowest))
 
 
 def deviation(values: NDArray[Any]) -> float:
     """Return the standard deviation about zero, hardly changed by outliers."""
     known = values[~np.isnan(values)]
-    return _PER_MEDIAN * float(np.median(abs(known))) if known.size else 0.0
+    return _DEVIATION_PER_MEDIAN * float(np.median(abs(known))) if known.size else 0.0
 
 
 def _means(values: FloatArray, axis: int) -> FloatArray:

@@ -20,6 +20,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ase_roughcontact._util.validation import (
+    ROUNDING,
     FloatArray,
     Point,
     Shape,
@@ -29,7 +30,6 @@ from ase_roughcontact._util.validation import (
     unknown,
 )
 from ase_roughcontact.topography.bad_lines import BadLines, listed, not_recorded
-from ase_roughcontact.topography.interpolation import ROUNDING
 from ase_roughcontact.topography.levelling import filled, levelled
 from ase_roughcontact.topography.measurement import Measurement
 from ase_roughcontact.topography.noise import Noise, outliers
@@ -89,10 +89,16 @@ def pressed_scan(
     elif lookup(center, {"middle": False, "highest": True}, "center"):
         place = highest(z, spacing, edge)
     lower, place = lower_side(z, spacing, role, place)
-    counts = missing, int(far.sum())
-    doubts = (*_doubts(bad, remove_bad_lines), *_exchanged(scan.heights))
     measured = Measurement(
-        lower, spacing, periodic, found, cutoff, *counts, doubts=doubts, margin=edge
+        lower,
+        spacing,
+        periodic,
+        found,
+        cutoff,
+        missing=missing,
+        outliers=int(far.sum()),
+        doubts=(*_doubts(bad, remove_bad_lines), *_exchanged(scan.heights)),
+        margin=edge,
     )
     return measured, place
 
@@ -102,7 +108,7 @@ def _without(bad: BadLines, heights: FloatArray, periodic: bool) -> FloatArray:
     kept = bad.kept
     if periodic and kept != slice(0, heights.shape[1]):
         raise ValueError(
-            "remove_bad_lines cannot complete a periodic scan that was aborted: give "
+            "remove_bad_lines cannot complete an aborted scan that is periodic: give "
             "periodic = false"
         )
     return np.where(bad.mask, np.nan, heights)[:, kept]
@@ -118,8 +124,8 @@ def _doubts(bad: BadLines, removed: bool) -> Iterator[str]:
             )
     for fault in bad.clipped():
         yield (
-            f"{fault}: if they were clipped, the contact is wrong there, and the scan "
-            "needs a larger range of heights"
+            f"{fault}: if these heights were clipped, the contact is wrong there; scan "
+            "with a larger range of heights"
         )
 
 

@@ -25,7 +25,7 @@ from ase_roughcontact.topography.spectrum import axis_spacings
 Length: TypeAlias = float | str
 
 # Relative difference up to which spacings are the same.
-_SAME_SPACING = 0.01
+_SPACING_TOLERANCE = 0.01
 
 
 def scan_in_angstrom(
@@ -45,8 +45,7 @@ def scan_in_angstrom(
     if isinstance(raw, LineProfile):
         raise ValueError(
             f"{os.fspath(topography)!r} is {raw.described(unit)}, and a contact needs "
-            "a map: scan an area, or give a random surface with these values "
-            "([roughness])"
+            "a map: scan an area, or give these values in [roughness]"
         )
     boolean(transpose=transpose)
     if transpose:
@@ -55,36 +54,43 @@ def scan_in_angstrom(
         raise ValueError(
             f"the unit of {topography!r} is not known: give unit, for example 'nm'"
         )
-    of_scan, given, lateral = (
-        lookup(name or "A", LENGTHS, "unit of length")
-        for name in (
-            raw.unit or unit,
-            unit or raw.unit,
-            raw.lateral_unit or raw.unit or unit,
-        )
-    )
-    found = raw.spacing and (raw.spacing[0] * lateral, raw.spacing[1] * lateral)
-    steps = found
+    height_unit = _unit(raw.unit or unit)
+    given_unit = _unit(unit or raw.unit)
+    lateral_unit = _unit(raw.lateral_unit or raw.unit or unit)
+    file_steps = steps = None
+    if raw.spacing is not None:
+        x, y = raw.spacing
+        file_steps = steps = (x * lateral_unit, y * lateral_unit)
     if spacing is not None:
-        steps = axis_spacings(in_angstrom("spacing", spacing, given))
+        steps = axis_spacings(in_angstrom("spacing", spacing, given_unit))
     if steps is None:
         raise ValueError(
             "the distance between the points of the scan is not known: give spacing"
         )
-    if found and not np.allclose(steps, found, rtol=_SAME_SPACING):
-        sizes = (f"{x / 10:.4g} x {y / 10:.4g}" for x, y in (steps, found))
+    if file_steps and not np.allclose(steps, file_steps, rtol=_SPACING_TOLERANCE):
         warnings.warn(
-            "the spacing {} nm is given and used, but the file has {} nm: leave "
-            "spacing out, unless the file is wrong".format(*sizes),
+            f"the spacing {_in_nm(steps)} is given and used, but the file has "
+            f"{_in_nm(file_steps)}: leave spacing out, unless the file is wrong",
             stacklevel=2,
         )
-    if (abs(raw.heights) > LARGEST / of_scan).any():
+    if (abs(raw.heights) > LARGEST / height_unit).any():
         raise ValueError(
             f"heights of the scan are above {LARGEST:g} Å: are they heights, is the "
             "unit right?"
         )
-    heights = raw.heights * of_scan
-    return RawScan(heights, steps, "Å", raw.periodic), given
+    heights = raw.heights * height_unit
+    return RawScan(heights, steps, "Å", raw.periodic), given_unit
+
+
+def _unit(name: str | None) -> float:
+    """Return a unit of length in Å, by default one."""
+    return lookup(name or "A", LENGTHS, "unit of length")
+
+
+def _in_nm(steps: Point) -> str:
+    """Return distances of points (Å) as text in nm."""
+    x, y = steps
+    return f"{x / 10:.4g} x {y / 10:.4g} nm"
 
 
 def position(center: Any, unit: float) -> Point:

@@ -32,11 +32,11 @@ from ase_roughcontact.topography.scan_text import Table, scan_from_tables, table
 #: Endings of the names of text files.
 TEXT = ".txt", ".asc", ".dat", ".csv", ".xyz", ".tsv"
 # Functions that open compressed files, by the endings of their names.
-_COMPRESSED: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}
-# Number of bytes at the start of a file; in a text no byte is zero.
-_START = 4096
+_OPENERS: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}
+# Number of bytes at the start of a file that tell whether it is a text.
+_SAMPLE_BYTES = 4096
 # A line of a header that has the scale of heights or places.
-_SCALE = re.compile(r"(?i)\b(?:factor|scale|pixel|conversion|mult\w*)\b.*[:=].*\d")
+_SCALE_LINE = re.compile(r"(?i)\b(?:factor|scale|pixel|conversion|mult\w*)\b.*[:=].*\d")
 # Formats of SurfaceTopography for text: matrices and columns.
 _TEXT_FORMATS = "asc", "xyz"
 
@@ -93,10 +93,10 @@ def read_scan(
             heights = heights_of(np.load(path))
             chosen([Channel("", heights.shape)], channel)
             return RawScan(heights)
-        name = path.with_suffix("") if path.suffix.lower() in _COMPRESSED else path
+        name = path.with_suffix("") if path.suffix.lower() in _OPENERS else path
         if name.suffix.lower() in TEXT:
             contents = _contents(path)
-            if b"\0" not in contents[:_START]:
+            if b"\0" not in contents[:_SAMPLE_BYTES]:
                 return _from_text(contents.decode("utf-8", errors="replace"), channel)
         return _with_surface_topography(path, channel)
     except ImportError:
@@ -113,8 +113,8 @@ def _from_text(text: str, channel: int | str | None) -> RawScan | LineProfile:
         found = _sizes_by_surface_topography(text, tables, channel)
         if found is not None:
             return found
-        lines = (line for each in tables for line in each.header.splitlines())
-        for line in filter(_SCALE.search, lines):
+        lines = "\n".join(each.header for each in tables).splitlines()
+        for line in filter(_SCALE_LINE.search, lines):
             warnings.warn(
                 f"the header line {line.strip()!r} is not understood, and heights are "
                 "taken as they are: install the extra topography, or scale them",
@@ -143,9 +143,11 @@ def _sizes_by_surface_topography(
         except Exception:  # the text has another format
             continue
         with reader:
-            same = all(each.nb_grid_pts in shapes for each in reader.channels)
-            known = all(each.physical_sizes and each.unit for each in reader.channels)
-            if same and known:
+            is_same = all(each.nb_grid_pts in shapes for each in reader.channels)
+            has_sizes = all(
+                each.physical_sizes and each.unit for each in reader.channels
+            )
+            if is_same and has_sizes:
                 return _scan_of_channel(reader, channel)
     return None
 
@@ -164,7 +166,7 @@ def _with_surface_topography(
             return _scan_of_channel(reader, channel)
     except package.Exceptions.CannotDetectFileFormat as error:
         raise ValueError(
-            "it has none of the formats that SurfaceTopography reads, or is damaged: "
+            "SurfaceTopography does not read this format, or the file is damaged: "
             "export the scan as text"
         ) from error
 
@@ -201,7 +203,7 @@ def _channel(found: Any) -> Channel:
 
 def _contents(path: Path) -> bytes:
     """Return the contents of a file, which may be compressed."""
-    opened = _COMPRESSED.get(path.suffix.lower(), open)
+    opened = _OPENERS.get(path.suffix.lower(), open)
     with opened(path, "rb") as file:
         contents: bytes = file.read()
     return contents

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from ase_roughcontact._util.validation import FloatArray
 
-# Distance of a point from the regular grid, in steps of the grid, that is rounding.
-_ROUNDING = 0.05
-# Largest part of the lines of a grid along which no point was measured.
-_MOST_ABSENT = 0.5
+# Largest distance of a point from the regular grid, in steps of the grid.
+_PLACE_TOLERANCE = 0.05
+# Largest share of the lines of a grid along which no point was measured.
+_MAX_ABSENT_SHARE = 0.5
 
 
 def grid_of_points(points: FloatArray) -> tuple[FloatArray, tuple[float, float]]:
@@ -47,7 +47,7 @@ def grid_of_points(points: FloatArray) -> tuple[FloatArray, tuple[float, float]]
 
 def _numbers(values: FloatArray, name: str) -> tuple[NDArray[Any], float]:
     """Return numbers of grid lines, from 0, of places along an axis, and their step."""
-    distinct, which = np.unique(values, return_inverse=True)
+    distinct, indices = np.unique(values, return_inverse=True)
     gaps = np.diff(distinct)
     if not gaps.size:
         raise ValueError(f"all points have the same {name}: {values[0]:g}")
@@ -55,11 +55,11 @@ def _numbers(values: FloatArray, name: str) -> tuple[NDArray[Any], float]:
     for steps in range(1, len(distinct) + 1):
         places = np.append(0, np.rint(gaps * (steps / gaps.max())).cumsum())
         occupied = len(np.unique(places))
-        if occupied < _MOST_ABSENT * (places[-1] + 1):
+        if occupied < _MAX_ABSENT_SHARE * (places[-1] + 1):
             break
         step = (distinct[-1] - distinct[0]) / places[-1]
-        if abs((distinct - distinct[0]) / step - places).max() <= _ROUNDING:
-            return places.astype(int)[which], float(step)
+        if abs((distinct - distinct[0]) / step - places).max() <= _PLACE_TOLERANCE:
+            return places.astype(int)[indices], float(step)
     raise ValueError(
         f"the points (x, y, z) are not on a regular grid along {name}: interpolate "
         "them, for example with scipy.interpolate.griddata, and give the array"

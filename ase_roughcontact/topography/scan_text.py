@@ -38,19 +38,28 @@ from ase_roughcontact.topography.scan_points import grid_of_points
 MISSING = frozenset({"", "nan", "bad", "-", "--", "---", "n/a", "na", "null", "none"})
 # Separators of columns in the order in which they are tried; None: blanks.
 _SEPARATORS = (",", ";", "\t", None)
-# Lengths, units and names of a header, without regard to capitals.
-_SIZE = r"{}[^\S\n]*[:=][^\S\n]*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)[^\S\n]*([^\s\d]+)"
-_WIDTH = _SIZE.format(r"(?im)(?:width|x[- ]?size|size[ _]x)")
-_HEIGHT = _SIZE.format(r"(?im)(?:height|y[- ]?size|size[ _]y)")
-_UNIT = r"(?im)^(.*)units?[^\S\n]*[:=][^\S\n]*([^\s\d]+)\s*$"
-_LATERAL = re.compile(r"\b(?:lateral|xy?|y)\b", re.IGNORECASE)
-_VALUE = re.compile(r"\b(?:value|data|height|z)\b", re.IGNORECASE)
-_NAME = r"(?im)^\W*channel[^\S\n]*[:=][^\S\n]*(.*?)\s*$"
-_KEYS = _WIDTH, _HEIGHT, _UNIT, _NAME
+# Pattern of a length in a header, after the pattern of its name.
+_LENGTH_PATTERN = (
+    r"{}[^\S\n]*[:=][^\S\n]*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)[^\S\n]*([^\s\d]+)"
+)
+# Pattern of the width of a scan.
+_WIDTH_PATTERN = _LENGTH_PATTERN.format(r"(?im)(?:width|x[- ]?size|size[ _]x)")
+# Pattern of the height of a scan, along y.
+_HEIGHT_PATTERN = _LENGTH_PATTERN.format(r"(?im)(?:height|y[- ]?size|size[ _]y)")
+# Pattern of a unit, after the words that say of what.
+_UNIT_PATTERN = r"(?im)^(.*)units?[^\S\n]*[:=][^\S\n]*([^\s\d]+)\s*$"
+# Words of the unit of x and y.
+_LATERAL_WORD = re.compile(r"\b(?:lateral|xy?|y)\b", re.IGNORECASE)
+# Words of the unit of heights.
+_HEIGHT_WORD = re.compile(r"\b(?:value|data|height|z)\b", re.IGNORECASE)
+# Pattern of the name of a channel.
+_NAME_PATTERN = r"(?im)^\W*channel[^\S\n]*[:=][^\S\n]*(.*?)\s*$"
+# Patterns of which each begins the header of another channel.
+_HEADER_PATTERNS = _WIDTH_PATTERN, _HEIGHT_PATTERN, _UNIT_PATTERN, _NAME_PATTERN
 # Decimals of a number with a decimal comma, which no whole number looks like.
 _DECIMALS = re.compile(r"0\d+")
 # Number of columns of points x, y, z.
-_POINT = 3
+_POINT_COLUMNS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +80,16 @@ class Table:
     @cached_property
     def size(self) -> tuple[float, float] | None:
         """Width and height of a matrix by the header (Å)."""
-        width, height = (_length(pattern, self.header) for pattern in (_WIDTH, _HEIGHT))
+        width, height = (
+            _length(pattern, self.header)
+            for pattern in (_WIDTH_PATTERN, _HEIGHT_PATTERN)
+        )
         return None if width is None or height is None else (width, height)
 
     @property
     def name(self) -> str:
         """Name of the channel."""
-        found = re.search(_NAME, self.header)
+        found = re.search(_NAME_PATTERN, self.header)
         return found[1] if found else ""
 
     @property
@@ -94,14 +106,14 @@ class Table:
     def _units(self) -> tuple[str | None, str | None]:
         """Units of the heights and of x and y; one unit is valid for both."""
         unit = lateral = None
-        for name, found in re.findall(_UNIT, self.header):
-            if _VALUE.search(name):
+        for name, found in re.findall(_UNIT_PATTERN, self.header):
+            if _HEIGHT_WORD.search(name):
                 unit = unit or found
-            elif _LATERAL.search(name):
+            elif _LATERAL_WORD.search(name):
                 lateral = lateral or found
             elif found in LENGTHS:
                 unit = unit or found
-            if _LATERAL.search(name) and found in LENGTHS:
+            if _LATERAL_WORD.search(name) and found in LENGTHS:
                 lateral = lateral or found
         return unit, lateral
 
@@ -117,7 +129,7 @@ class Table:
     def is_points(self) -> bool:
         """Whether the table is a list of points x, y, z."""
         count, rows = self.columns.shape
-        return self.size is None and count == _POINT < rows
+        return self.size is None and count == _POINT_COLUMNS < rows
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -165,11 +177,13 @@ def tables_of(text: str) -> list[Table]:
         commas are decimal and separate columns.
     """
     lines = text.lstrip("\ufeff").splitlines()
-    # the separator with the most lines of numbers; of equal ones the first
-    separator, parsed = max(
-        ((each, [_cells(line, each) for line in lines]) for each in _SEPARATORS),
-        key=lambda table: sum(map(bool, table[1])),
-    )
+    # the separator with the largest number of lines of numbers; of equal ones the first
+    separator, parsed, largest = None, [], -1
+    for each in _SEPARATORS:
+        rows = [_cells(line, each) for line in lines]
+        count = sum(map(bool, rows))
+        if count > largest:
+            separator, parsed, largest = each, rows, count
     if separator == ",":
         _check_commas(lines, parsed)
     if separator is not None:
@@ -196,7 +210,7 @@ def _split(
             between = []
         elif rows and cells is None and _is_damaged(line, separator):
             raise ValueError(
-                f"line {number} is not one of numbers, as those before it: "
+                f"line {number} has other words than numbers, unlike the lines before: "
                 f"{shown(line.strip())}"
             )
         else:
@@ -212,9 +226,9 @@ def _separates(lines: list[str], columns: int) -> bool:
     Points x, y, z may have blank lines between the lines of a scan.
     """
     header = "\n".join(lines)
-    if any(re.search(key, header) for key in _KEYS):
+    if any(re.search(key, header) for key in _HEADER_PATTERNS):
         return True
-    return columns > _POINT and any(not line.strip() for line in lines)
+    return columns > _POINT_COLUMNS and any(not line.strip() for line in lines)
 
 
 def _joined(tables: list[Table]) -> list[Table]:
@@ -302,10 +316,12 @@ def _table(header: str, rows: list[list[float]]) -> Table:
     if len(widths) > 1:
         raise ValueError(f"rows have different numbers of columns: {widths}")
     columns = np.array(rows).T
-    counts = len(columns[0]) > _POINT and bool((np.diff(columns[0]) == 1.0).all())
-    if counts and len(columns) == _POINT + 1:
+    counts = len(columns[0]) > _POINT_COLUMNS and bool(
+        (np.diff(columns[0]) == 1.0).all()
+    )
+    if counts and len(columns) == _POINT_COLUMNS + 1:
         columns = columns[1:]
-    elif counts and len(columns) > _POINT + 1:
+    elif counts and len(columns) > _POINT_COLUMNS + 1:
         raise ValueError(
             f"the first column counts the rows ({columns[0, 0]:g}, {columns[0, 1]:g}, "
             "...): leave it out"

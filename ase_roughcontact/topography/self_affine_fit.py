@@ -25,17 +25,21 @@ from ase_roughcontact.topography.spectrum import Statistics
 
 # The range of the fit is the self-affine range, shortened at both ends by this factor:
 # pixels blur the shortest waves, and detrending changes the longest ones.
-_INSIDE = 1.5
+_RANGE_MARGIN = 1.5
 # Number of determinations, the first of them with a Hurst exponent of 0.5.
-_ROUNDS = 12
+_ITERATIONS = 12
 # Number of intervals of the wave number, of equal ratio, with one weight each.
 _INTERVALS = 12
-# Part of the largest density that is only rounding.
-_ROUNDING = 1e-12
-# Limits of the Hurst exponent.
-_LEAST, _LARGEST = 0.05, 0.95
-# Smallest and largest ratio of the ends of the self-affine range.
-_RANGE, _LARGEST_RANGE = 1.01, 1e8
+# Density relative to the largest one below which it is a rounding error.
+_MIN_RELATIVE_DENSITY = 1e-12
+# Smallest Hurst exponent.
+_MIN_HURST = 0.05
+# Largest Hurst exponent.
+_MAX_HURST = 0.95
+# Smallest ratio of the ends of the self-affine range.
+_MIN_RANGE = 1.01
+# Largest ratio of the ends of the self-affine range.
+_MAX_RANGE = 1e8
 
 
 @dataclass(frozen=True)
@@ -72,14 +76,16 @@ class SelfAffineFit(Statistics):
         ValueError
             If the surface is flat.
         """
-        h, slope, curvature = vars(statistics).values()
+        height, slope = statistics.rms_height, statistics.rms_slope
+        curvature = statistics.rms_curvature
         if not slope > 0.0 or not curvature > 0.0:
             raise ValueError("a flat map has no self-affine parameters")
         hurst, ends = 0.5, (0.0, longest)
-        for _ in range(_ROUNDS):
-            ends = _ends(h, slope, curvature, hurst, longest)
+        for _ in range(_ITERATIONS):
+            ends = _ends(height, slope, curvature, hurst, longest)
             hurst = 0.5 * (hurst + _hurst(wave_number, density, *ends, hurst))
-        return cls(h, slope, curvature, hurst, *ends)
+        short, long = ends
+        return cls(height, slope, curvature, hurst, short, long)
 
 
 def _ends(
@@ -96,7 +102,7 @@ def _ends(
         m0, m2, m4 = moments(log_ratio)
         return math.log(m0 * m4 / m2**2) - wanted
 
-    least, largest = math.log(_RANGE), math.log(_LARGEST_RANGE)
+    least, largest = math.log(_MIN_RANGE), math.log(_MAX_RANGE)
     if excess(least) >= 0.0:
         log_ratio = least
     elif excess(largest) <= 0.0:
@@ -105,7 +111,7 @@ def _ends(
         log_ratio = brentq(excess, least, largest)
     _, m2, m4 = moments(log_ratio)
     short = 2 * math.pi * slope / curvature * math.sqrt(m4 / m2)
-    return short, max(min(short * math.exp(log_ratio), longest), _RANGE * short)
+    return short, max(min(short * math.exp(log_ratio), longest), _MIN_RANGE * short)
 
 
 def _hurst(
@@ -116,9 +122,12 @@ def _hurst(
     default: float,
 ) -> float:
     """Return the Hurst exponent of a spectrum, from its slope on logarithmic axes."""
-    first, last = 2 * math.pi * _INSIDE / long, 2 * math.pi / (_INSIDE * short)
+    first, last = (
+        2 * math.pi * _RANGE_MARGIN / long,
+        2 * math.pi / (_RANGE_MARGIN * short),
+    )
     used = (wave_number >= first) & (wave_number <= last)
-    used &= density > _ROUNDING * density.max()
+    used &= density > _MIN_RELATIVE_DENSITY * density.max()
     x, y = np.log(wave_number[used]), np.log(density[used])
     if x.size < 2 or x.max() - x.min() < math.log(2.0):
         return default
@@ -127,4 +136,4 @@ def _hurst(
     count = np.bincount(interval)
     filled = count > 0
     x, y = (np.bincount(interval, v)[filled] / count[filled] for v in (x, y))
-    return float(np.clip(-0.5 * np.polyfit(x, y, 1)[0] - 1.0, _LEAST, _LARGEST))
+    return float(np.clip(-0.5 * np.polyfit(x, y, 1)[0] - 1.0, _MIN_HURST, _MAX_HURST))

@@ -14,6 +14,7 @@ from scipy import fft
 
 from ase_roughcontact._util.threads import available_threads
 from ase_roughcontact._util.validation import (
+    ROUNDING,
     FloatArray,
     Point,
     Shape,
@@ -29,11 +30,12 @@ from ase_roughcontact.topography.spectrum import Statistics
 IntArray: TypeAlias = NDArray[np.int64]
 Modes: TypeAlias = tuple[IntArray, IntArray, NDArray[np.complex128]]
 
-# Points along the side of a whole period, and of a period over the shortest wavelength,
-# above which fields and waves are not kept for the next window: 34 and 50 MB.
-_LARGEST_KEPT, _MOST_WAVES = 2048, 1024
-# Rounding error of wavelengths, relative, and of places, in spacings.
-_ROUNDING = 1e-9
+# Points along the side of a whole period above which its heights are not kept for the
+# next window: 34 MB.
+_MAX_KEPT_POINTS = 2048
+# Ratio of the period and the shortest wavelength above which the waves are not kept for
+# the next window: 50 MB.
+_MAX_KEPT_WAVES = 1024
 
 
 @dataclass(frozen=True)
@@ -114,13 +116,13 @@ class SelfAffine(Topography):
         ordered = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
         values = {name: getattr(self, name) for name in ordered}
         lengths = {name: value for name, value in values.items() if value is not None}
-        numbers = {"rms_slope": self.rms_slope, "hurst": self.hurst} | lengths
+        numbers = {"rms_slope": self.rms_slope, "hurst": self.hurst, **lengths}
         positive(**numbers)
         boolean(random_amplitudes=self.random_amplitudes)
         if self.hurst >= 1:
             raise ValueError(f"hurst must lie between 0 and 1, got {self.hurst}")
         for (shorter, least), (longer, length) in pairwise(lengths.items()):
-            if length < least * (1 - _ROUNDING):
+            if length < least * (1 - ROUNDING):
                 raise ValueError(
                     f"{longer} must be at least {shorter} = {least}, got {length}"
                 )
@@ -187,8 +189,9 @@ class SelfAffine(Topography):
             )
         first, shift = _index(spacing, origin)
         # a whole period has no other part that may be asked for
-        used_once = shape == (points, points) and points > _LARGEST_KEPT
-        field = (_field.__wrapped__ if used_once else _field)(self, points, *shift)
+        used_once = shape == (points, points) and points > _MAX_KEPT_POINTS
+        synthesise = _field.__wrapped__ if used_once else _field
+        field = synthesise(self, points, *shift)
         if used_once and not any(i % points for i in first):
             return field
         indices = [
@@ -206,14 +209,14 @@ class SelfAffine(Topography):
         ValueError
             If all waves are shorter.
         """
-        if shortest <= self.short_wavelength * (1 + _ROUNDING):
+        if shortest <= self.short_wavelength * (1 + ROUNDING):
             return self
         kx, ky, coefficient = _modes(self)
         square = kx**2 + ky**2
         power = np.abs(coefficient) ** 2
         if self.normalise == "ensemble":
             power = _mean_power(self, np.sqrt(square))
-        kept = square <= (self.side / shortest * (1 + _ROUNDING)) ** 2
+        kept = square <= (self.side / shortest * (1 + ROUNDING)) ** 2
         if not kept.any():
             raise ValueError(
                 f"all waves of the roughness are shorter than {shortest:g}: choose at "
@@ -241,7 +244,7 @@ class SelfAffine(Topography):
 
     def _points_per_side(self, spacing: float) -> int:
         """Return the number of grid points in a period, or raise `ValueError`."""
-        if self.short_wavelength < 2 * spacing * (1 - _ROUNDING):
+        if self.short_wavelength < 2 * spacing * (1 - ROUNDING):
             raise ValueError(
                 f"spacing must be at most half of short_wavelength = "
                 f"{self.short_wavelength:g}, got {spacing:g}"
@@ -260,27 +263,28 @@ class SelfAffine(Topography):
 def _index(spacing: float, origin: Point) -> tuple[list[int], list[float]]:
     """Return the whole and the fractional part of the indices of the origin."""
     indices = [position / spacing for position in origin]
-    whole = [math.floor(index + _ROUNDING) for index in indices]
+    whole = [math.floor(index + ROUNDING) for index in indices]
     rest = [round(x - i, 12) for x, i in zip(indices, whole, strict=True)]
     # rounding errors would be other surfaces, and each one would be synthesised
-    return whole, [x if x > _ROUNDING else 0.0 for x in rest]
+    return whole, [x if x > ROUNDING else 0.0 for x in rest]
 
 
 def _modes(surface: SelfAffine) -> Modes:
     """Return the integer wave vectors of one half plane and their coefficients."""
-    kept = surface.side <= _MOST_WAVES * surface.short_wavelength
-    return (_drawn_modes if kept else _drawn_modes.__wrapped__)(surface)
+    kept = surface.side <= _MAX_KEPT_WAVES * surface.short_wavelength
+    draw = _drawn_modes if kept else _drawn_modes.__wrapped__
+    return draw(surface)
 
 
 @lru_cache(maxsize=2)
 def _drawn_modes(surface: SelfAffine) -> Modes:
-    kx, ky = _half_plane(surface.side / surface.short_wavelength * (1 + _ROUNDING))
+    kx, ky = _half_plane(surface.side / surface.short_wavelength * (1 + ROUNDING))
     phase, uniform = np.random.default_rng(surface.seed).random((kx.size, 2)).T
 
     # Waves that are longer than the spectrum allows are skipped after the draw.
     wavenumber = np.sqrt(kx**2 + ky**2)
     longest = surface.longest_wavelength or surface.long_wavelength
-    first = np.searchsorted(wavenumber, surface.side / longest * (1 - _ROUNDING))
+    first = np.searchsorted(wavenumber, surface.side / longest * (1 - ROUNDING))
     kx, ky, wavenumber = kx[first:], ky[first:], wavenumber[first:]
     if not kx.size:
         raise ValueError(

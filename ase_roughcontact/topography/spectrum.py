@@ -18,7 +18,7 @@ from ase_roughcontact._util.validation import FloatArray, Point, height_array, p
 from ase_roughcontact.topography.interpolation import mean_squares
 
 # Least rms difference of opposite edges that is a step, relative to neighbouring lines.
-_STEP = 2.0
+_MIN_EDGE_STEP = 2.0
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,11 @@ class Statistics:
         `square` are their square wave numbers (inverse area), `power` their mean square
         heights (area).
         """
-        sums = ((square**m * power).sum() for m in range(3))
-        return cls(*(math.sqrt(total) for total in sums))
+        return cls(
+            math.sqrt(power.sum()),
+            math.sqrt((square * power).sum()),
+            math.sqrt((square**2 * power).sum()),
+        )
 
 
 def smooth_component(heights: FloatArray) -> FloatArray:
@@ -141,14 +144,14 @@ def pressed_statistics(
     points. The seam of a periodic map is left out if its edges do not fit each other.
     """
     seamless = periodic and not has_edge_step(heights)
-    squares = mean_squares(heights, spacing, seamless)
-    return Statistics(float(heights.std()), *map(math.sqrt, squares))
+    slope, curvature = mean_squares(heights, spacing, seamless)
+    return Statistics(float(heights.std()), math.sqrt(slope), math.sqrt(curvature))
 
 
 def has_edge_step(heights: FloatArray) -> bool:
     """Return whether opposite edges of heights do not fit each other."""
     across, beside = edge_step(heights)
-    return across > _STEP * beside
+    return across > _MIN_EDGE_STEP * beside
 
 
 def edge_step(heights: FloatArray) -> tuple[float, float]:
@@ -204,7 +207,7 @@ def power_spectrum(
     """
     h, steps = height_array(heights), axis_spacings(spacing)
     if not periodic:
-        window = np.outer(*(np.hanning(n) for n in h.shape))
+        window = np.outer(np.hanning(h.shape[0]), np.hanning(h.shape[1]))
         h = (h - h.mean()) * window / math.sqrt(np.mean(window**2))
     square, number, power = _waves(h, steps)
     number[0, 0] = 0

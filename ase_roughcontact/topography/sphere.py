@@ -139,10 +139,10 @@ class RoughSphere(Topography):
 
         Half of the period of a periodic roughness; infinity for a smooth paraboloid.
         """
-        known = self.rough.extent
+        extent = self.rough.extent
         if self.profile == "sphere":
-            return min(known, self.radius / math.sqrt(2))  # a square within the sphere
-        return known
+            return min(extent, self.radius / math.sqrt(2))  # a square within the sphere
+        return extent
 
     @property
     def repeats(self) -> bool:

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 from ase_roughcontact._util.validation import Point, Shape
 
-# Relative difference of the sides of pixels that is rounding.
-_SAME = 1e-6
-# Strain that is small enough. Largest number of points along x over the least number.
-_STRAIN, _MOST = 1e-3, 1.25
+# Relative difference up to which the sides of pixels are equal.
+_SIDE_TOLERANCE = 1e-6
+# Strain that is small enough.
+_MAX_STRAIN = 1e-3
+# Largest number of points along x over the least number.
+_MAX_POINT_RATIO = 1.25
 
 
 @dataclass(frozen=True)
@@ -40,15 +42,15 @@ class SquareGrid:
         smaller distance, or slightly less, where this makes the strain smaller.
         """
         (n, m), (x, y) = shape, spacing
-        if math.isclose(x, y, rel_tol=_SAME):
+        if math.isclose(x, y, rel_tol=_SIDE_TOLERANCE):
             return cls(shape, x)
         width, length = n * x, m * y
-        least = math.ceil(width / min(x, y) * (1.0 - _SAME))
+        least = math.ceil(width / min(x, y) * (1.0 - _SIDE_TOLERANCE))
         grids = []
-        for points in range(least, math.ceil(_MOST * least) + 1):
+        for points in range(least, math.ceil(_MAX_POINT_RATIO * least) + 1):
             step = width / points
             lines = max(round(length / step), 1)
             grids.append(cls((points, lines), step, lines * step / length - 1.0))
-            if abs(grids[-1].strain) <= _STRAIN:
+            if abs(grids[-1].strain) <= _MAX_STRAIN:
                 return grids[-1]
         return min(grids, key=lambda grid: abs(grid.strain))

@@ -12,17 +12,22 @@ from ase_roughcontact.topography.levelling import polynomial
 from ase_roughcontact.topography.pressed_scan import highest
 
 # Largest radius of the fitted disc over the radius of curvature: the contact is there.
-_PART_OF_RADIUS = 0.5
-# Smallest radius of the fitted disc, in steps of the map. Number of fits.
-_LEAST_STEPS, _FITS = 4, 4
+_DISC_TO_RADIUS = 0.5
+# Smallest radius of the fitted disc, in steps of the map.
+_MIN_DISC_STEPS = 4
+# Number of fits, each on the disc of the radius before.
+_FITS = 4
 # Number of sectors of the disc; each one is left out in turn for the error.
 _SECTORS = 8
-# Least share of the variance that the shape of a tip explains. Largest error of its
-# curvature.
-_SHARE_OF_A_TIP, _ERROR_OF_A_TIP = 0.7, 0.5
-# Slope below which a scan may also be a flat with the bow of a scanner, and largest
-# ratio of the curvatures at the lowest point and of the whole map, if it is not.
-_FLAT_RISE, _UNEQUAL = 0.1, 2.0
+# Least share of the variance that the shape of a tip explains.
+_MIN_TIP_SHARE = 0.7
+# Largest relative error of the curvature of a tip.
+_MAX_TIP_ERROR = 0.5
+# Slope below which a scan may also be a flat with the bow of a scanner.
+_MAX_BOW_SLOPE = 0.1
+# Largest ratio of the curvatures at the lowest point and of the whole map of a tip that
+# is as flat as a bow.
+_MAX_CURVATURE_RATIO = 2.0
 
 
 @dataclass(frozen=True)
@@ -60,15 +65,15 @@ class TipFit:
     @property
     def is_tip(self) -> bool:
         """Whether the map is more curved than a rough flat surface."""
-        if not (self.radius < math.inf and self.share > _SHARE_OF_A_TIP):
+        if not (self.radius < math.inf and self.share > _MIN_TIP_SHARE):
             return False
-        agree = 1.0 / _UNEQUAL < self.whole < _UNEQUAL
-        return self.error < _ERROR_OF_A_TIP and (agree or not self.may_be_bow)
+        agree = 1.0 / _MAX_CURVATURE_RATIO < self.whole < _MAX_CURVATURE_RATIO
+        return self.error < _MAX_TIP_ERROR and (agree or not self.may_be_bow)
 
     @property
     def may_be_bow(self) -> bool:
         """Whether the map is as flat as a scan of a flat with the bow of a scanner."""
-        return self.rise < _FLAT_RISE
+        return self.rise < _MAX_BOW_SLOPE
 
     @classmethod
     def of(cls, heights: FloatArray, spacing: Point, margin: float = 0.0) -> TipFit:
@@ -85,7 +90,7 @@ class TipFit:
         x = spacing[0] * (np.arange(heights.shape[0], dtype=float) - i)
         y = spacing[1] * (np.arange(heights.shape[1], dtype=float) - j)
         widest = float(min(-x[0], x[-1], -y[0], y[-1]))
-        least = _LEAST_STEPS * max(spacing)
+        least = _MIN_DISC_STEPS * max(spacing)
         if widest < least:
             return cls(at_edge=True)
         x, y = np.meshgrid(x, y, indexing="ij")
@@ -96,7 +101,7 @@ class TipFit:
             for _ in range(_FITS):
                 if curvature <= 0.0:
                     return cls()
-                radius = max(least, min(widest, _PART_OF_RADIUS / curvature))
+                radius = max(least, min(widest, _DISC_TO_RADIUS / curvature))
                 bend = curvature if is_sphere else 0.0
                 disc = _Disc.of(heights, x, y, radius)
                 curvature, explained = disc.fit(bend)

@@ -136,9 +136,9 @@ def test_scars_change_the_slope_and_are_counted_point_by_point():
 def test_clipped_heights_are_named_and_nothing_mends_them():
     scan = np.minimum(WHOLE, np.quantile(WHOLE, 0.7))
     for remove in (False, True):
-        with pytest.warns(ScanWarning, match="30 % of the points have the largest"):
+        with pytest.warns(ScanWarning, match="30 % .* largest"):
             scanned(scan, remove_bad_lines=remove)
-    with pytest.warns(ScanWarning, match="have the smallest height"):
+    with pytest.warns(ScanWarning, match="smallest height"):
         scanned(-scan)
 
 
@@ -151,7 +151,7 @@ def test_heights_of_few_levels_are_not_clipped():
 def test_lines_along_the_other_axis_ask_for_an_exchange():
     scan = WHOLE.copy()
     with_zeros(scan)
-    with pytest.warns(ScanWarning, match=r"lines 30-32 of constant x .* \(transpose\)"):
+    with pytest.warns(ScanWarning, match=r"lines 30-32 .*\(transpose\)"):
         scanned(scan.T)
 
 

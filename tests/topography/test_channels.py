@@ -59,7 +59,7 @@ def test_two_heights_of_a_text_are_an_error_that_lists_them(tmp_path):
 
 def test_a_matrix_after_a_blank_line_is_another_channel(tmp_path):
     matrix = "\n".join("\t".join(f"{z:.5e}" for z in line) for line in OTHER.T)
-    with pytest.raises(ValueError, match="2 channels could be the height"):
+    with pytest.raises(ValueError, match=r"2 channels .*give channel"):
         read(tmp_path / "two.txt", block("Height", HEIGHT, "nm") + "\n" + matrix)
 
 
@@ -77,9 +77,9 @@ def test_comments_between_rows_separate_nothing(tmp_path):
 
 def test_a_text_that_is_no_height_is_refused(tmp_path):
     file = tmp_path / "phase.txt"
-    with pytest.raises(ValueError, match=r"no channel is a height: 0 'Phase' \(deg"):
+    with pytest.raises(ValueError, match=r"no channel .* 0 'Phase' \(deg"):
         read(file, block("Phase", OTHER, "deg"))
-    with pytest.raises(ValueError, match="'Phase' is no height, but in deg"):
+    with pytest.raises(ValueError, match=r"'Phase' .* in deg"):
         read(file, channel="Phase")
 
 
@@ -89,9 +89,9 @@ def test_the_height_of_a_binary_file_is_read_and_friction_in_volt_refused(
     file = tmp_path / "scan.mi"
     write_mi(file, HEIGHT, (2.0, 2.0))
     assert_heights(read(file), HEIGHT)
-    with pytest.raises(ValueError, match=r"2 channels are named 'Friction'.* number"):
+    with pytest.raises(ValueError, match=r"2 channels .*'Friction'.* number"):
         read(file, channel="Friction")
-    with pytest.raises(ValueError, match="'Friction' is no height, but in V"):
+    with pytest.raises(ValueError, match=r"'Friction' .* in V"):
         read(file, channel=2)
 
 
@@ -99,7 +99,7 @@ def test_the_phase_of_a_binary_file_is_no_height(tmp_path, topography):
     file = tmp_path / "scan.ibw"
     write_ibw(file, HEIGHT, (2.0, 2.0))
     assert_heights(read(file), HEIGHT)
-    with pytest.raises(ValueError, match="'PhaseRetrace' is no height, but in deg"):
+    with pytest.raises(ValueError, match=r"'PhaseRetrace' .* in deg"):
         read(file, channel="PhaseRetrace")
 
 

@@ -76,16 +76,16 @@ def test_the_center_of_a_map_is_on_the_axis():
     assert surface.heights((1, 1), 0.5)[0, 0] == BUMPS[2, 9]
     assert surface.extent == pytest.approx(1.0)
     assert surface.lowest(0.5) == BUMPS.min()
-    with pytest.raises(ValueError, match=r"y = -1 to 1.5, but the map only -4.5 to 1"):
+    with pytest.raises(ValueError, match=r"y = -1 to 1\.5, .* -4\.5 to 1"):
         surface.heights((1, 6), 0.5, (0.0, -1.0))
 
 
 @pytest.mark.parametrize(
     ("options", "shape", "spacing", "message"),
     [
-        ({"center": (8.5, 0.0)}, (1, 1), 1.0, "which spans x = 0 to 8, got 8.5"),
-        ({}, (6, 2), 1.0, "x = 0 to 5, but the map only -4 to 4"),
-        ({"periodic": True}, (10, 2), 1.0, "10 along x exceeds the period 9"),
+        ({"center": (8.5, 0.0)}, (1, 1), 1.0, r"x = 0 to 8, got 8\.5"),
+        ({}, (6, 2), 1.0, "x = 0 to 5, .* -4 to 4"),
+        ({"periodic": True}, (10, 2), 1.0, "10 along x .* period 9"),
         ({"heights": BUMPS[:3]}, (2, 2), 0.3, "at least 4 x 4 points, got 3 along"),
     ],
 )
@@ -115,7 +115,7 @@ def test_masked_points_are_missing_points():
     assert HeightMap(np.ma.array(BUMPS), 1.0) == HeightMap(BUMPS, 1.0)
     calls = HeightMap, power_spectrum, statistics, smooth_component
     for call, options in zip(calls, [(1.0,), (1.0,), (1.0,), ()], strict=True):
-        with pytest.raises(ValueError, match=r"got 1 values that are nan, .*masked"):
+        with pytest.raises(ValueError, match=r"got 1 .*masked"):
             call(heights, *options)
 
 

@@ -69,12 +69,12 @@ def test_map_scaled_to_an_rms_has_the_mean_of_the_wall():
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        ((FIELD,), "a random field needs rms"),
-        ((stripes, 0.2), "rms is for maps and random fields"),
+        ((FIELD,), "needs rms"),
+        ((stripes, 0.2), "rms .*omit it"),
         ((MAP, -0.2), "rms must be"),
         ((rc.HeightMap(np.ones((8, 8)), 1.0), 0.2), "must not be flat"),
         ((lambda x, y: x * np.nan,), "pattern must"),
-        ((0.3,), "pattern must be a HeightMap, a SelfAffine or a function"),
+        ((0.3,), "pattern must be"),
     ],
 )
 def test_invalid_patterns_are_errors(arguments, message):
@@ -86,7 +86,7 @@ def test_window_beyond_the_period_of_a_field_or_a_map_is_an_error():
     with pytest.raises(ValueError, match=r"of adhesion: .* period of 64 .* domain of"):
         PATTERNS["random"].factors((65, 65), 1.0)
     periodic = rc.Heterogeneity(rc.HeightMap(np.eye(8), 1.0, periodic=True))
-    with pytest.raises(ValueError, match=r"of adhesion: .* the period 8 of the map"):
+    with pytest.raises(ValueError, match=r"of adhesion: .* period 8 "):
         periodic.factors((9, 8), 1.0)
 
 
@@ -114,7 +114,7 @@ def test_uniform_pattern_changes_the_work_of_adhesion_of_every_wall(wall):
 def test_forces_are_minus_the_gradient_of_the_energy_with_a_pattern(wall):
     if wall.hard:
         pytest.skip("a hard wall's reaction is not a function of the positions")
-    with pytest.raises(ValueError, match="heterogeneity must be a Heterogeneity"):
+    with pytest.raises(ValueError, match="heterogeneity must be"):
         adhesive_atoms(wall, FIELD)
     atoms = adhesive_atoms(wall, PATTERNS["map"], (8, 8))
     atoms.positions[-1, 2] = wall.contact_distance + 0.2

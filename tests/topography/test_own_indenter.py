@@ -70,8 +70,8 @@ def test_path_is_resumed_with_the_same_indenter_only(tmp_path):
 @pytest.mark.parametrize(
     "value, message",
     [
-        (np.nan, "heights must be finite, got 64 values"),
-        (np.inf, "heights must be finite, got 64 values"),
+        (np.nan, "finite, got 64"),
+        (np.inf, "finite, got 64"),
         ("1.0", "heights must be .* real numbers, got shape .* <U3"),
         (1.0 + 0.0j, "heights must be .* real numbers, got shape .* complex128"),
     ],
@@ -184,7 +184,7 @@ def test_slope_that_a_coarser_grid_loses_is_not_known_without_statistics():
         def band_limited(self, shortest):
             return Cone(self.slope)
 
-    with pytest.warns(UserWarning, match="a part of the rms slope, which is not known"):
+    with pytest.warns(UserWarning, match="not known"):
         (step,) = path(Smoothed(0.2), [0.5], grid="2 a0")
     assert step.converged
     assert np.isnan(step.area_error)

@@ -36,7 +36,7 @@ def test_a_profile_is_read_as_one_and_refused_as_a_scan(tmp_path, table):
     np.savetxt(file, table)
     profile = read_scan(file)
     np.testing.assert_allclose(profile.heights, WAVE)
-    with pytest.raises(ValueError, match=r"profile of 1000 points.* needs a map"):
+    with pytest.raises(ValueError, match=r"1000 points.* scan an area"):
         HeightMap.from_topography(file, "substrate", unit="nm")
 
 

@@ -69,9 +69,9 @@ def test_the_bumps_of_a_scan_are_pressed_and_not_its_pits(role, lower_side, bump
         ({"center": (1.0, np.nan)}, "center must be"),
         ({"center": (25, 0)}, r"which spans 1\.9 x 1\.5 nm, got \(2\.5, 0\) nm"),
         ({"unit": "inch"}, "unknown unit of length 'inch'"),
-        ({"detrend": "tilt"}, "unknown way to detrend 'tilt'"),
-        ({"spacing": None}, r"distance between the points .* not known"),
-        ({"scan": np.full((4, 4), np.nan)}, "all points of the scan are missing"),
+        ({"detrend": "tilt"}, "detrend 'tilt'"),
+        ({"spacing": None}, "give spacing"),
+        ({"scan": np.full((4, 4), np.nan)}, "are missing"),
     ],
 )
 def test_wrong_arguments_are_refused(options, message):
@@ -92,7 +92,7 @@ def test_the_margin_is_a_length_along_both_axes():
     scan[2, 4], scan[10, 7], scan[11, 6] = 4.0, 3.0, 2.0
     options = {"spacing": (1.0, 4.0), "unit": "nm", "center": "highest"}
     assert untouched(scan, **options, margin=8.0).center == (110.0, 240.0)
-    with pytest.raises(ValueError, match="20 x 36 nm, is 17 nm from all edges"):
+    with pytest.raises(ValueError, match=r"20 x 36 nm.* 17 nm"):
         untouched(scan, **options, margin=17.0)
 
 
@@ -173,12 +173,12 @@ def test_a_topography_object_has_its_own_sizes_unit_period_and_mask(topography):
 
 def test_lengths_have_the_unit_that_is_given_or_that_of_the_scan(topography):
     scan = topography.Topography(ROUGH, (24.0, 27.0))
-    with pytest.raises(ValueError, match=r"unit of .* is not known: give unit"):
+    with pytest.raises(ValueError, match="give unit"):
         rc.HeightMap.from_topography(scan, "substrate")
     got = rc.HeightMap.from_topography(scan, "substrate", unit="nm", detrend="none")
     assert got == untouched(ROUGH, spacing=(2.0, 3.0), unit="nm")
     line = topography.UniformLineScan(ROUGH[0], 9.0)
-    with pytest.raises(ValueError, match="must be a map of heights on a grid"):
+    with pytest.raises(ValueError, match="map of heights"):
         rc.HeightMap.from_topography(line, "substrate")
     scan = topography.Topography(ROUGH, (24.0, 27.0), unit="nm")
     got = rc.HeightMap.from_topography(
@@ -258,7 +258,7 @@ def test_decimal_commas_and_missing_cells_of_text_are_recognised(tmp_path, text)
 def test_a_spacing_that_is_not_that_of_the_file_is_reported(tmp_path):
     file = tmp_path / "scan.txt"
     file.write_text("# Width: 10 nm\n# Height: 10 nm\n# Value units: nm\n0 1\n2 3\n")
-    with pytest.warns(UserWarning, match="2 x 2 nm is given and used, .* has 5 x 5 nm"):
+    with pytest.warns(UserWarning, match=r"2 x 2 nm .* 5 x 5 nm"):
         assert untouched(file, spacing="2 nm").spacing == pytest.approx((20.0, 20.0))
     assert untouched(file, spacing="5.02 nm").spacing[0] == pytest.approx(50.2)
 
@@ -274,7 +274,7 @@ def test_sizes_of_an_exchanged_file_are_exchanged_with_its_heights(tmp_path):
 def test_text_without_header_needs_unit_and_spacing(tmp_path):
     file = tmp_path / "scan.txt"
     file.write_text("# nothing about lengths\n" + matrix(ROUGH))
-    with pytest.raises(ValueError, match=r"the unit of .*scan.txt.* is not known"):
+    with pytest.raises(ValueError, match=r"scan\.txt.* give unit"):
         rc.HeightMap.from_topography(file, "substrate")
     np.save(tmp_path / "scan.npy", ROUGH)
     options = {"spacing": (2.0, 3.0), "unit": "nm"}
@@ -299,7 +299,7 @@ def test_a_list_of_points_becomes_a_map_whatever_its_order(tmp_path):
 def test_points_that_are_not_on_a_grid_are_refused(tmp_path):
     file = tmp_path / "scan.xyz"
     np.savetxt(file, RNG.uniform(size=(40, 3)))
-    with pytest.raises(ValueError, match="not on a regular grid along x"):
+    with pytest.raises(ValueError, match="along x: interpolate"):
         untouched(file, spacing=None, unit="nm")
 
 
@@ -349,7 +349,7 @@ def test_self_affine_parameters_of_a_scan_are_those_of_its_surface(hurst, period
 
 
 def test_a_flat_scan_has_no_self_affine_parameters():
-    with pytest.raises(ValueError, match="a flat map has no self-affine parameters"):
+    with pytest.raises(ValueError, match="flat map"):
         _ = untouched(np.zeros((8, 8))).rms_slope
 
 

@@ -47,7 +47,7 @@ def test_scales_in_the_header_of_a_holographic_microscope_are_used(
 def test_scales_that_are_not_understood_are_a_warning(tmp_path):
     file = tmp_path / "other.txt"
     np.savetxt(file, HEIGHTS.T, header="Pixel factor: 2.5")
-    with pytest.warns(UserWarning, match=r"'# Pixel factor: 2\.5' is not understood"):
+    with pytest.warns(UserWarning, match=r"'# Pixel factor: 2\.5'.* scale them"):
         read(file, spacing=1.0, unit="nm")
 
 
@@ -100,7 +100,7 @@ def test_places_with_few_digits_are_on_a_grid(tmp_path):
 def test_places_listed_twice_with_two_heights_are_refused(tmp_path):
     again = POINTS + np.array([0.0, 0.0, 5.0])
     np.savetxt(tmp_path / "scan.xyz", np.concatenate([POINTS, again]))
-    with pytest.raises(ValueError, match=r"48 points are listed twice, .* by up to 5:"):
+    with pytest.raises(ValueError, match=r"48 points .* by up to 5:"):
         read(tmp_path / "scan.xyz", unit="nm")
     np.savetxt(tmp_path / "scan.xyz", np.concatenate([POINTS, POINTS]))
     assert read(tmp_path / "scan.xyz", unit="nm").shape == HEIGHTS.shape
@@ -115,7 +115,7 @@ def test_numbers_of_points_in_the_first_column_are_left_out(tmp_path):
 
 def test_numbers_of_rows_before_a_matrix_are_refused(tmp_path):
     np.savetxt(tmp_path / "scan.txt", np.c_[np.arange(6), HEIGHTS.T])
-    with pytest.raises(ValueError, match=r"first column counts the rows \(0, 1,"):
+    with pytest.raises(ValueError, match=r"first column .*\(0, 1,"):
         read(tmp_path / "scan.txt", spacing=1.0, unit="nm")
 
 

@@ -37,13 +37,13 @@ def test_changes_of_returned_heights_do_not_change_the_surface(surface):
 @pytest.mark.parametrize(
     ("window", "message"),
     [
-        ({"shape": (0, 4)}, "shape must be two whole numbers >= 1"),
-        ({"shape": (4.5, 4)}, "shape must be two whole numbers"),
-        ({"shape": 4}, "shape must be two whole numbers"),
+        ({"shape": (0, 4)}, "shape must be .*>= 1"),
+        ({"shape": (4.5, 4)}, "shape must be"),
+        ({"shape": 4}, "shape must be"),
         ({"spacing": 0.0}, "spacing must be a finite number > 0"),
         ({"spacing": math.nan}, "spacing must be a finite number > 0"),
         ({"origin": (0.0, math.inf)}, "origin_y must be a finite number, got inf"),
-        ({"origin": 0.0}, "origin must be two numbers"),
+        ({"origin": 0.0}, "origin must be"),
         ({"origin": ("a", 0.0)}, "origin_x must be a finite number"),
     ],
 )
