@@ -21,8 +21,6 @@ Point: TypeAlias = tuple[float, float]
 
 #: Largest magnitude of a number in a file; powers of it do not overflow.
 LARGEST = 1e30
-#: Relative difference up to which numbers are equal: far above rounding errors.
-ROUNDING = 1e-9
 # Largest number of grid points along x or y: more do not fit into any memory.
 _MAX_POINTS = 10**9
 # Types of numbers.

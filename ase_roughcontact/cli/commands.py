@@ -36,14 +36,15 @@ def plan(options: argparse.Namespace) -> int:
     Exit status, as for "run": 0 all steps can run in the free memory, 2 some can't, or
     the scene is invalid.
     """
-    given = checked_scene(options)
-    scene, described = given.planned, given.path.describe(given.bodies)
-    count = given.path.expected_count(given.bodies)
-    planned = with_files_of(given, scene.plan()).repeated(count)
+    whole = checked_scene(options)
+    scene, described = whole.planned, whole.path.describe(whole.bodies)
+    count = whole.path.expected_count(whole.bodies)
+    planned = with_files_of(whole, scene.plan()).repeated(count)
     unit = report.target_unit(scene)
     if options.json:
+        units = {**units_of(), "target": unit}
         for step in planned.steps:
-            write(json_line(asdict(step), units_of() | {"target": unit}))
+            write(json_line(asdict(step), units))
     elif not options.quiet:
         printed = printed_unit(unit)
         steps = planned.printed(f"{scene.control.name} ({printed})", UNITS[printed])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact._util.units import UNITS, pressure_unit, with_unit
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.results.record import columns_of
@@ -21,26 +22,28 @@ def bodies(scene: Scene) -> dict[str, str]:
     """Return descriptions of solid, indenter, roughness and wall."""
     nm, tip = UNITS["nm"], scene.whole_tip
     radius = f"radius {scene.radius / nm:.4g} nm"
-    tip_of_pair = f" with {scene.sphere.material}" if scene.sphere.material else ""
-    found = {
-        "solid": f"{label_of(scene.substrate, scene.solid)}{tip_of_pair}, "
-        + ("" if scene.is_flat else f"{_spacing(scene)}, ")
-        + _hardness(scene),
-        "indenter": f"sphere of {radius}"
-        if tip is None
-        else f"scanned tip (radius {tip_radius(tip)}, fitted to the scan)",
-    }
+    solid = label_of(scene.substrate, scene.solid)
+    if scene.sphere.material:
+        solid += f" with {scene.sphere.material}"
+    if not scene.is_flat:
+        solid += f", {_spacing(scene)}"
+    indenter = f"sphere of {radius}"
+    if tip is not None:
+        indenter = f"scanned tip (radius {tip_radius(tip)}, fitted to the scan)"
+    found = {"solid": f"{solid}, {_hardness(scene)}", "indenter": indenter}
     if scene.is_flat:
         n, m = (k * scene.spacing / nm for k in scene.bodies.cell or ())
         found["indenter"] = f"rough flat, periodic cell of {n:.4g} x {m:.4g} nm"
         found["indenter"] += _resampled(scene)
-        if removed := scene.bodies.problem.topography.rough.edge_change:
+        removed = scene.bodies.problem.topography.rough.edge_change
+        if removed:
             found["indenter"] += (
                 f"; a smooth surface (rms height {removed / nm:.3g} nm) is subtracted, "
                 "which makes it periodic (Moisan 2011); the errors of areas include it"
             )
-    if taken := lengths_in_spacings(scene, scene.spacing):
-        found["units"] = taken
+    note = lengths_in_spacings(scene, scene.spacing)
+    if note:
+        found["units"] = note
     rough = scene.rough
     if isinstance(rough, SelfAffine):
         statistics = rough.statistics()
@@ -54,13 +57,12 @@ def bodies(scene: Scene) -> dict[str, str]:
     if scene.scan is not None and scene.topography is not None:
         found["scan"] = scene.topography.summary
     wall = scene.wall
-    found["wall"] = wall.label + (
-        f", {wall.work_of_adhesion / UNITS['J/m^2']:.3g} J/m², range of the attraction "
-        f"{wall.attraction_range / nm:.3g} nm"
-        f"{_origin(scene)}"
-        if wall.attractive
-        else ""
-    )
+    found["wall"] = wall.label
+    if wall.attractive:
+        found["wall"] += (
+            f", {wall.work_of_adhesion / UNITS['J/m^2']:.3g} J/m², range of the "
+            f"attraction {wall.attraction_range / nm:.3g} nm{_origin(scene)}"
+        )
     if scene.friction is not None:
         found["friction"] = scene.friction.label
         if isinstance(scene.solid, Isotropic):
@@ -72,9 +74,9 @@ def bodies(scene: Scene) -> dict[str, str]:
         if scene.is_flat and scene.scan is not None:
             label = label.replace("a0", "pixel")
         spacing = scene.grid_change.spacing(scene.spacing) / nm
-        found["grid"] = f"continuum on a grid of spacing {label} = {spacing:.4g} nm" + (
-            f"; {lost_text(scene.grid_change, lost)}" if lost else ""
-        )
+        found["grid"] = f"continuum on a grid of spacing {label} = {spacing:.4g} nm"
+        if lost:
+            found["grid"] += f"; {lost_text(scene.grid_change, lost)}"
     return found
 
 
@@ -84,7 +86,8 @@ def theory(reference: Reference) -> dict[str, str]:
     found, limits = {}, reference.scene.bodies.sphere_limits
     if reference.explanation:
         found["theory"] = reference.explanation
-        found["theory"] += ", at the instantaneous modulus" if limits else ""
+        if limits:
+            found["theory"] += ", at the instantaneous modulus"
     if reference.criteria:
         found["stickiness of flats"] = "; ".join(map(str, reference.criteria))
     if smooth.pull_off_force:
@@ -103,10 +106,9 @@ def theory(reference: Reference) -> dict[str, str]:
                 "the sum of the resistivities"
             )
     elif not scene.path.columns:
+        label = scene.bodies.labelled(f"{smooth.name}, {smooth.sphere}")
         found[f"A/A_{smooth.symbol}"] = (
-            "contact area relative to "
-            f"{scene.bodies.labelled(f'{smooth.name}, {smooth.sphere}')}"
-            f"{_under_soft_wall(scene)}"
+            f"contact area relative to {label}{_under_soft_wall(scene)}"
         )
     return found
 
@@ -128,7 +130,7 @@ def _origin(scene: Scene) -> str:
 
 def _resampled(scene: Scene) -> str:
     """Return how a scan is sampled if its pixels are not squares."""
-    if scene.scan is None or math.isclose(*scene.scan.spacing, rel_tol=1e-6):
+    if scene.scan is None or math.isclose(*scene.scan.spacing, rel_tol=RATIO_ROUNDING):
         return ""
     x, y = (each / UNITS["nm"] for each in scene.scan.spacing)
     rough: Any = scene.bodies.problem.topography.rough
@@ -165,9 +167,10 @@ def _under_soft_wall(scene: Scene) -> str:
     if scene.wall.hard:
         return ""
     if not scene.wall.attractive:
-        larger = '; a soft wall enlarges it, most in small contacts (Hertz: "hard")'
-        return larger * (scene.rough is None)
+        if scene.rough is not None:
+            return ""
+        return '; a soft wall enlarges it, most in small contacts (Hertz: "hard")'
     return (
-        "; areas are those of the atoms under pressure, while that of theory includes "
+        "; areas are of the atoms under pressure, while the area of theory includes "
         "the rim under tension, and is larger"
     )

@@ -20,8 +20,15 @@ from ase_roughcontact.cli.parser import function_of, make_parser
 
 # Packages with versions that matter to results and files.
 _DEPENDENCIES = (
-    *("ase", "numpy", "scipy", "pyfftw", "ducc0", "matscipy", "matplotlib"),
-    *("SurfaceTopography", "distributed"),
+    "ase",
+    "numpy",
+    "scipy",
+    "pyfftw",
+    "ducc0",
+    "matscipy",
+    "matplotlib",
+    "SurfaceTopography",
+    "distributed",
 )
 
 
@@ -49,10 +56,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print_error(error)
         return 2
     except _Terminated:
-        write_error(f"\nterminated{_what_is_kept(options)}")
+        write_error(f"\nterminated{_kept_results(options)}")
         return 128 + signal.SIGTERM
     except KeyboardInterrupt:
-        write_error(f"\ninterrupted{_what_is_kept(options)}")
+        write_error(f"\ninterrupted{_kept_results(options)}")
         return 128 + signal.SIGINT
 
 
@@ -128,11 +135,13 @@ def _print_warning(warning: Warning | str) -> None:
     while frame.f_back and frame.f_globals["__name__"] in skipped:
         frame = frame.f_back
     source = frame.f_globals["__name__"].partition(".")[0]
-    of = "" if source in ("ase_roughcontact", "__main__") else f" of {source}"
-    print_error(f"warning{of}: {warning}")
+    kind = "warning"
+    if source not in ("ase_roughcontact", "__main__"):
+        kind += f" of {source}"
+    print_error(f"{kind}: {warning}")
 
 
-def _what_is_kept(options: argparse.Namespace) -> str:
+def _kept_results(options: argparse.Namespace) -> str:
     """Return which results of an interrupted command are kept, and how to continue."""
     if options.command not in ("run", "ensemble"):
         return ""

@@ -12,6 +12,7 @@ from ase.io import write
 
 from ase_roughcontact import plot
 from ase_roughcontact._util.files import replaced
+from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.units import UNITS, pressure_unit, printed_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis.view import with_indenter
@@ -29,14 +30,14 @@ from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.topography import SelfAffine
 
 NN, _NM2 = UNITS["nN"], UNITS["nm²"]
-# Rounding of times, relative.
-_ROUNDING = 1e-12
 # Number of maps in a figure.
-_MAPS = 4
+_MAPS_PER_FIGURE = 4
 # Maps share their range if their widths differ by at most this factor.
-_SHARED_RANGE = 3.0
-# Number of points of a curve of theory, and factor by which it exceeds the steps.
-_POINTS, _EXTENT = 60, 1.2
+_MAX_WIDTH_RATIO = 3.0
+# Number of points of a curve of theory.
+_CURVE_POINTS = 60
+# Factor by which a curve of theory exceeds the steps.
+_CURVE_EXTENT = 1.2
 
 
 def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
@@ -54,8 +55,8 @@ def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
     """
     surface, times, kept = scene.sampled_surface, printed_times(scene), None
     if times.size:
-        known = [step.time * (1.0 + _ROUNDING) for step in steps]
-        kept = set(np.searchsorted(known, times).tolist())
+        reached = [step.time * (1.0 + ROUNDING) for step in steps]
+        kept = set(np.searchsorted(reached, times).tolist())
     file = folder / "sweep.traj"
     # a run that was killed may have left the frame of a step that is not finished
     shown = [n for n in steps_with_frames(file) if n < len(steps)]
@@ -105,7 +106,7 @@ def draw(
         names.append("force.png")
     if shown is None:
         with_frame = steps_with_frames(folder / "sweep.traj")
-        shown = _shown([step for step in steps if step.step in with_frame])
+        shown = _chosen_steps([step for step in steps if step.step in with_frame])
     shown = _touching(shown)
     if shown:
         _draw_maps(reference, steps, shown, folder)
@@ -134,11 +135,11 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     """Draw the area, and relative to Hertz, against load beside theory."""
     scene = reference.scene
     shown = [step for step in steps if _is_compressive(step)]
-    forces, areas, errors, converged = (
-        _column(shown, name)
-        for name in ("normal_force", scene.area_column, "area_error", "converged")
+    forces, areas = _column(shown, "normal_force"), _column(shown, scene.area_column)
+    errors, converged = _column(shown, "area_error"), _column(shown, "converged")
+    along = np.geomspace(
+        forces.min() / _CURVE_EXTENT, _CURVE_EXTENT * forces.max(), _CURVE_POINTS
     )
-    along = np.geomspace(forces.min() / _EXTENT, _EXTENT * forces.max(), _POINTS)
     hertz, rough = scene.bodies.hertz_area(along), reference.rough_area(along)
     spheres = reference.smooth, *reference.limits
     adhesive = {c.label: c.contact_area(along) for c in spheres if c.pull_off_force}
@@ -150,25 +151,28 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         **adhesive,
         rf"first asperity: theory, $({curvature})^{{2/3}}$": first * hertz,
     }
-    known = {
-        scene.bodies.labelled(k): each
-        for k, each in theory.items()
-        if np.isfinite(each).any()
-    }
-    absolute = {k: (along / NN, each / _NM2) for k, each in known.items()}
-    relative = {k: (along / NN, each / hertz) for k, each in known.items()}
+    absolute, relative = {}, {}
+    for name, area in theory.items():
+        if np.isfinite(area).any():
+            labelled = scene.bodies.labelled(name)
+            absolute[labelled] = along / NN, area / _NM2
+            relative[labelled] = along / NN, area / hertz
     random = isinstance(scene.rough, SelfAffine)
     label = "simulation (one realisation)" if random else "simulation"
-    smooth = "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else "")
+    smooth = "Hertz: theory, smooth sphere"
+    if adhesive:
+        smooth += " without adhesion"
     smooth = scene.bodies.labelled(smooth)
     with written(file, 5.4) as figure:
         upper, lower = panels = figure.subplots(2, 1, sharex=True)
         upper.plot(along / NN, hertz / _NM2, color=plot.GREY, lw=1)
         loads = forces / NN
-        values = areas / _NM2, scene.bodies.hertz_area(forces) / _NM2
-        bars = errors / _NM2
-        plot.plot_area(upper, loads, values[0], absolute, converged, bars, label)
-        plot.plot_curve(lower, loads, *values, relative, converged, smooth, bars, label)
+        values, bars = areas / _NM2, errors / _NM2
+        of_hertz = scene.bodies.hertz_area(forces) / _NM2
+        plot.plot_area(upper, loads, values, absolute, converged, bars, label)
+        plot.plot_curve(
+            lower, loads, values, of_hertz, relative, converged, smooth, bars, label
+        )
         upper.label_outer()
         letter(panels)
         if len(shown) < len(steps):
@@ -181,7 +185,7 @@ def _draw_flat(reference: Reference, steps: Sequence[Any], file: Path) -> None:
     scene: Any = reference.scene
     shown = [step for step in steps if _is_compressive(step)]
     pressure = _column(shown, "normal_force") / scene.bodies.nominal_area
-    area, error = (_column(shown, n) for n in (scene.area_column, "area_error"))
+    area, error = _column(shown, scene.area_column), _column(shown, "area_error")
     modulus, nominal = scene.contact_modulus, scene.bodies.nominal_area
     with written(file, 6.0) as figure:
         panels = upper, middle, lower = figure.subplots(3, 1)
@@ -206,11 +210,10 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     first_contact = steps[0].height + steps[0].penetration
     spheres = reference.smooth, *reference.limits
     curves = {scene.bodies.labelled(each.label): each for each in spheres}
-    known = scene.bodies.forces_over_depth(curves, steps).items()
-    theory = {
-        label: (first_contact - depth if by_height else depth, force)
-        for label, (depth, force) in known
-    }
+    theory = scene.bodies.forces_over_depth(curves, steps)
+    if by_height:
+        for name, (depth, force) in theory.items():
+            theory[name] = first_contact - depth, force
     with written(file, 3.4) as figure:
         axes = figure.subplots()
         plot.plot_force(
@@ -233,13 +236,13 @@ def _touching(steps: Sequence[LoadStep]) -> list[LoadStep]:
     return [step for step in steps if step.repulsive_atoms]
 
 
-def _shown(steps: Sequence[LoadStep]) -> list[LoadStep]:
-    """Return four different steps in contact, the deepest one included."""
+def _chosen_steps(steps: Sequence[LoadStep]) -> list[LoadStep]:
+    """Return at most four different steps in contact, the deepest one included."""
     states = {(s.height, s.normal_force, s.contact_area): s for s in _touching(steps)}
     touching = list(states.values())
     if not touching:
         return []
-    chosen = np.linspace(0, len(touching) - 1, _MAPS).round().astype(int)
+    chosen = np.linspace(0, len(touching) - 1, _MAPS_PER_FIGURE).round().astype(int)
     deepest = int(np.argmax(_column(touching, "penetration")))
     chosen[np.argmin(abs(chosen - deepest))] = deepest
     return [touching[i] for i in np.unique(chosen)]
@@ -254,10 +257,10 @@ def _draw_maps(
     """Draw maps of some steps, with the contact of a smooth sphere under their load."""
     frames = frames_of_steps(folder / "sweep.traj", [step.step for step in shown])
     branches = reference.scene.path.branch_names(reference.scene.bodies, steps)
-    titles = [
-        f"({name}) {_title(reference.scene, step, branches[steps.index(step)])}"
-        for name, step in zip(letters(len(shown)), shown, strict=True)
-    ]
+    titles = []
+    for letter_of_map, step in zip(letters(len(shown)), shown, strict=True):
+        branch = branches[steps.index(step)]
+        titles.append(f"({letter_of_map}) {_title(reference.scene, step, branch)}")
     scene, smooth = reference.scene, reference.smooth
     unit = printed_unit("eV/Å^3", scene.contact_modulus)
     largest = max(pressure_of(frame).max() for frame in frames) / UNITS[unit]
@@ -320,7 +323,7 @@ def _share_range(panels: Sequence[Any]) -> None:
     """Give maps the same range, unless contacts would be too small to be seen."""
     limits = np.array([(panel.get_xlim(), panel.get_ylim()) for panel in panels])
     halves = np.ptp(limits[:, 0], axis=1) / 2.0
-    if halves.max() <= _SHARED_RANGE * halves.min():
+    if halves.max() <= _MAX_WIDTH_RATIO * halves.min():
         half = np.array([-1.0, 1.0]) * halves.max()
         for panel, (x, y) in zip(panels, limits.mean(axis=2), strict=True):
             panel.set(xlim=x + half, ylim=y + half)

@@ -15,10 +15,11 @@ from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import report
 from ase_roughcontact.results.record import LoadStep, columns_of
+from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
 # Columns of the table of steps, with the columns of their errors.
-_COLUMNS = {
+_ERROR_OF_COLUMN = {
     "step": "",
     "nominal_pressure": "",
     "mean_gap": "",
@@ -35,8 +36,9 @@ _COLUMNS = {
     "attractive_atoms": "",
     "plastic_atoms": "",
 }
-# Relative error that is left out, as it is below the last digit.
-_NEGLIGIBLE = 5e-5
+# Relative error below which it is left out, as it is below the last digit.
+_MIN_RELATIVE_ERROR = 5e-5
+# Captions of the figures.
 _CAPTIONS = {
     "curve.png": "Contact area, and relative to a smooth sphere without adhesion "
     "(Hertz), beside theory.",
@@ -44,6 +46,7 @@ _CAPTIONS = {
     "contact.png": "Pressure on the atoms in contact; circle: smooth sphere under the "
     "same load, around its axis; of a scanned tip around the centre of the load.",
 }
+# Captions of the figures of rough flats.
 _FLAT_CAPTIONS = {
     "curve.png": "Contact area relative to the nominal one, beside theory, mean gap, "
     "and contact stiffness and conductance, against the nominal pressure.",
@@ -70,19 +73,25 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     scene = reference.scene
     record = columns_of(type(steps[0]) if steps else LoadStep)
     other_area = {"contact_area", "continuum_area"} - {scene.area_column}
-    first, *others = _COLUMNS
+    first, *others = _ERROR_OF_COLUMN
     own = [name for name in scene.path.columns if name not in {"seconds", *others}]
-    shown = {
-        name: record[name]
-        for name in (first, *own, *others)
-        if name in record
-        and name not in other_area
+    shown = {}
+    for name in (first, *own, *others):
+        if name not in record or name in other_area:
+            continue
         # quantities that are not defined for the wall have no column
-        and not (record[name].where.constant and steps and _is_unknown(steps, name))
+        if record[name].where.constant and steps and _is_unknown(steps, name):
+            continue
+        shown[name] = record[name]
+    unknown = {
+        name.replace("_", " "): [step.not_known.get(name, "") for step in steps]
+        for name in shown
     }
     units = report.units_of(scene)
-    captions = _CAPTIONS | (_FLAT_CAPTIONS if scene.is_flat else {})
-    captions |= dict(scene.path.captions)
+    captions = dict(_CAPTIONS)
+    if scene.is_flat:
+        captions.update(_FLAT_CAPTIONS)
+    captions.update(scene.path.captions)
     if scene.roughness is not None and not scene.is_flat:
         captions["curve.png"] += (
             " Other realisations of the roughness scatter about it, most at light "
@@ -95,25 +104,12 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     return environment.from_string(template).render(
         title=folder.resolve().name,
         version=version("ase-roughcontact"),
-        warnings=[
-            *scene.warnings,
-            *(scene.path.warnings(scene.bodies, steps) if steps else ()),
-            *(
-                f"Step {step.step} did not converge: {step.message}"
-                for step in steps
-                if not step.converged
-            ),
-            *map(": ".join, report.exceeded_limits(steps).items()),
-        ],
+        warnings=_warnings(scene, steps),
         inputs=report.inputs(reference),
-        results=report.results(reference, steps)
-        | report.unknown_counted(
-            {
-                name.replace("_", " "): [s.not_known.get(name, "") for s in steps]
-                for name in shown
-            },
-            len(steps),
-        ),
+        results={
+            **report.results(reference, steps),
+            **report.unknown_counted(unknown, len(steps)),
+        },
         figures=[
             (base64.b64encode((folder / name).read_bytes()).decode(), caption)
             for name, caption in captions.items()
@@ -131,6 +127,19 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     )
 
 
+def _warnings(scene: Scene, steps: Sequence[LoadStep]) -> list[str]:
+    """Return the warnings about a scene, its results, and their validity."""
+    found = list(scene.warnings)
+    if steps:
+        found += scene.path.warnings(scene.bodies, steps)
+    for step in steps:
+        if not step.converged:
+            found.append(f"Step {step.step} did not converge: {step.message}")
+    for limit, text in report.exceeded_limits(steps).items():
+        found.append(f"{limit}: {text}")
+    return found
+
+
 def _is_unknown(steps: Sequence[LoadStep], name: str) -> bool:
     """Return whether a column is not known in any step."""
     return all(math.isnan(getattr(step, name)) for step in steps)
@@ -139,11 +148,11 @@ def _is_unknown(steps: Sequence[LoadStep], name: str) -> bool:
 def _cell(step: LoadStep, name: str, unit: str) -> tuple[str, str]:
     """Return a value of a step and its error as text; no error if it is negligible."""
     value = getattr(step, name) / UNITS[unit] if unit else getattr(step, name)
-    of_error = _COLUMNS.get(name)
-    error = getattr(step, of_error) / UNITS[unit] if of_error else 0.0
+    error_column = _ERROR_OF_COLUMN.get(name)
+    error = getattr(step, error_column) / UNITS[unit] if error_column else 0.0
     if math.isnan(value):
         return "not known", ""
     text = number(value).replace("-", "\N{MINUS SIGN}")
     if math.isnan(error):
         return text, "not known"
-    return text, number(error, 2) if error > _NEGLIGIBLE * abs(value) else ""
+    return text, number(error, 2) if error > _MIN_RELATIVE_ERROR * abs(value) else ""

@@ -15,10 +15,16 @@ from typing import Any, NoReturn
 from ase_roughcontact._util.parts import found_parts
 from ase_roughcontact._util.printing import write
 
-# Completions of arguments in the format of shtab.
-_FILE = {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"}
-_FOLDER = {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"}
-_OF_FOLDER: dict[str, Any] = {"metavar": "DIR", "type": Path, "completion": _FOLDER}
+# Completion of names of files, in the format of shtab.
+_FILE_COMPLETION = {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"}
+# Completion of names of folders, in the format of shtab.
+_FOLDER_COMPLETION = {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"}
+# Options of arguments for a folder.
+_FOLDER_OPTIONS: dict[str, Any] = {
+    "metavar": "DIR",
+    "type": Path,
+    "completion": _FOLDER_COMPLETION,
+}
 
 
 class _Parser(argparse.ArgumentParser):
@@ -34,8 +40,8 @@ class _Parser(argparse.ArgumentParser):
         if choice:
             similar = get_close_matches(choice[1], re.findall(r"[\w-]+", choice[2]))
         elif option:
-            known = re.findall(r"--[\w-]+", self.format_usage())
-            similar = get_close_matches(option[1], known)
+            options = re.findall(r"--[\w-]+", self.format_usage())
+            similar = get_close_matches(option[1], options)
         hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
         super().error(message + hint)
 
@@ -47,8 +53,11 @@ class _Parser(argparse.ArgumentParser):
         """Return the help, described by the docstring of the command."""
         if self.function:
             parts = _docstring(self.function).replace("::\n", ":\n").split("\n\n")
-            filled = (p if "\n " in p or p[0] == " " else fill(p, 79) for p in parts)
-            self.description = "\n\n".join(filled)
+            for number, part in enumerate(parts):
+                is_example = "\n " in part or part.startswith(" ")
+                if not is_example:
+                    parts[number] = fill(part, 79)
+            self.description = "\n\n".join(parts)
         return super().format_help()
 
 
@@ -56,10 +65,10 @@ def _docstring(name: str) -> str:
     """Return the docstring of a command from its source, as an import takes seconds."""
     module, _, function = name.partition(".")
     source = Path(__file__).with_name(f"{module}.py").read_text(encoding="utf-8")
-    nodes = (
-        node for node in ast.parse(source).body if isinstance(node, ast.FunctionDef)
-    )
-    return next(ast.get_docstring(n) or "" for n in nodes if n.name == function)
+    for node in ast.parse(source).body:
+        if isinstance(node, ast.FunctionDef) and node.name == function:
+            return ast.get_docstring(node) or ""
+    raise LookupError(f"no function {name}")
 
 
 def function_of(name: str) -> Callable[[argparse.Namespace], int]:
@@ -216,7 +225,7 @@ def _add_tradeoff(parser: argparse.ArgumentParser) -> None:
         "--error-of",
         choices=["area", "force", "height"],
         default="area",
-        help="answer that has the error; that of the height is relative to the "
+        help="answer that has the error; an error of the height is relative to the "
         "penetration (default: %(default)s)",
     )
     _add_picture(parser, "tradeoff.png")
@@ -335,7 +344,7 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
         metavar="NAMES",
         type=lambda text: [name.strip() for name in text.split(",")],
         default=[],
-        help='names and units of all columns in place of those in the file: "height '
+        help='names and units of all columns in place of the heading: "height '
         '(m), deflection (V)"',
     )
 
@@ -353,7 +362,7 @@ def _grid(text: str) -> tuple[int, int]:
 def _add_path(
     parser: argparse.ArgumentParser,
     *names: str,
-    completion: dict[str, str] = _FILE,
+    completion: dict[str, str] = _FILE_COMPLETION,
     **options: Any,
 ) -> None:
     """Add an argument for the name of a file or folder."""
@@ -367,7 +376,7 @@ def _add_scene(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_folder(parser: argparse.ArgumentParser) -> None:
-    _add_path(parser, "folder", help="output folder of the run", **_OF_FOLDER)
+    _add_path(parser, "folder", help="output folder of the run", **_FOLDER_OPTIONS)
 
 
 def _add_times(parser: argparse.ArgumentParser) -> None:
@@ -380,7 +389,7 @@ def _add_times(parser: argparse.ArgumentParser) -> None:
 
 def _add_out(parser: argparse.ArgumentParser, default: str) -> None:
     text = "output folder, created if necessary (default: %(default)s)"
-    _add_path(parser, "--out", default=Path(default), help=text, **_OF_FOLDER)
+    _add_path(parser, "--out", default=Path(default), help=text, **_FOLDER_OPTIONS)
 
 
 def _add_picture(parser: argparse.ArgumentParser, default: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.printing import cells, note, show, write
+from ase_roughcontact._util.rounding import LENGTH_ROUNDING
 from ase_roughcontact._util.tables import TableRows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli.common import checked_scene
@@ -16,16 +17,21 @@ from ase_roughcontact.cli.messages import print_error
 from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, as_map, run_places
 from ase_roughcontact.scene import Scene
 
-_HEADS = (
-    *("x (nm)", "y (nm)", "load (nN)", "area (nm²)", "pull-off force (nN)"),
+# Headings of the columns of the table.
+_HEADINGS = (
+    "x (nm)",
+    "y (nm)",
+    "load (nN)",
+    "area (nm²)",
+    "pull-off force (nN)",
     "depth (nm)",
 )
 # Width of a column.
-_WIDTH = 10
+_COLUMN_WIDTH = 10
 # Number of points of the scan along its longer side in the figure.
-_POINTS = 256
+_SCAN_POINTS = 256
 # Labels of the attributes in the figure.
-_MAPS = {"area": "contact area", "pull_off_force": "pull-off force"}
+_MAP_LABELS = {"area": "contact area", "pull_off_force": "pull-off force"}
 
 
 def places(options: argparse.Namespace) -> int:
@@ -40,7 +46,9 @@ def places(options: argparse.Namespace) -> int:
     is invalid.
     """
     scene = checked_scene(options)
-    found, failed, rows = list[Place](), 0, TableRows(_HEADS, [_WIDTH] * len(_HEADS))
+    found: list[Place] = []
+    failed = 0
+    rows = TableRows(_HEADINGS, [_COLUMN_WIDTH] * len(_HEADINGS))
     for place in run_places(scene, options.grid, options.out, workers=options.workers):
         found.append(place)
         failed += not place.converged
@@ -48,7 +56,7 @@ def places(options: argparse.Namespace) -> int:
             show(rows.row(_row(place)))
             if place.message:
                 style = "yellow" if place.converged else "red"
-                show(note(place.message, _WIDTH, style))
+                show(note(place.message, _COLUMN_WIDTH, style))
     files = [options.out / "places.csv"]
     if any(place.converged for place in found):
         files.append(options.out / "places.png")
@@ -71,7 +79,7 @@ def _draw(found: list[Place], scene: Scene, file: Path) -> None:
     from ase_roughcontact.plot.files import written
     from ase_roughcontact.plot.style import letter
 
-    shown = [name for name in _MAPS if np.nansum(as_map(found, name)[2]) > 0.0]
+    shown = [name for name in _MAP_LABELS if np.nansum(as_map(found, name)[2]) > 0.0]
     count = len(shown) + 1
     with written(file, 2.4, width=2.6 * count) as figure:
         panels = first, *others = figure.subplots(1, count, sharex=True, sharey=True)
@@ -85,7 +93,7 @@ def _draw(found: list[Place], scene: Scene, file: Path) -> None:
             x, y, values = as_map(found, name)
             cells = x / UNITS["nm"], y / UNITS["nm"], values.T / UNITS[unit]
             image = axes.pcolormesh(*cells, shading="nearest")
-            figure.colorbar(image, label=f"{_MAPS[name]} ({unit})")
+            figure.colorbar(image, label=f"{_MAP_LABELS[name]} ({unit})")
         first.invert_yaxis()  # the first line of the scan is at the top
         for axes in panels:
             axes.set(xlabel="$x$ (nm)", aspect="equal")
@@ -97,8 +105,8 @@ def _scan(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     config: Any = scene.topography
     surface = config.surface
     sides = (np.array(surface.shape) - 1) * surface.spacing
-    step = float(sides.max()) / _POINTS
-    n, m = (int(side / step + 1e-9) + 1 for side in sides)
+    step = float(sides.max()) / _SCAN_POINTS
+    n, m = (int(side / step + LENGTH_ROUNDING) + 1 for side in sides)
     x, y = surface.center
     heights = -surface.heights((n, m), step, (-x, -y))
     if config.role == "indenter":  # which is turned over around y

@@ -15,6 +15,7 @@ import numpy as np
 
 from ase_roughcontact import theory as theory_of
 from ase_roughcontact._util.printing import entries, note, number
+from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.tables import TableRows
 from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact._util.validation import FloatArray
@@ -26,23 +27,25 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
 # Error of an area from which a line below the table reports it.
-_SHOWN_ERROR = 0.001
+_MIN_REPORTED_ERROR = 0.001
 # Columns of the errors.
-_ERRORS = "area_error", "force_error", "height_error", "penetration_error"
+_ERROR_COLUMNS = "area_error", "force_error", "height_error", "penetration_error"
 # Width of the columns of the table of steps.
-_WIDTH = 7
+_COLUMN_WIDTH = 7
 # Entry for the time of a step of an earlier run.
 _RESTORED = "restored"
-# Relative rounding of times, and value in printed units below which it is zero.
-_ROUNDING, _ZERO = 1e-12, 1e-12
-# Part of the largest friction below which a lateral force is a rounding error.
-_NO_FORCE = 1e-9
-# Number of rows of a path in time, and least number of rows of a part of its schedule.
-_ROWS, _LEAST_ROWS = 30, 3
+# Value in printed units below which it is zero.
+_MIN_PRINTED_VALUE = 1e-12
+# Share of the largest friction below which a lateral force is a rounding error.
+_MIN_FRICTION_SHARE = 1e-9
+# Number of rows of a path in time.
+_ROWS_IN_TIME = 30
+# Least number of rows of a part of the schedule of a path in time.
+_MIN_ROWS_OF_PART = 3
 # Time after which the next step of a path in time has a row (s).
-_SILENT = 10.0
+_MAX_PAUSE = 10.0
 # Labels of columns in the table of steps, where they differ from the labels in files.
-_LABELS = {"largest_pressure": "p max"}
+_TABLE_LABELS = {"largest_pressure": "p max"}
 # Reason for a ratio to theory that is not known.
 _NO_RATIO = "without a contact under compression there is no ratio"
 # Reason for an area by theory that is not known.
@@ -85,16 +88,14 @@ class StepTable:
         self._total = "" if count is None else f"/{count - 1}"
         # the time of a step that an earlier run has taken is not known
         self._unknown = None if self._scene.path.columns else "time (s)"
-        heads = [each.head for each in self._columns]
-        self._rows = TableRows(
-            ["step", *heads, ""],
-            [
-                max(2 * len(self._total) - 1, 4),
-                *(len(_RESTORED) if h == self._unknown else _WIDTH for h in heads),
-                1,
-            ],
-        )
-        self._shown, self._last = 0, time.monotonic()
+        heads, widths = ["step"], [max(2 * len(self._total) - 1, 4)]
+        for each in self._columns:
+            heads.append(each.head)
+            is_unknown = each.head == self._unknown
+            widths.append(len(_RESTORED) if is_unknown else _COLUMN_WIDTH)
+        self._rows = TableRows([*heads, ""], [*widths, 1])
+        self._reached = 0  # times of rows up to the last step
+        self._last = time.monotonic()
         self._times = printed_times(self._scene)
         self._limits: set[str] = set()
 
@@ -113,13 +114,12 @@ class StepTable:
             Whether the step was calculated by an earlier run.
         """
         row = [f"{step.step}{self._total}"]
-        row += (
-            _RESTORED if restored and each.head == self._unknown else each.text_of(step)
-            for each in self._columns
-        )
+        for each in self._columns:
+            is_unknown = restored and each.head == self._unknown
+            row.append(_RESTORED if is_unknown else each.text_of(step))
         checks = failed_checks(step.validity).values()
         names = [check.name for check in checks if not check.constant]
-        row.append("*" * bool(names))
+        row.append("*" if names else "")
         found: list[Any] = []
         new = [name for name in names if name not in self._limits]
         self._limits.update(new)
@@ -139,10 +139,11 @@ class StepTable:
         """Return whether the step reaches the next time that has a row."""
         if not self._times.size:
             return True
-        now = step.time * (1.0 + _ROUNDING)
-        reached = int(np.searchsorted(self._times, now, side="right"))
-        due, self._shown = reached > self._shown, reached
-        return due or time.monotonic() - self._last > _SILENT
+        now = step.time * (1.0 + ROUNDING)
+        before = self._reached
+        self._reached = int(np.searchsorted(self._times, now, side="right"))
+        is_due = self._reached > before
+        return is_due or time.monotonic() - self._last > _MAX_PAUSE
 
 
 def printed_times(scene: Scene) -> FloatArray:
@@ -151,7 +152,7 @@ def printed_times(scene: Scene) -> FloatArray:
     if schedule is None:
         return np.zeros(0)
     parts = list(schedule.timed_parts())
-    count = max(_ROWS // len(parts), _LEAST_ROWS) + 1
+    count = max(_ROWS_IN_TIME // len(parts), _MIN_ROWS_OF_PART) + 1
     times = [np.linspace(t, t + part.duration, count) for t, _, part in parts]
     return np.unique(times)
 
@@ -169,7 +170,7 @@ def table_columns(reference: Reference) -> list[TableColumn]:
                 return f"{step.seconds:.2f}"
             return number(_printed(step, name, unit), digits)
 
-        head = heading(scene, name, label or _LABELS.get(name, ""))
+        head = heading(scene, name, label or _TABLE_LABELS.get(name, ""))
         return TableColumn(head, text_of, lambda step: step.not_known.get(name, ""))
 
     def relative(step: LoadStep) -> str:
@@ -240,7 +241,7 @@ def units_of(scene: Scene) -> dict[str, str]:
     units = {k: printed_unit(each.unit, modulus) for k, each in columns.items()}
     if scene.is_flat:
         units = {k: "nm" if unit == "Å" else unit for k, unit in units.items()}
-        units |= {"nominal_pressure": "MPa"}
+        units["nominal_pressure"] = "MPa"
     return units
 
 
@@ -290,7 +291,7 @@ def unknown_counted(reasons: Mapping[str, Iterable[str]], total: int) -> dict[st
 def _unknown_errors(step: LoadStep) -> str:
     """Return why errors of a step are not known; empty if all are known."""
     unknown = step.not_known
-    return next((unknown[name] for name in _ERRORS if name in unknown), "")
+    return next((unknown[name] for name in _ERROR_COLUMNS if name in unknown), "")
 
 
 def _unknown_in_table(
@@ -321,30 +322,29 @@ def _results_of_steps(
     area = scene.area_column
     parts = [s.area_error / getattr(s, area) for s in steps if getattr(s, area)]
     parts = [part for part in parts if math.isfinite(part)]
-    if parts and max(parts) >= _SHOWN_ERROR:
+    if parts and max(parts) >= _MIN_REPORTED_ERROR:
         ends = dict.fromkeys(f"{100.0 * part:.2g}" for part in (min(parts), max(parts)))
         found["errors of areas"] = (
-            f"{' to '.join(ends)} %, estimated; nine of ten are below twice that"
+            f"{' to '.join(ends)} %, estimated; nine of ten are below twice this"
         )
     return found
 
 
 def _counted(scene: Scene, steps: Sequence[LoadStep]) -> dict[str, str]:
-    """Return that areas are counted, and the last one beside the continuum's."""
+    """Return that areas are counted, and the last area beside the continuum's."""
     touching = [step for step in steps if step.repulsive_atoms]
     if scene.is_continuum or not touching:
         return {}
     last, unit = touching[-1], units_of(scene)["contact_area"]
-    counted, area, error = (
-        getattr(last, name) / UNITS[unit]
-        for name in ("contact_area", "continuum_area", "continuum_area_error")
-    )
-    continuum = f"{number(area)} {unit}, error not known"
+    counted = number(last.contact_area / UNITS[unit])
+    area = number(last.continuum_area / UNITS[unit])
+    error = last.continuum_area_error / UNITS[unit]
+    continuum = f"{area} {unit}, error not known"
     if math.isfinite(error):
-        continuum = f"{number(area)} ± {number(error, 2)} {unit}"
+        continuum = f"{area} ± {number(error, 2)} {unit}"
     return {
-        "counted areas": f"number of atoms times the area of each, {number(counted)} "
-        f"{unit} in step {last.step}; continuum: {continuum}"
+        "counted areas": f"number of atoms times the area of each, {counted} {unit} "
+        f"in step {last.step}; continuum: {continuum}"
     }
 
 
@@ -377,12 +377,16 @@ def summary(reference: Reference, steps: Sequence[LoadStep]) -> list[Any]:
 
 def files_table(pictures: Sequence[str]) -> Any:
     """Return the table of the files of a run, given the names of its figures."""
+    view = (
+        "for viewing, with heights enlarged; purple: in contact, light blue: attracted"
+    )
+    if "friction.png" in pictures:
+        view += ", green: slips"
     files = {
         "curve.csv": "all columns of the table",
         "sweep.traj": "frames for looking",
         "sweep.restart.npz": "all steps, from which a run is resumed",
-        "view.traj": "for viewing, with heights enlarged; purple: in contact, light "
-        "blue: attracted" + (", green: slips" * ("friction.png" in pictures)),
+        "view.traj": view,
         **dict.fromkeys(pictures, "figure"),
         "scene.toml": "the scene",
     }
@@ -401,14 +405,17 @@ def _solver(scene: Scene, step: LoadStep) -> str:
         "height": f"{number(step.height_error, 2)} Å",
     }
     memory = number(step.memory / UNITS["GB"], 2)
-    return (
+    text = (
         f"{step.iterations} iterations, {step.pairs:.0f} FFT pairs; window "
         f"{step.window}, grid {step.grid}, {memory} GB; largest "
         f"force {step.max_force:.2g} eV/Å, tolerance {step.tolerance:.2g} eV/Å; errors "
-        f"(area and load are relative): "
-        + ", ".join(f"{name} {error}" for name, error in errors.items())
-        + (f"; -: not known, {reason}" if (reason := _unknown_errors(step)) else "")
+        "(area and load are relative): "
     )
+    text += ", ".join(f"{name} {error}" for name, error in errors.items())
+    reason = _unknown_errors(step)
+    if reason:
+        text += f"; -: not known, {reason}"
+    return text
 
 
 def _failure(scene: Scene, step: LoadStep) -> str:
@@ -424,11 +431,11 @@ def _failure(scene: Scene, step: LoadStep) -> str:
 def _printed(step: Any, column: str, unit: str) -> float:
     """Return the value of a column in the unit in which it is printed."""
     value: float = getattr(step, column) / UNITS[unit]
-    zero = _ZERO
+    least = _MIN_PRINTED_VALUE
     if column.startswith("lateral_force"):
         largest: float = step.largest_friction
-        zero = max(zero, _NO_FORCE * largest / UNITS[unit])
-    return 0.0 if abs(value) < zero else value
+        least = max(least, _MIN_FRICTION_SHARE * largest / UNITS[unit])
+    return 0.0 if abs(value) < least else value
 
 
 def _ratio(value: float, reference: float, digits: int = 4) -> str:

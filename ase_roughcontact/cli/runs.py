@@ -77,7 +77,8 @@ def run(options: argparse.Namespace) -> int:
     invalid, a file of it is damaged, or a step exceeds a limit with --strict, 130
     interrupted (Ctrl-C), 143 terminated (SIGTERM).
     """
-    scene, steps = checked_scene(options), list[LoadStep]()
+    scene = checked_scene(options)
+    steps: list[LoadStep] = []
     if options.preview:
         full, scene = scene, preview(scene)
         if scene is full and prints_text(options):
@@ -100,12 +101,14 @@ def _relax(
     options: argparse.Namespace, reference: Reference, steps: list[LoadStep]
 ) -> None:
     """Relax all steps, print each, and append it to a list."""
-    folder, text = options.out, None if options.preview else scene_text(options)[0]
-    scene, costs = reference.scene, dict[str, dict[int, float]]()
+    scene, folder = reference.scene, options.out
+    text = None if options.preview else scene_text(options)[0]
     schedule, timer = scene.path.schedule(scene.bodies), None
     if schedule:
         timer = TimeMeter(schedule, scene.path.expected_counts(scene.bodies))
-    count, earlier = scene.path.count(scene.bodies), read_restart(folder / RESTART)
+    costs: dict[str, dict[int, float]] = {}
+    count = scene.path.count(scene.bodies)
+    earlier = read_restart(folder / RESTART)
     # a step that is relaxed again takes another time
     seconds = [step.columns["seconds"] for step in earlier.steps] if earlier else []
     restored = len(seconds)
@@ -127,8 +130,10 @@ def _relax(
             steps.append(step)
             is_restored = seconds[len(steps) - 1 : len(steps)] == [step.seconds]
             meter.finish("path", step.step)
-            if timer:
-                (timer.restart if is_restored else timer.finish)(step.time)
+            if timer and is_restored:
+                timer.restart(step.time)
+            elif timer:
+                timer.finish(step.time)
             parts = table.parts(step, restored=is_restored)
             if parts and prints_text(options):
                 show(*parts)
@@ -254,7 +259,7 @@ def _at_times(
         )
     numbers = set(steps_with_frames(folder / "sweep.traj"))
     with_frame = [step for step in steps if step.step in numbers]
-    known = np.array([step.time for step in with_frame])
+    times = np.array([step.time for step in with_frame])
     found = set()
     for each in text.split(","):
         try:
@@ -266,5 +271,5 @@ def _at_times(
                 f"--times must be between 0 and the {schedule.duration:g} s of the "
                 f"path, got {time:g} s"
             )
-        found.add(int(abs(known - time).argmin()))
+        found.add(int(abs(times - time).argmin()))
     return [with_frame[number] for number in sorted(found)]

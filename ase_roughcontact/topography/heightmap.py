@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ase_roughcontact._util.identity import digest
+from ase_roughcontact._util.rounding import LENGTH_ROUNDING
 from ase_roughcontact._util.validation import (
-    ROUNDING,
     FloatArray,
     Point,
     Shape,
@@ -105,7 +105,7 @@ class HeightMap(Topography):
         self.center = float(x), float(y)
         for name, place, (n, step) in zip("xy", self.center, self._axes, strict=True):
             last = n if self.periodic else n - 1
-            if not (-ROUNDING <= place / step <= last + ROUNDING):
+            if not (-LENGTH_ROUNDING <= place / step <= last + LENGTH_ROUNDING):
                 raise ValueError(
                     f"center must be on the map, which spans {name} = 0 to "
                     f"{last * step:g}, got {place:g}"
@@ -328,7 +328,7 @@ class HeightMap(Topography):
         """
         offset = np.add(origin, self.center)
         steps = np.array([[spacing, spacing], offset]) / self.spacing
-        if np.abs(steps - np.rint(steps)).max() <= ROUNDING:
+        if np.abs(steps - np.rint(steps)).max() <= LENGTH_ROUNDING:
             return float(self._values.min())
         return float(self._coefficients.min())
 
@@ -515,7 +515,7 @@ class HeightMap(Topography):
         """Raise `ValueError` unless a window lies on the map, or within its period."""
         name, (n, own_step) = "xy"[axis], self._axes[axis]
         extent, period = len(places) * step, n * own_step
-        if self.periodic and extent > period * (1 + ROUNDING):
+        if self.periodic and extent > period * (1 + LENGTH_ROUNDING):
             raise ValueError(
                 f"a window of {extent:g} along {name} exceeds the period {period:g} of "
                 "the map, so that it would be repeated: choose a smaller window"
@@ -523,7 +523,7 @@ class HeightMap(Topography):
         left = 0.0 - self.center[axis]
         right = left + period - own_step
         outside = max(left - places[0], places[-1] - right)
-        if not self.periodic and outside > ROUNDING * own_step:
+        if not self.periodic and outside > LENGTH_ROUNDING * own_step:
             raise ValueError(
                 f"the window spans {name} = {places[0]:g} to {places[-1]:g}, but the "
                 f"map only {left:g} to {right:g}: choose a smaller window, or a center "

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.interpolate import BSpline, make_interp_spline
 
-from ase_roughcontact._util.validation import ROUNDING, FloatArray
+from ase_roughcontact._util.rounding import LENGTH_ROUNDING
+from ase_roughcontact._util.validation import FloatArray
 
 # Degree of the splines.
 _DEGREE = 3
@@ -29,7 +30,7 @@ def interpolated(
     """Return values at fractional indices of one axis; exact at whole ones."""
     n = values.shape[axis]
     whole = np.rint(indices)
-    if np.abs(indices - whole).max() <= ROUNDING:
+    if np.abs(indices - whole).max() <= LENGTH_ROUNDING:
         return values.take(whole.astype(int) % n, axis)
     inside = indices % n if periodic else indices.clip(0, n - 1)
     return _spline(values, axis, periodic)(inside)

@@ -19,8 +19,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ase_roughcontact._util.rounding import LENGTH_ROUNDING
 from ase_roughcontact._util.validation import (
-    ROUNDING,
     FloatArray,
     Point,
     Shape,
@@ -164,7 +164,7 @@ def highest(heights: FloatArray, spacing: Point, margin: float) -> Point:
     ValueError
         If no point is that far from the edges.
     """
-    edges = np.ceil(np.divide(margin, spacing) - ROUNDING).astype(int)
+    edges = np.ceil(np.divide(margin, spacing) - LENGTH_ROUNDING).astype(int)
     (n, m), (left, lower) = heights.shape, edges
     inner = heights[left : n - left, lower : m - lower]
     if not inner.size:
@@ -180,7 +180,7 @@ def highest(heights: FloatArray, spacing: Point, margin: float) -> Point:
 def check_place(place: Point, shape: Shape, spacing: Point) -> None:
     """Raise `ValueError` if a place (x, y) is not on a scan of a shape (Å)."""
     size = (np.array(shape) - 1) * spacing
-    if (abs(place - size / 2) > size / 2 + ROUNDING * np.array(spacing)).any():
+    if (abs(place - size / 2) > size / 2 + LENGTH_ROUNDING * np.array(spacing)).any():
         (x, y), (width, height) = place, size
         raise ValueError(
             f"center must be on the scan, which spans {width / 10:.4g} x "

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from ase_roughcontact._util.rounding import LENGTH_ROUNDING, RATIO_ROUNDING
 from ase_roughcontact._util.threads import available_threads
 from ase_roughcontact._util.validation import (
-    ROUNDING,
     FloatArray,
     Point,
     Shape,
@@ -122,7 +122,7 @@ class SelfAffine(Topography):
         if self.hurst >= 1:
             raise ValueError(f"hurst must lie between 0 and 1, got {self.hurst}")
         for (shorter, least), (longer, length) in pairwise(lengths.items()):
-            if length < least * (1 - ROUNDING):
+            if length < least * (1 - LENGTH_ROUNDING):
                 raise ValueError(
                     f"{longer} must be at least {shorter} = {least}, got {length}"
                 )
@@ -209,14 +209,14 @@ class SelfAffine(Topography):
         ValueError
             If all waves are shorter.
         """
-        if shortest <= self.short_wavelength * (1 + ROUNDING):
+        if shortest <= self.short_wavelength * (1 + LENGTH_ROUNDING):
             return self
         kx, ky, coefficient = _modes(self)
         square = kx**2 + ky**2
         power = np.abs(coefficient) ** 2
         if self.normalise == "ensemble":
             power = _mean_power(self, np.sqrt(square))
-        kept = square <= (self.side / shortest * (1 + ROUNDING)) ** 2
+        kept = square <= (self.side / shortest * (1 + LENGTH_ROUNDING)) ** 2
         if not kept.any():
             raise ValueError(
                 f"all waves of the roughness are shorter than {shortest:g}: choose at "
@@ -244,14 +244,14 @@ class SelfAffine(Topography):
 
     def _points_per_side(self, spacing: float) -> int:
         """Return the number of grid points in a period, or raise `ValueError`."""
-        if self.short_wavelength < 2 * spacing * (1 - ROUNDING):
+        if self.short_wavelength < 2 * spacing * (1 - LENGTH_ROUNDING):
             raise ValueError(
                 f"spacing must be at most half of short_wavelength = "
                 f"{self.short_wavelength:g}, got {spacing:g}"
             )
         ratio = self.side / spacing
         points = round(ratio)
-        if abs(ratio - points) > 1e-6:
+        if abs(ratio - points) > RATIO_ROUNDING:
             raise ValueError(
                 f"the period {self.side!r} must be a multiple of the spacing "
                 f"{spacing!r}, got a ratio of {ratio:.9g}: choose "
@@ -263,10 +263,10 @@ class SelfAffine(Topography):
 def _index(spacing: float, origin: Point) -> tuple[list[int], list[float]]:
     """Return the whole and the fractional part of the indices of the origin."""
     indices = [position / spacing for position in origin]
-    whole = [math.floor(index + ROUNDING) for index in indices]
+    whole = [math.floor(index + LENGTH_ROUNDING) for index in indices]
     rest = [round(x - i, 12) for x, i in zip(indices, whole, strict=True)]
     # rounding errors would be other surfaces, and each one would be synthesised
-    return whole, [x if x > ROUNDING else 0.0 for x in rest]
+    return whole, [x if x > LENGTH_ROUNDING else 0.0 for x in rest]
 
 
 def _modes(surface: SelfAffine) -> Modes:
@@ -278,13 +278,15 @@ def _modes(surface: SelfAffine) -> Modes:
 
 @lru_cache(maxsize=2)
 def _drawn_modes(surface: SelfAffine) -> Modes:
-    kx, ky = _half_plane(surface.side / surface.short_wavelength * (1 + ROUNDING))
+    kx, ky = _half_plane(
+        surface.side / surface.short_wavelength * (1 + LENGTH_ROUNDING)
+    )
     phase, uniform = np.random.default_rng(surface.seed).random((kx.size, 2)).T
 
     # Waves that are longer than the spectrum allows are skipped after the draw.
     wavenumber = np.sqrt(kx**2 + ky**2)
     longest = surface.longest_wavelength or surface.long_wavelength
-    first = np.searchsorted(wavenumber, surface.side / longest * (1 - ROUNDING))
+    first = np.searchsorted(wavenumber, surface.side / longest * (1 - LENGTH_ROUNDING))
     kx, ky, wavenumber = kx[first:], ky[first:], wavenumber[first:]
     if not kx.size:
         raise ValueError(

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact._util.validation import Point, Shape
 
-# Relative difference up to which the sides of pixels are equal.
-_SIDE_TOLERANCE = 1e-6
 # Strain that is small enough.
 _MAX_STRAIN = 1e-3
 # Largest number of points along x over the least number.
@@ -42,10 +41,10 @@ class SquareGrid:
         smaller distance, or slightly less, where this makes the strain smaller.
         """
         (n, m), (x, y) = shape, spacing
-        if math.isclose(x, y, rel_tol=_SIDE_TOLERANCE):
+        if math.isclose(x, y, rel_tol=RATIO_ROUNDING):
             return cls(shape, x)
         width, length = n * x, m * y
-        least = math.ceil(width / min(x, y) * (1.0 - _SIDE_TOLERANCE))
+        least = math.ceil(width / min(x, y) * (1.0 - RATIO_ROUNDING))
         grids = []
         for points in range(least, math.ceil(_MAX_POINT_RATIO * least) + 1):
             step = width / points
