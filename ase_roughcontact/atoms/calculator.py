@@ -12,6 +12,7 @@ from ase.calculators.calculator import all_changes
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.properties import PropertiesCalculator
+from ase_roughcontact._util.rounding import LENGTH_ROUNDING
 from ase_roughcontact._util.validation import instance_of, unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import check_history, same_history
@@ -30,9 +31,6 @@ from ase_roughcontact.topography import Surface
 
 #: Properties of the state of the contact, which ASE does not define.
 CONTACT_PROPERTIES = ["normal_force", "contact_area", "pressure", "gap", "contact"]
-
-# Relative difference of displacements of atoms that are moved by the same vector.
-_ROUNDING = 1e-9
 
 
 class RoughContact(PropertiesCalculator):
@@ -202,12 +200,12 @@ class RoughContact(PropertiesCalculator):
     def __repr__(self) -> str:
         """Return the parameters that differ from their defaults."""
         parameters = getattr(self, "parameters", {})
-        given = (
+        changed = [
             f"{name}={value!r}"
             for name, value in parameters.items()
             if value != self.default_parameters[name]
-        )
-        return f"RoughContact({', '.join(given)})"
+        ]
+        return f"RoughContact({', '.join(changed)})"
 
     def set(self, **kwargs: Any) -> dict:
         """Change parameters; a change discards the results.
@@ -287,9 +285,9 @@ class RoughContact(PropertiesCalculator):
         if load not in (0.0, self._warned_of_load):
             self._warned_of_load = load
             warn(
-                f"the load of {load:g} eV/Å does not act, because the indenter is "
-                "fixed: build the atoms with substrate(..., fixed=False) or take the "
-                "constraint away, or set the load to zero"
+                f"the load of {load:g} eV/Å does not act on a fixed indenter: build "
+                "the atoms with substrate(..., fixed=False), remove the constraint, or "
+                "set the load to zero"
             )
 
     def _warn_of_free_indenter(self) -> None:
@@ -301,9 +299,9 @@ class RoughContact(PropertiesCalculator):
             return
         self._warned_of_indenter = True
         warn(
-            "nothing holds the indenter, which was fixed: a file without constraints, "
-            "or set_constraint, has freed it. Add FixAtoms([len(atoms) - 1]) to the "
-            "constraints, or set a load"
+            "nothing holds the indenter, as a file or set_constraint has removed its "
+            "constraint: add FixAtoms([len(atoms) - 1]) to the constraints, or set a "
+            "load"
         )
 
     def _warn_of_translation(self, distance: float) -> None:
@@ -313,9 +311,8 @@ class RoughContact(PropertiesCalculator):
         self._warned_of_translation = True
         warn(
             f"the atoms were moved along z by {distance:.4g} Å, which changes the "
-            "contact: z of a surface atom is its displacement, and z of the indenter "
-            "its height. Move them back, and use center() and translate() along x and "
-            "y only"
+            "contact, as z of a surface atom is its displacement: move them back; "
+            "center() and translate() are for x and y only"
         )
 
     def state(self, atoms: Atoms | None = None) -> ContactState:
@@ -360,15 +357,17 @@ class RoughContact(PropertiesCalculator):
             return ["constraints"]
         if not same_history(self.atoms, atoms):
             return ["history"]
-        old, new = (
-            (a.positions, a.numbers, a.cell[:], a.pbc) for a in (self.atoms, atoms)
-        )
-        names = "positions", "numbers", "cell", "pbc"
-        same = map(array_equal, old, new)
-        changes = [name for name, equal in zip(names, same, strict=True) if not equal]
+        old = self.atoms
+        is_equal = {
+            "positions": array_equal(old.positions, atoms.positions),
+            "numbers": array_equal(old.numbers, atoms.numbers),
+            "cell": array_equal(old.cell[:], atoms.cell[:]),
+            "pbc": array_equal(old.pbc, atoms.pbc),
+        }
+        changes = [name for name, equal in is_equal.items() if not equal]
         if "positions" in changes and len(atoms) == len(self.atoms):
             moved = atoms.positions[:, 2] - self.atoms.positions[:, 2]
-            if np.ptp(moved) < _ROUNDING * abs(moved[0]):
+            if np.ptp(moved) < LENGTH_ROUNDING * abs(moved[0]):
                 self._warn_of_translation(float(moved[0]))
         return changes
 
@@ -383,11 +382,11 @@ class RoughContact(PropertiesCalculator):
 
     def adopt_parameters(self) -> None:
         """Check parameters that were changed in `parameters`, without `set`."""
-        given = dict(self.parameters)
-        if given != self._checked_parameters:
+        changed = dict(self.parameters)
+        if changed != self._checked_parameters:
             self.parameters.clear()
             self.parameters.update(self._checked_parameters)
-            self.set(**given)
+            self.set(**changed)
 
     def _model(self, atoms: Atoms) -> ContactModel:
         """Return the model of the atoms, built anew where their lattice has changed."""

@@ -127,8 +127,7 @@ def _check_spring(constraint: Hookean, atoms: Atoms) -> None:
     ):
         raise ValueError(
             f"the spring is tied to {constraint.origin}, beside the indenter at {xy}, "
-            "which moves along z only: tie it to a point above or below, "
-            "x, y, _ = atoms.positions[-1]"
+            "which moves along z only: tie it to a point with the same x and y"
         )
 
 

@@ -18,7 +18,7 @@ from ase_roughcontact.topography import (
 )
 
 # Classes of the parts that a part consists of, by the names of its parameters.
-_PARTS: dict[str, Any] = {
+_CLASS_OF_PART: dict[str, Any] = {
     "roughness": Surface,
     "pattern": Surface,
     "solid": ElasticSolid,
@@ -63,13 +63,13 @@ def made(name: str, kind: Any, description: Mapping[str, Any]) -> Any:
         key = parameters.pop("name", None) or parameters.pop("kind")
         found = lookup(key, classes, name)
     for key, value in parameters.items():
-        if isinstance(value, Mapping) and key in _PARTS:
-            parameters[key] = made(key, _PARTS[key], value)
+        if isinstance(value, Mapping) and key in _CLASS_OF_PART:
+            parameters[key] = made(key, _CLASS_OF_PART[key], value)
     try:
         return found(**parameters)
     except TypeError as error:
         raise ValueError(
-            f"{name} can't be made from what its todict returns ({error}): give the "
+            f"{name} can't be made from its dictionary ({error}): give the "
             f"{found.__name__} itself"
         ) from error
 

@@ -39,7 +39,8 @@ def set_window(atoms: Atoms, window: Box) -> None:
     """
     if atoms.pbc.any():
         raise ValueError(
-            "the window of a periodic half space is its cell and cannot be exchanged"
+            "the window of a periodic half space is its cell and cannot be exchanged: "
+            "build other atoms"
         )
     problem, _ = problem_of(atoms)
     _exchange(atoms, problem, window, window.shape)
@@ -89,8 +90,8 @@ def _exchange(
     origin, height = problem.origin(window), float(atoms.positions[-1, 2])
     grid = SurfaceGrid(window.shape, shape, problem.spacing, origin, problem.periodic)
     new = grid.atoms(atoms.numbers[0], height)
-    shift = new.positions[-1] - atoms.positions[-1]
-    constraints = [_moved(c, atoms, len(new) - 1, shift) for c in atoms.constraints]
+    moved_by = new.positions[-1] - atoms.positions[-1]
+    constraints = [_moved(c, atoms, len(new) - 1, moved_by) for c in atoms.constraints]
     atoms.set_constraint()
     atoms.arrays, atoms.cell = new.arrays, new.cell
     atoms.set_constraint(constraints)
@@ -98,7 +99,7 @@ def _exchange(
     set_mark(atoms, fields=0)
 
 
-def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:
+def _moved(constraint: object, atoms: Atoms, last: int, moved_by: np.ndarray) -> object:
     """Return a constraint of the indenter with its new index and position."""
     index = np.arange(len(atoms))[getattr(constraint, "index", [])]
     if set(np.ravel(index)) != {len(atoms) - 1}:
@@ -109,5 +110,5 @@ def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> ob
     moved: Any = copy(constraint)
     moved.index = last if np.ndim(index) == 0 else np.array([last])
     if getattr(moved, "_type", None) == "point":
-        moved.origin = moved.origin + shift
+        moved.origin = moved.origin + moved_by
     return moved

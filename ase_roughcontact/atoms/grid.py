@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.validation import surface
 from ase_roughcontact.atoms.info import (
     LATTICE,
@@ -23,12 +24,11 @@ from ase_roughcontact.topography.base import sampled_heights, surface_id
 # Largest distance of an atom from its lattice site, in spacings: text formats round
 # positions.
 _LATERAL_TOLERANCE = 1e-4
+# End of errors about the places of atoms.
 _ADVICE = (
     "surface atoms may move along z only, and none may be missing; set their x and y, "
     "and the cell, back to those of substrate()"
 )
-# Relative difference up to which two spacings are the same, but for rounding.
-_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,8 @@ class SurfaceGrid:
     @staticmethod
     def padded_shape(window: tuple[int, int], periodic: bool) -> tuple[int, int]:
         """Return the shape of all surface atoms for a window with its padding."""
-        return (PeriodicHalfSpace if periodic else FreeHalfSpace).padded_shape(window)
+        halfspace = PeriodicHalfSpace if periodic else FreeHalfSpace
+        return halfspace.padded_shape(window)
 
     @classmethod
     def of(cls, atoms: Atoms) -> SurfaceGrid:
@@ -100,12 +101,11 @@ class SurfaceGrid:
         count = len(atoms) - 1
         lattice = info_of(atoms).get(LATTICE)
         if lattice:  # from which the atoms are displaced
-            window, shape, origin = (
-                tuple(lattice[key]) for key in ("window", "shape", "origin")
-            )
+            window, shape = tuple(lattice["window"]), tuple(lattice["shape"])
+            origin = tuple(lattice["origin"])
             if count != math.prod(shape):
                 raise ValueError(
-                    f"{count} surface atoms are not the {math.prod(shape)} that slid: "
+                    f"{math.prod(shape)} surface atoms have slid, got {count}: "
                     f"{_ADVICE}"
                 )
             return cls(window, shape, lattice["spacing"], origin, periodic)
@@ -230,7 +230,7 @@ def _check_indenter(atoms: Atoms) -> None:
         found = "none" if len(indices) == 0 else f"atoms {indices[:5].tolist()}"
         raise ValueError(
             "the last atom, and no other, must be the indenter (symbol X); "
-            f"of {len(atoms)} atoms, {found} have that symbol"
+            f"of {len(atoms)} atoms, {found} have this symbol"
         )
 
 
@@ -275,7 +275,7 @@ def _lattice_of(
         )
     spacing = float(sides[0] / n)
     # exact in the atoms of substrate(), where the cell's is off by rounding
-    exact = abs(first_step - spacing) <= _ROUNDING * spacing
+    exact = abs(first_step - spacing) <= ROUNDING * spacing
     return (rows, columns), (n, m), first_step if exact else spacing
 
 

@@ -59,7 +59,7 @@ def check_history(atoms: Atoms) -> None:
     lost = set(info_of(atoms).get(HISTORY, ())) - set(kept)
     if lost or len(kept) < marked_fields(atoms):
         raise ValueError(
-            "a file has lost what the surface of these atoms keeps of earlier steps "
+            "a file has lost the history of these atoms "
             f"({', '.join(sorted(lost)) or 'plastic shape, creep or friction'}): write "
             "snapshot(atoms), to .db and .json with data=frame.info, or start from new "
             "atoms"
@@ -82,11 +82,9 @@ def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
         Entries of the history on the window; empty for a new surface.
     """
     n, m = grid.window
-    history = {
-        key: values[:-1].reshape(grid.shape)[:n, :m].copy()
-        for key, values in atoms.arrays.items()
-        if is_entry(key)
-    }
+    history = {}
+    for key, values in _entries_of(atoms).items():
+        history[key] = values[:-1].reshape(grid.shape)[:n, :m].copy()
     texts = info_of(atoms).keys() - history.keys()
     for key in texts.intersection(kept_keys(atoms)):
         history[key] = field_of(atoms, key, grid.window)
@@ -120,7 +118,7 @@ def set_history(
         atoms.info.pop(key, None)
     if creep:
         atoms.info[CREEP] = creep.todict()
-    for key in list(filter(is_entry, atoms.arrays)):
+    for key in _entries_of(atoms):
         del atoms.arrays[key]
     moved = None
     if DISPLACEMENTS[0] in history:
@@ -136,11 +134,12 @@ def set_history(
 
 def same_history(a: Atoms, b: Atoms) -> bool:
     """Return whether two surfaces have kept the same arrays."""
-    first, second = (
-        {key: values for key, values in each.arrays.items() if is_entry(key)}
-        for each in (a, b)
-    )
-    return same_arrays(first, second)
+    return same_arrays(_entries_of(a), _entries_of(b))
+
+
+def _entries_of(atoms: Atoms) -> dict[str, np.ndarray]:
+    """Return the arrays of atoms that are entries of the history of their surface."""
+    return {key: values for key, values in atoms.arrays.items() if is_entry(key)}
 
 
 def same_arrays(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> bool:

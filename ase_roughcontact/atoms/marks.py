@@ -27,8 +27,14 @@ from ase_roughcontact.atoms.sticking import indenter_fixed
 #: Tag of the indenter in a frame with a surface that keeps fields of earlier steps.
 TAG_KEPT = 6
 
-_MARK, _FIXED, _FIELD = 2**30, 2**29, 2**24
-_MOST_FIELDS = 31
+# Part of a tag that says that it is a mark.
+_MARK_FLAG = 2**30
+# Part of a mark that says that the indenter is fixed.
+_FIXED_FLAG = 2**29
+# Part of a mark for each field that the surface keeps; smaller parts are a digest.
+_FIELD_UNIT = 2**24
+# Largest number of fields in a mark.
+_MAX_FIELDS = 31
 
 
 def set_mark(atoms: Atoms, fields: int) -> None:
@@ -41,8 +47,10 @@ def set_mark(atoms: Atoms, fields: int) -> None:
     fields : int
         Number of fields that the surface keeps of earlier steps.
     """
-    mark = _MARK + _FIELD * min(fields, _MOST_FIELDS)
-    mark += _FIXED * indenter_fixed(atoms) + _digest(info_of(atoms).get(INDENTER_KEY))
+    mark = _MARK_FLAG + _FIELD_UNIT * min(fields, _MAX_FIELDS)
+    mark += _digest(info_of(atoms).get(INDENTER_KEY))
+    if indenter_fixed(atoms):
+        mark += _FIXED_FLAG
     if not atoms.has("tags"):
         atoms.new_array("tags", np.zeros(len(atoms), np.int32))
     atoms.arrays["tags"][-1] = mark
@@ -55,7 +63,7 @@ def was_fixed(atoms: Atoms) -> bool:
     """
     mark = _mark_of(atoms)
     if mark:
-        return bool(mark & _FIXED)
+        return bool(mark & _FIXED_FLAG)
     return not atoms.has("tags") and INDENTER_KEY not in info_of(atoms)
 
 
@@ -69,17 +77,18 @@ def check_indenter(atoms: Atoms, identity: str | None) -> None:
     identity : str or None
         `surface_id` of the indenter to be used; None is not checked.
     """
-    built_for, same = info_of(atoms).get(INDENTER_KEY), True
+    built_for = info_of(atoms).get(INDENTER_KEY)
+    same = True
     if None not in (built_for, identity):
         same = built_for == identity
     elif identity is not None:
-        digest = _mark_of(atoms) % _FIELD
+        digest = _mark_of(atoms) % _FIELD_UNIT
         same = digest in (0, _digest(identity))
     if not same:
         raise ValueError(
             f"the atoms were built for {_named(built_for)}, got {identity}: give "
-            "substrate() and the calculator the same indenter, or, to replace it on "
-            f"purpose, atoms.info.pop({INDENTER_KEY!r}, None) and atoms.set_tags(0)"
+            "substrate() and the calculator the same indenter, or replace it by "
+            f"atoms.info.pop({INDENTER_KEY!r}, None) and atoms.set_tags(0)"
         )
 
 
@@ -87,7 +96,7 @@ def marked_fields(atoms: Atoms) -> int:
     """Return how many fields a surface keeps, at least, also in a frame."""
     if _is_frame(atoms):
         return 1
-    return _mark_of(atoms) % _FIXED // _FIELD
+    return _mark_of(atoms) % _FIXED_FLAG // _FIELD_UNIT
 
 
 def _named(identity: str | None) -> str:
@@ -95,13 +104,13 @@ def _named(identity: str | None) -> str:
 
 
 def _digest(identity: str | None) -> int:
-    return zlib.crc32(identity.encode()) % _FIELD if identity else 0
+    return zlib.crc32(identity.encode()) % _FIELD_UNIT if identity else 0
 
 
 def _mark_of(atoms: Atoms) -> int:
     """Return the mark of atoms, zero without."""
     tag = _tag_of(atoms)
-    return tag if tag >= _MARK else 0
+    return tag if tag >= _MARK_FLAG else 0
 
 
 def _is_frame(atoms: Atoms) -> bool:

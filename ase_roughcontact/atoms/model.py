@@ -39,11 +39,12 @@ from ase_roughcontact.topography.base import surface_id
 
 # Largest values of any solid, with their units in tables and here: diamond has a
 # modulus of 1200 GPa and a hardness of about 100 GPa.
-_LARGEST = {
+_LARGEST_OF_SOLIDS = {
     "contact_modulus": (2000.0, "GPa", "eV/Å^3", "ase.units.GPa"),
     "hardness": (300.0, "GPa", "eV/Å^3", "ase.units.GPa"),
     "work_of_adhesion": (30.0, "J/m^2", "eV/Å^2", "ase.units.J / ase.units.m**2"),
 }
+# Options of FFTs that may be given.
 _FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads"))
 
 
@@ -106,12 +107,12 @@ def _checked_fft(options: Any) -> dict:
 def _warn_of_units(**values: float) -> None:
     """Warn of values that may be in the units of tables."""
     for name, value in values.items():
-        largest, unit, own, factor = _LARGEST[name]
+        largest, unit, own, factor = _LARGEST_OF_SOLIDS[name]
         usual = value / UNITS[unit]
         if largest < usual < math.inf:
             warn(
-                f"{name} = {value:g} {own} is {usual:.3g} {unit}, more than that of "
-                f"any solid: multiply a value in {unit} by {factor}"
+                f"{name} = {value:g} {own} is {usual:.3g} {unit}, more than any solid "
+                f"has: multiply a value in {unit} by {factor}"
             )
 
 
@@ -127,7 +128,7 @@ def problem_for(grid: SurfaceGrid, parameters: Mapping[str, Any]) -> Problem:
     indenter, wall = parameters["indenter"], parameters["interaction"]
     if indenter is None or (solid is None and modulus is None):
         raise ValueError(
-            "RoughContact needs an indenter and a contact_modulus or solid"
+            "RoughContact needs an indenter, and a contact_modulus or a solid"
         )
     if None not in (solid, modulus):
         raise ValueError("give contact_modulus or solid, not both")
@@ -157,12 +158,12 @@ class ContactModel:
         The lattice of the atoms: with the parameters it determines the model.
     problem : Problem
     contact : Contact
-    known : tuple of (ndarray, float or None, ndarray), optional
+    last_solution : tuple of (ndarray, float or None, ndarray), optional
         A displacement, a height of the indenter and the pressure on the window that
         causes the displacement. A hard wall exerts this pressure if the indenter is at
         the height; None if a solver has not found it.
     fields : ContactState, optional
-        Fields of the displacement and the height in `known`.
+        Fields of the displacement and the height in `last_solution`.
     history : mapping of str to ndarray of shape (n, m)
         History that the surface has kept of earlier steps.
     """
@@ -170,7 +171,7 @@ class ContactModel:
     grid: SurfaceGrid
     problem: Problem
     contact: Contact
-    known: tuple[np.ndarray, float | None, np.ndarray] | None = None
+    last_solution: tuple[np.ndarray, float | None, np.ndarray] | None = None
     fields: ContactState | None = None
     history: Mapping[str, np.ndarray] = field(default_factory=dict)
 
@@ -213,8 +214,8 @@ class ContactModel:
 
     def state(self, values: np.ndarray, height: float) -> ContactState:
         """Return energy, forces and fields of a displacement and a height."""
-        pressure, known_height = self._known(values)
-        reaction = pressure if height == known_height else None
+        pressure, solved_height = self._solution_of(values)
+        reaction = pressure if height == solved_height else None
         if reaction is not None and self.fields is not None:
             return self.fields
         return self.contact.evaluate(values, height, pressure, reaction)
@@ -223,8 +224,9 @@ class ContactModel:
     def lateral(self) -> LateralHalfSpace:
         """Lateral response of the surface."""
         grid, problem = self.grid, self.problem
-        surface = grid.spacing, problem.solid, grid.periodic
-        return LateralHalfSpace(grid.window, *surface, **problem.fft)
+        return LateralHalfSpace(
+            grid.window, grid.spacing, problem.solid, grid.periodic, **problem.fft
+        )
 
     def lateral_energies(self, atoms: Atoms) -> tuple[np.ndarray, np.ndarray]:
         """Return energies of lateral displacements, shape (N,), and forces (N, 2)."""
@@ -242,12 +244,12 @@ class ContactModel:
     def elastic_pressure(self, atoms: Atoms) -> np.ndarray:
         """Return the pressure that causes the displacement of the atoms."""
         values = displacement(atoms, self.grid)
-        pressure, _ = self._known(values)
+        pressure, _ = self._solution_of(values)
         if pressure is None:
             n, m = self.grid.window
             pressure = self.contact.elastic_pressure(values)[:n, :m].copy()
             if self.grid.shape == self.grid.window:
-                self.known = values, None, pressure
+                self.last_solution = values, None, pressure
         return pressure
 
     def move(
@@ -269,14 +271,16 @@ class ContactModel:
             values = np.asarray(values, dtype=float)
         set_displacement(atoms, values)
         atoms.positions[-1, 2] = height
-        self.known, self.fields = (values, height, pressure), None
+        self.last_solution, self.fields = (values, height, pressure), None
         atoms.calc.reset()
 
-    def _known(self, values: np.ndarray) -> tuple[np.ndarray | None, float | None]:
+    def _solution_of(
+        self, values: np.ndarray
+    ) -> tuple[np.ndarray | None, float | None]:
         """Return pressure and height of the indenter if they belong to the values."""
-        if self.known is None or not array_equal(self.known[0], values):
+        if self.last_solution is None or not array_equal(self.last_solution[0], values):
             return None, None
-        _, height, pressure = self.known
+        _, height, pressure = self.last_solution
         return pressure, height
 
 

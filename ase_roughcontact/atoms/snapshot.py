@@ -194,9 +194,8 @@ def pressure_of(frame: Atoms) -> np.ndarray:
         return field_of(frame, PRESSURE, SurfaceGrid.of(frame).window)
     except (KeyError, TypeError, ValueError, binascii.Error, zlib.error) as error:
         raise ValueError(
-            "the frame has no pressures in its info: it was not made by snapshot() of "
-            "this version, or read from a database (.db, .json) to which it was not "
-            "written by database.write(frame, data=frame.info)"
+            "the frame has no pressures in its info: make it by snapshot(), and write "
+            "it to a database (.db, .json) by database.write(frame, data=frame.info)"
         ) from error
 
 

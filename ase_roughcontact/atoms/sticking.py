@@ -14,25 +14,27 @@ from ase_roughcontact.atoms.info import LATTICE
 
 #: Key in the lattice of atoms of whether they stick, also without the constraint.
 STICKS = "sticks"
-# Relative excess of a bound, and distance of an atom from its place (Å), that count as
-# rounding.
-_ROUNDING, _DISTANCE = 1e-6, 1e-6
+# Relative excess of friction over its bound that is no slip.
+_BOUND_TOLERANCE = 1e-6
+# Largest distance of an atom that sticks from its place (Å).
+_PLACE_TOLERANCE = 1e-6
 
 
 def exceeds(friction: np.ndarray, bounds: np.ndarray) -> np.ndarray:
     """Return where the magnitude of friction, shape (2, ...), exceeds its bound."""
-    return np.hypot(*friction) > (1.0 + _ROUNDING) * bounds
+    return np.hypot(*friction) > (1.0 + _BOUND_TOLERANCE) * bounds
 
 
 class SlipError(RuntimeError):
     """Atoms slip, so that lateral forces are not the gradient of an energy."""
 
     def __init__(self, slipping: np.ndarray, count: int, when: str) -> None:
-        shown = ", ".join(map(str, slipping[:5])) + ", ..." * (len(slipping) > 5)
+        numbers = ", ".join(map(str, slipping[:5]))
+        if len(slipping) > 5:
+            numbers += ", ..."
         super().__init__(
             f"{len(slipping)} of {count} atoms with friction slip {when} (atoms "
-            f"{shown}): friction at its bound depends on the way, and is not the "
-            "gradient of an energy that an optimizer of ASE could minimise; use "
+            f"{numbers}): friction at its bound is not the gradient of an energy; use "
             "sliding_path"
         )
 
@@ -149,10 +151,10 @@ class Sticking:
         """Add the forces on the atoms that stick to the force on the indenter."""
         place = atoms.positions[-1, :2]
         distance = abs(atoms.positions[self.index, :2] - place - self._offsets).max()
-        if distance > _DISTANCE:
+        if distance > _PLACE_TOLERANCE:
             raise ValueError(
-                f"atoms that stick to the indenter are {distance:.3g} Å from where it "
-                "has them: move it by the method move of the constraint"
+                f"atoms that stick to the indenter are {distance:.3g} Å off their "
+                "places: move the indenter by the method move of the constraint"
             )
         held, pull = self._support(atoms)
         self._check(place, held, pull)
@@ -221,9 +223,9 @@ def check_kept(atoms: Atoms) -> None:
     """Raise `ValueError` if the constraint by which atoms stick was removed."""
     if sticking_of(atoms) is None and atoms.info.get(LATTICE, {}).get(STICKS):
         raise ValueError(
-            "the atoms stick to the indenter, but the constraint that stick returned "
-            "is not among atoms.constraints: keep it in the list that set_constraint "
-            "gets, or end it by release(atoms). Files lose it: write snapshot(atoms)"
+            "the constraint of stick() is not among atoms.constraints: give it to "
+            "set_constraint, too, or call release(atoms); to a file write "
+            "snapshot(atoms)"
         )
 
 
@@ -232,8 +234,8 @@ def check_released(atoms: Atoms) -> None:
     check_kept(atoms)
     if sticking_of(atoms) is not None:
         raise ValueError(
-            "the atoms stick to the indenter: relax them by an optimizer of ASE on the "
-            "atoms, or end it by release(atoms)"
+            "the atoms stick to the indenter: relax them by an optimizer of ASE, or "
+            "call release(atoms)"
         )
 
 
@@ -259,9 +261,8 @@ def indenter_fixed(atoms: Atoms) -> bool:
         return False
     if any(isinstance(constraint, dict) for constraint in atoms.constraints):
         raise ValueError(
-            "constraints of the atoms are dictionaries, as ASE reads them from a "
-            "bundle: atoms.set_constraint([dict2constraint(c) for c in "
-            "atoms.constraints]), from ase.constraints"
+            "constraints of the atoms are dictionaries: call atoms.set_constraint("
+            "[dict2constraint(c) for c in atoms.constraints]), from ase.constraints"
         )
     force = np.zeros((len(atoms), 3))
     force[-1, 2] = 1.0

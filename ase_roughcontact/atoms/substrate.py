@@ -122,7 +122,7 @@ def substrate(
     except MemoryError as error:
         raise MemoryError(
             f"a window of {n} x {m} atoms does not fit into the memory: give a smaller "
-            "shape, and window='auto' to load_path, which enlarges it where needed"
+            "shape, and window='auto' to load_path"
         ) from error
     topography = topography_of(indenter)
     if periodic and topography.apex_radius == math.inf:
@@ -148,7 +148,7 @@ def _check_period(indenter: Topography, shape: tuple[int, int], spacing: float) 
         (x, y), points = sides, [round(side / spacing, 6) for side in indenter.periods]
         warn(
             f"the periodic cell of {x:g} x {y:g} Å is smaller than the period of the "
-            f"indenter, {indenter.periods[0]:g} x {indenter.periods[1]:g} Å, so that "
-            "its heights jump at the edges of the cell: make them the same, here "
+            f"indenter, {indenter.periods[0]:g} x {indenter.periods[1]:g} Å, and "
+            "heights jump at its edges: give a shape of "
             f"{points[0]:g} x {points[1]:g} spacings"
         )

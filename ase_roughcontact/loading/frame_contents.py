@@ -20,9 +20,9 @@ from ase_roughcontact.atoms.info import LATTICE, PRESSURE, as_text
 from ase_roughcontact.atoms.snapshot import is_in_trajectories
 
 # Format of the size of the description.
-_LENGTH = struct.Struct("<I")
+_SIZE_FORMAT = struct.Struct("<I")
 # Level of compression: masks and empty surroundings of a contact take no space.
-_LEVEL = 1
+_COMPRESSION_LEVEL = 1
 
 
 def packed(frame: Atoms, fields: Mapping[str, np.ndarray]) -> bytes:
@@ -61,15 +61,17 @@ def packed(frame: Atoms, fields: Mapping[str, np.ndarray]) -> bytes:
         "arrays": [[k, v.dtype.str, list(v.shape)] for k, v in arrays.items()],
     }
     text = encode(description).encode()
-    compressed = [zlib.compress(each.tobytes(), _LEVEL) for each in arrays.values()]
+    compressed = [
+        zlib.compress(each.tobytes(), _COMPRESSION_LEVEL) for each in arrays.values()
+    ]
     sizes = np.array([len(each) for each in compressed], "<u8").tobytes()
-    return b"".join([_LENGTH.pack(len(text)), text, sizes, *compressed])
+    return b"".join([_SIZE_FORMAT.pack(len(text)), text, sizes, *compressed])
 
 
 def described(contents: bytes) -> dict[str, Any]:
     """Return the description of a frame without its fields."""
-    (length,) = _LENGTH.unpack_from(contents)
-    return decode(contents[_LENGTH.size : _LENGTH.size + length].decode())
+    (length,) = _SIZE_FORMAT.unpack_from(contents)
+    return decode(contents[_SIZE_FORMAT.size : _SIZE_FORMAT.size + length].decode())
 
 
 def unpacked(contents: bytes) -> Atoms:
@@ -96,9 +98,9 @@ def unpacked(contents: bytes) -> Atoms:
 
 def _arrays_of(contents: bytes) -> dict[str, np.ndarray]:
     """Return the fields of a frame by name."""
-    (length,) = _LENGTH.unpack_from(contents)
+    (length,) = _SIZE_FORMAT.unpack_from(contents)
     kinds = described(contents)["arrays"]
-    start = _LENGTH.size + length
+    start = _SIZE_FORMAT.size + length
     sizes = np.frombuffer(contents, "<u8", len(kinds), start)
     start, arrays = start + sizes.nbytes, {}
     for (name, kind, shape), size in zip(kinds, sizes.tolist(), strict=True):

@@ -24,8 +24,10 @@ from ase_roughcontact._util.files import (
 
 #: Beginning of the file, with the version of the format.
 MAGIC = b"frames of ase_roughcontact 1\n"
-# Format of the size and the CRC-32 of the contents of a frame, and the CRC-32 of both.
-_SIZES, _CHECK = struct.Struct("<QI"), struct.Struct("<I")
+# Format of the size and the CRC-32 of the contents of a frame.
+_SIZES = struct.Struct("<QI")
+# Format of the CRC-32 of both.
+_CHECK = struct.Struct("<I")
 
 
 def read_contents(file: PathName) -> Iterator[bytes]:
@@ -61,7 +63,7 @@ def frames_of(opened: IO[bytes], name: str) -> Iterator[bytes]:
     begin = opened.read(len(MAGIC))
     if begin != MAGIC:
         cut = MAGIC.startswith(begin)
-        cause = "it is cut off" if cut else "its frames are not those of a load path"
+        cause = "it is cut off" if cut else "it is not a trajectory of a load path"
         raise ValueError(
             f"no frame of {name} can be read, {cause}: restore a copy, delete it to "
             "begin again, or give another file or folder"
@@ -151,6 +153,6 @@ class FrameFile:
 def _damage(name: str, number: int) -> str:
     """Return the message about the first damaged frame."""
     return (
-        f"frame {number} of {name} is damaged, it is not what was written: restore a "
-        "copy of the file, or delete it to go on without earlier frames"
+        f"frame {number} of {name} is damaged: restore a copy of the file, or delete "
+        "it to go on without earlier frames"
     )

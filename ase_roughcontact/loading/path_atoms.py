@@ -46,7 +46,7 @@ from ase_roughcontact.stepping.relaxed import RelaxedStep
 ENERGY_ROSE = StatusKind(
     "the energy has risen from {first:.4g} to {last:.4g} eV in {steps} steps of the "
     "optimizer",
-    "it needs smaller ones, see settings_for",
+    "it needs smaller steps, see settings_for",
 )
 OPTIMIZER_ENDED = StatusKind("{reason}")
 
@@ -68,8 +68,9 @@ class PathAtoms:
     def __init__(self, atoms: Atoms) -> None:
         self.atoms = atoms
         self.problem = model_of(atoms).problem
-        # the states in which the atoms were when the path started, and are
+        # state of the atoms at the start of the path
         self._first: State | None = None
+        # present state of the atoms
         self._reached: State | None = None
 
     def first_state(self) -> State:
@@ -228,11 +229,13 @@ class ProblemAtoms(PathAtoms):
     def atoms(self) -> Atoms:
         """The surface atoms and the indenter."""
         problem, window = self.problem, self._first_window
-        lattice = problem.spacing, problem.origin(window), problem.periodic
         shape = window.shape
         if self._padded:
             shape = SurfaceGrid.padded_shape(shape, problem.periodic)
-        grid = SurfaceGrid(window.shape, shape, *lattice)
+        origin = problem.origin(window)
+        grid = SurfaceGrid(
+            window.shape, shape, problem.spacing, origin, problem.periodic
+        )
         atoms = grid.atoms(atomic_numbers[self._symbol], 0.0)
         supported(atoms, problem.indenter, self._fixed)
         solid: dict[str, Any] = {"solid": problem.solid}

@@ -15,7 +15,7 @@ from ase_roughcontact.plot.style import BLUE, GREY, LINES, ORANGE, limit_to
 
 NN = UNITS["nN"]
 # Margin of axes beside the steps, relative to their range.
-_MARGIN = 0.08
+_AXES_MARGIN = 0.08
 
 
 def plot_curve(
@@ -152,7 +152,7 @@ def plot_force(
     """
     x, y = finite_array("depth", depth), finite_array("force", force) / NN
     axes.axhline(0.0, color=GREY, lw=0.6)
-    limit_to(axes, x, np.append(y, -(pull_off_force or 0.0) / NN), _MARGIN)
+    limit_to(axes, x, np.append(y, -(pull_off_force or 0.0) / NN), _AXES_MARGIN)
     for i, (name, (along, forces)) in enumerate((theory or {}).items()):
         points = np.array([along, np.asarray(forces) / NN])
         if _is_inside(axes, points):
@@ -162,8 +162,8 @@ def plot_force(
         axes.axhline(level, color=GREY, ls="--", lw=1, label=pull_off_label)
     ok = _mask(converged, x.size)
     _cross(axes, x[~ok], y[~ok])
-    errors = np.asarray(depth_error), np.asarray(force_error) / NN
-    bars_x, bars_y = (np.broadcast_to(2.0 * error, x.shape) for error in errors)
+    bars_x = np.broadcast_to(2.0 * np.asarray(depth_error), x.shape)
+    bars_y = np.broadcast_to(2.0 * np.asarray(force_error) / NN, x.shape)
     axes.errorbar(x, y, bars_y, bars_x, fmt="none", ecolor=GREY, lw=1)
     y = np.where(ok, y, np.nan)
     peak = int(np.argmax(abs(x - x[0])))  # where the path reverses

@@ -15,7 +15,7 @@ from ase_roughcontact.plot.style import WIDTH, style
 # Mark of the package in the metadata of its pictures.
 _MARK = "ase_roughcontact"
 # Key of the mark in the metadata, by format.
-_MARKED = {"png": "Software", "pdf": "Creator", "svg": "Creator", "eps": "Creator"}
+_MARK_KEY = {"png": "Software", "pdf": "Creator", "svg": "Creator", "eps": "Creator"}
 
 
 @contextmanager
@@ -33,7 +33,8 @@ def written(file: Path, height: float, width: float = WIDTH) -> Iterator[Figure]
         figure = Figure(figsize=(width, height))
         yield figure
         with replaced(file) as name:
-            kind, key = _format(file), _MARKED.get(_format(file))
+            kind = _format(file)
+            key = _MARK_KEY.get(kind)
             figure.savefig(name, format=kind, metadata={key: _MARK} if key else None)
 
 
@@ -60,7 +61,7 @@ def check_picture(file: Path) -> None:
         raise ValueError(
             f"a picture ends in one of .{', .'.join(sorted(formats))}; got {file.name}"
         )
-    check_replaced(file, (_MARK if _format(file) in _MARKED else "").encode())
+    check_replaced(file, (_MARK if _format(file) in _MARK_KEY else "").encode())
 
 
 def _format(file: Path) -> str:

@@ -12,8 +12,10 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.plot.style import GREY, ORANGE, add_right_scale
 
 _MPA, _NM = UNITS["MPa"], UNITS["nm"]
-# Number of points of a curve of theory, and factor by which it exceeds the steps.
-_POINTS, _EXTENT = 60, 1.5
+# Number of points of a curve of theory.
+_CURVE_POINTS = 60
+# Factor by which a curve of theory exceeds the steps.
+_CURVE_EXTENT = 1.5
 
 
 def plot_flat_area(
@@ -43,7 +45,8 @@ def plot_flat_area(
     -------
     matplotlib Axes
     """
-    along = np.geomspace(*_against(axes, pressure), _POINTS)
+    low, high = _against(axes, pressure)
+    along = np.geomspace(low, high, _CURVE_POINTS)
     rough = theory.mean_contact_pressure(scale, 1.0, theory.KAPPA_PERSSON)
     persson = theory.contact_fraction(along, rough)
     linear = theory.KAPPA_HARD * along / scale
@@ -111,7 +114,7 @@ def plot_flat_conductance(
 
 def _against(axes: Any, pressure: np.ndarray) -> tuple[float, float]:
     """Set up the axis of nominal pressures; return its ends."""
-    low, high = pressure.min() / _EXTENT, pressure.max() * _EXTENT
+    low, high = pressure.min() / _CURVE_EXTENT, pressure.max() * _CURVE_EXTENT
     axes.set(xlim=(low / _MPA, high / _MPA), xlabel="nominal pressure $p$ (MPa)")
     axes.set_xscale("log")
     return low, high

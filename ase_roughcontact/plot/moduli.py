@@ -11,7 +11,7 @@ from ase_roughcontact.elasticity.creep import RelaxationFit
 from ase_roughcontact.plot.style import BLUE, ORANGE
 
 # Number of points of fitted moduli.
-_POINTS = 400
+_CURVE_POINTS = 400
 
 
 def plot_moduli(
@@ -41,7 +41,7 @@ def plot_moduli(
     matplotlib Axes
     """
     omega = np.asarray(frequencies, dtype=float)
-    line = np.geomspace(omega.min(), omega.max(), _POINTS)
+    line = np.geomspace(omega.min(), omega.max(), _CURVE_POINTS)
     fitted = fit.modulus * fit.creep.modulus(line)
     axes.loglog(omega, storage, "o", color=BLUE, label="storage")
     axes.loglog(line, fitted.real, color=BLUE, label="fit")

@@ -10,7 +10,7 @@ from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.plot.style import COLOURS, GREY, LINES
 
 # Smallest error that is drawn.
-_SMALLEST = 1e-9
+_MIN_ERROR = 1e-9
 
 
 def plot_optimizers(axes: Any, comparison: OptimizerComparison) -> Any:
@@ -32,7 +32,7 @@ def plot_optimizers(axes: Any, comparison: OptimizerComparison) -> Any:
     followed = [result for result in comparison.results if result.history]
     for number, result in enumerate(followed):
         pairs = np.maximum([each.pairs for each in result.history], 1.0)
-        errors = np.maximum([each.error for each in result.history], _SMALLEST)
+        errors = np.maximum([each.error for each in result.history], _MIN_ERROR)
         colour = COLOURS[number % len(COLOURS)]
         line = LINES[number // len(COLOURS) % len(LINES)]
         axes.plot(pairs, errors, ls=line, color=colour, label=result.optimizer)

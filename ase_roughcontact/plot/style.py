@@ -23,10 +23,11 @@ LINES = ("-", *DASHES)
 #: Names, colours and widths of lines of the branches of a force curve.
 BRANCHES = ("approach", BLUE, 2.0), ("retraction", ORANGE, 0.8)
 # Largest number of characters of labels that are placed side by side in a legend.
-_SHORT = 20
-# Part of a line that determines the direction of its arrow, and size of the head of the
-# arrow, larger than the points of the line.
-_ARROW, _HEAD = 0.04, 14
+_MAX_LABEL_LENGTH = 20
+# Share of a line at either side of its arrow that determines its direction.
+_ARROW_SHARE = 0.04
+# Size of the head of an arrow (points), larger than the points of a line.
+_HEAD_SIZE = 14
 
 
 def style() -> AbstractContextManager:
@@ -40,12 +41,6 @@ def style() -> AbstractContextManager:
     context manager
         Figures created within it have these defaults.
     """
-    ticks = {
-        f"{side}tick.{key}": value
-        for side in "xy"
-        for key, value in (("direction", "in"), ("labelsize", 7))
-    }
-    sides = {"xtick.top": True, "ytick.right": True}
     return rc_context(
         {
             "figure.figsize": (WIDTH, 2.6),
@@ -60,8 +55,12 @@ def style() -> AbstractContextManager:
             "legend.fontsize": 7,
             "legend.frameon": False,
             "pdf.fonttype": 42,
-            **ticks,
-            **sides,
+            "xtick.direction": "in",
+            "ytick.direction": "in",
+            "xtick.labelsize": 7,
+            "ytick.labelsize": 7,
+            "xtick.top": True,
+            "ytick.right": True,
         }
     )
 
@@ -96,33 +95,32 @@ def add_arrow(axes: Any, x: FloatArray, y: FloatArray, colour: str) -> None:
     along = np.append(0.0, np.cumsum(np.hypot(*steps)))
     if not along[-1]:
         return
-    at = along[-1] * np.array([0.5 - _ARROW, 0.5, 0.5 + _ARROW])
+    at = along[-1] * np.array([0.5 - _ARROW_SHARE, 0.5, 0.5 + _ARROW_SHARE])
     before, tip, after = np.transpose([np.interp(at, along, each) for each in (x, y)])
     # the shaft, a chord beside the line, is not drawn
     arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0, "lw": 0}
     tail = tip - (after - before)
-    axes.annotate("", tip, tail, arrowprops={**arrow, "mutation_scale": _HEAD})
+    axes.annotate("", tip, tail, arrowprops={**arrow, "mutation_scale": _HEAD_SIZE})
 
 
 def limit_to(axes: Any, x: FloatArray, y: FloatArray, margin: float) -> None:
     """Limit axes to some points, with a margin relative to their range."""
     for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
-        beside = margin * (float(np.ptp(values)) or 1.0)
-        limit(values.min() - beside, values.max() + beside)
+        width = margin * (float(np.ptp(values)) or 1.0)
+        limit(values.min() - width, values.max() + width)
 
 
 def legend_below(figure: Any, panels: Sequence[Any]) -> None:
     """Replace the legends of all panels by one below them."""
-    handles = {
-        label: line
-        for panel in panels
-        for line, label in zip(*panel.get_legend_handles_labels(), strict=True)
-    }
+    handles: dict[str, Any] = {}
+    for panel in panels:
+        lines, labels = panel.get_legend_handles_labels()
+        handles.update(zip(labels, lines, strict=True))
     for panel in panels:
         if panel.get_legend():
             panel.get_legend().remove()
     if handles:
-        columns = 1 + (max(map(len, handles)) < _SHORT)
+        columns = 2 if max(map(len, handles)) < _MAX_LABEL_LENGTH else 1
         figure.legend(
             handles.values(), handles.keys(), loc="outside lower center", ncols=columns
         )

@@ -209,7 +209,7 @@ def test_bad_parameters_are_refused_and_change_nothing(name, value):
 def test_missing_parameters_are_an_error(parameters):
     atoms = make_atoms()
     atoms.calc = rc.RoughContact(**parameters)
-    with pytest.raises(ValueError, match="needs an indenter and a contact_modulus"):
+    with pytest.raises(ValueError, match="an indenter, and a contact_modulus"):
         atoms.get_forces()
 
 
@@ -269,8 +269,8 @@ def test_representation_lists_parameters_that_are_not_defaults(calc, expected):
 @pytest.mark.parametrize(
     "modulus, work, message",
     [
-        (171.0, 0.02, r"GPa, more than .*multiply .* ase.units.GPa"),
-        (1.0, 50.0, r"is 801 J/m\^2, more than .*multiply"),  # given in J/m^2
+        (171.0, 0.02, r"GPa.* multiply .* ase\.units\.GPa"),
+        (1.0, 50.0, r"801 J/m\^2.* multiply"),  # given in J/m^2
     ],
 )
 def test_values_above_those_of_any_solid_are_warned_of(modulus, work, message):

@@ -155,7 +155,7 @@ def test_a_translation_along_z_is_noticed(move, periodic):
     atoms = pressed(periodic=periodic)
     energy = atoms.get_potential_energy()
     move(atoms)
-    with pytest.warns(UserWarning, match="z of a surface atom is its displacement"):
+    with pytest.warns(UserWarning, match="move them back"):
         assert atoms.get_potential_energy() != energy
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # once
@@ -197,7 +197,7 @@ def test_an_indenter_that_has_lost_its_constraint_is_noticed(change):
     atoms = change(pressed())
     last = len(atoms) - 1
     atoms.calc = rc.RoughContact(SPHERE, 1.0)
-    with pytest.warns(UserWarning, match="nothing holds the indenter"):
+    with pytest.warns(UserWarning, match="FixAtoms"):
         atoms.get_potential_energy()
     for held in ([FixAtoms([last])], [Hookean(last, (0.0, 0.0, 1.0), k=1.0, rt=0.0)]):
         atoms.set_constraint(held)
@@ -232,7 +232,7 @@ def test_an_indenter_that_was_free_may_be_free():
 @pytest.mark.parametrize("wall", [rc.HardWall(), rc.PlasticWall(0.1)])
 def test_an_optimizer_that_fails_at_a_hard_wall_is_told_which_to_use(wall):
     atoms = atoms_under(SPHERE, wall, load=1.0, fixed=False)
-    with pytest.raises(ValueError, match=r"no gradient .* ActiveSet"):
+    with pytest.raises(ValueError, match="ActiveSet"):
         LBFGS(atoms, logfile=None).run(fmax=0.01, steps=200)
 
 

@@ -100,7 +100,7 @@ def test_load_acts_on_a_free_indenter_only(constraints):
 
 def test_a_load_on_a_fixed_indenter_warns_once():
     atoms = make_atoms(load=2.0)
-    with pytest.warns(UserWarning, match="does not act"):
+    with pytest.warns(UserWarning, match="load of 2"):
         atoms.get_potential_energy()
     atoms.positions[-1, 2] -= 0.1
     atoms.get_potential_energy()

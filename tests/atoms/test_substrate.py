@@ -45,7 +45,7 @@ MAP = rc.HeightMap(np.cos(np.arange(16.0))[:, None] * np.ones(12), 1.0, periodic
 def test_a_flat_indenter_of_another_period_than_the_cell_is_warned_of(
     indenter, shape, period
 ):
-    message = f"cell of {shape[0]} x {shape[1]} Å .* indenter, {period} Å, .*{period} s"
+    message = f"{shape[0]} x {shape[1]} Å .* {period} Å.* shape of {period} spacings"
     with pytest.warns(UserWarning, match=message) as found:
         rc.substrate("Cu", shape, indenter, spacing=1.0, periodic=True)
     assert found[0].filename == __file__
@@ -108,16 +108,16 @@ def test_indenter_is_fixed_by_default_and_optionally_free():
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"shape": (0, 4)}, "shape must be two whole numbers >= 1"),
-        ({"shape": 4}, "shape must be two whole numbers"),
-        ({"shape": (4.5, 4)}, "shape must be two whole numbers"),
-        ({"spacing": 0.0}, "spacing must be a finite number > 0"),
-        ({"spacing": -1.0}, "spacing must be a finite number > 0"),
-        ({"spacing": np.nan}, "spacing must be a finite number > 0"),
+        ({"shape": (0, 4)}, "shape must be .*>= 1"),
+        ({"shape": 4}, "shape must be"),
+        ({"shape": (4.5, 4)}, "shape must be"),
+        ({"spacing": 0.0}, "spacing must be .*> 0"),
+        ({"spacing": -1.0}, "spacing must be .*> 0"),
+        ({"spacing": np.nan}, "spacing must be .*> 0"),
         ({"height": np.nan}, "height must be a finite number"),
         ({"center": (np.inf, 0.0)}, "center_x must be a finite number"),
-        ({"center": 3.0}, "center must be two numbers"),
-        ({"symbol": "Fe"}, "surface of Fe is not known"),
+        ({"center": 3.0}, "center must be"),
+        ({"symbol": "Fe"}, "surface of Fe"),
         ({"symbol": "Xx"}, "unknown chemical symbol 'Xx'"),
         ({"symbol": "Xx", "spacing": 1.0}, "unknown chemical symbol 'Xx'"),
         ({"symbol": "X", "spacing": 1.0}, "unknown chemical symbol 'X'"),
@@ -156,18 +156,18 @@ def skew_cell(atoms):
 @pytest.mark.parametrize(
     "spoil, message",
     [
-        (lambda atoms: atoms.numbers.sort(), "last atom, and no other, must be the"),
-        (lambda atoms: atoms.pop(), "must be the indenter.* none have that symbol"),
-        (lambda atoms: atoms.append("X"), "last atom, and no other, must be the"),
+        (lambda atoms: atoms.numbers.sort(), "must be the indenter"),
+        (lambda atoms: atoms.pop(), "must be the indenter.* none have"),
+        (lambda atoms: atoms.append("X"), "must be the indenter"),
         (lambda atoms: atoms.pop(10), "grid"),
-        (moved(10), "atom 10 is off the square grid by 0.1"),
-        (moved(0), "atom 0 is off the square grid by 0.1"),
+        (moved(10), r"atom 10 .* by 0\.1"),
+        (moved(0), r"atom 0 .* by 0\.1"),
         (lambda atoms: atoms.set_pbc((True, False, False)), r"pbc .*got \(True, False"),
         (lambda atoms: atoms.set_pbc(True), r"pbc must be .*got \(True, True, True\)"),
         (lose_the_last_row, "padding"),
-        (skew_cell, "cell must be the rectangular window"),
+        (skew_cell, "cell must be"),
         (stretch_cell, "whole numbers of spacings"),
-        (lambda atoms: atoms.positions.fill(0.0), "do not make a grid"),
+        (lambda atoms: atoms.positions.fill(0.0), "grid with rows of"),
     ],
 )
 def test_broken_atoms_are_refused(periodic, spoil, message):
