@@ -46,8 +46,8 @@ class Sampling:
     @property
     def error(self) -> float:
         """Largest relative standard error of the means; NaN if no error is known."""
-        known = (mean.error for mean in self.means if not mean.unknown)
-        return max(known, default=math.nan)
+        errors = [mean.error for mean in self.means if not mean.unknown]
+        return max(errors, default=math.nan)
 
     @property
     def done(self) -> bool:
@@ -63,11 +63,12 @@ class Sampling:
     @property
     def likely_missing(self) -> tuple[int, int]:
         """Sums of the ends of the ranges of the numbers that are still needed."""
-        least, most = zip(*(mean.likely for mean in self.means), strict=True)
-        return self._missing(least), self._missing(most)
+        least = [mean.likely[0] for mean in self.means]
+        largest = [mean.likely[1] for mean in self.means]
+        return self._missing(least), self._missing(largest)
 
     def _missing(self, needed: Sequence[int]) -> int:
-        """Return the number of missing realisations of steps, from those needed."""
+        """Return the number of missing realisations, from the numbers needed."""
         return sum(
             max(number - mean.realisations, 1)
             for number, mean in zip(needed, self.means, strict=True)
@@ -130,23 +131,25 @@ def sample_ensemble(
     integer("most", most, pilot)
     if scene.roughness is None:
         raise ValueError(
-            "realisations need a scene with [roughness]: a measured or smooth surface "
-            "has only one"
+            "realisations need a scene with [roughness], as a measured or smooth "
+            "surface has only one: give [roughness]"
         )
-    pool, values = worker_pool(executor, workers), ColumnValues(scene, database, column)
-    return _rounds(scene, values, error, (pilot, most), pool, interval)
+    pool = worker_pool(executor, workers)
+    values = ColumnValues(scene, database, column)
+    return _rounds(scene, values, error, pool, interval, pilot=pilot, most=most)
 
 
 def _rounds(
     scene: Any,
     values: ColumnValues,
     error: float,
-    limits: tuple[int, int],
     pool: AbstractContextManager[Executor],
     interval: float,
+    *,
+    pilot: int,
+    most: int,
 ) -> Iterator[Sampling]:
     """Calculate rounds of realisations, and estimate the needed number after each."""
-    pilot, most = limits
     first, counts = scene.roughness.seed, np.full(len(values.targets), pilot)
     whole = is_whole(scene)
     with pool as executor:

@@ -14,9 +14,9 @@ from typing import Any
 CHECKSUM = "checksum"
 
 # Words in SQLite's errors about a database that can't be used, but is not damaged.
-_UNUSABLE = ("locked", "unable to open", "disk I/O", "full", "readonly")
+_UNUSABLE_WORDS = ("locked", "unable to open", "disk I/O", "full", "readonly")
 # Answer of SQLite's integrity check for an intact database.
-_INTACT = [("ok",)]
+_INTACT_ANSWER = [("ok",)]
 
 
 def checksum(values: Mapping[str, Any], energy: float | None, data: Any) -> int:
@@ -42,7 +42,7 @@ def damaged_row(db: Any) -> int | None:
         if not db.connection.in_transaction:
             db.connection.execute("BEGIN")  # all checks see the same content
         found = db.connection.execute("PRAGMA integrity_check(1)").fetchall()
-        if found != _INTACT:
+        if found != _INTACT_ANSWER:
             raise sqlite3.DatabaseError(found[0][0])
         _ = db.metadata  # creates the tables of a new file
         index = _index(db.connection)
@@ -84,7 +84,7 @@ def readable_errors(address: str) -> Iterator[None]:
     try:
         yield
     except sqlite3.OperationalError as error:
-        if not any(word in str(error) for word in _UNUSABLE):
+        if not any(word in str(error) for word in _UNUSABLE_WORDS):
             raise damaged(address, error) from error
         raise OSError(
             f"can't use {address}: {error}. SQLite needs space on the disk and a file "

@@ -30,9 +30,9 @@ PLACE_UNITS = {
     "penetration": "nm",
 }
 # Columns of the file that may have the area.
-_AREAS = "contact_area", "continuum_area"
+_AREA_COLUMNS = "contact_area", "continuum_area"
 # Columns without a unit.
-_OTHERS = "converged", "message", CHECKSUM
+_COLUMNS_WITHOUT_UNIT = "converged", "message", CHECKSUM
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def run_places(
         row_of = partial(_row, area=scene.area_column)
         units = {_name(k, scene.area_column): unit for k, unit in PLACE_UNITS.items()}
         heads = {name: f"{name} ({unit})" for name, unit in units.items()}
-        heads |= {name: name for name in _OTHERS}
+        heads |= {name: name for name in _COLUMNS_WITHOUT_UNIT}
         rows = table_writer(table, heads, map(row_of, found.values()))
         with worker_pool(executor, workers) as running, rows as write:
             tasks = [running.submit(_calculate, scene, *place) for place in missing]
@@ -170,7 +170,8 @@ def _earlier(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
         check_folder(scene, folder)
         write_inputs(scene, file)
         return {}
-    solver, same = scene.solver, scene
+    solver = scene.solver
+    same = scene  # as in the file, apart from the solver
     with suppress(ValueError):  # `check_folder` raises it with its reason
         old = SceneFile.parse(read_text(file), str(file), copied=True).solver
         changes = {"max_steps": old.max_steps, "optimizer": old.optimizer}
@@ -224,7 +225,7 @@ def _row(place: Place, area: str) -> dict[str, str]:
 
 def _place(row: dict[str, str]) -> Place:
     """Return the place of a row."""
-    area = next((name for name in _AREAS if name in row), _AREAS[0])
+    area = next((name for name in _AREA_COLUMNS if name in row), _AREA_COLUMNS[0])
     numbers = {
         attribute: UNITS[unit] * float(row.get(_name(attribute, area), "nan"))
         for attribute, unit in PLACE_UNITS.items()

@@ -196,16 +196,15 @@ def _run(
                 raise
             except Exception as error:
                 raise RuntimeError(
-                    "a worker or the scheduler died, was killed, ran out of memory or "
-                    f"could not start ({type(error).__name__}: {error}): all finished "
-                    "steps are in the database; start the ensemble again to continue"
+                    "a worker or the scheduler ended, perhaps without memory, or could "
+                    f"not start ({type(error).__name__}: {error}): finished steps are "
+                    "in the database; start the ensemble again to continue"
                 ) from error
             if "stopped" in states:
                 address = without_password(database.address)
                 raise RuntimeError(
-                    f"the lock {address}-{run}.lock of this run was removed: all "
-                    "finished steps are in the database; start the ensemble again to "
-                    "continue"
+                    f"the lock {address}-{run}.lock of this run was removed: finished "
+                    "steps are in the database; start the ensemble again to continue"
                 )
             if "busy" in states:  # other runs work on some of the cases
                 time.sleep(interval)
