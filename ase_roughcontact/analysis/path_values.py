@@ -248,8 +248,8 @@ def tension_at_turn(turn: LoadStep, pull_off_force: float) -> str:
         The warning.
     """
     return (
-        f"the pull-off force of {with_unit(pull_off_force, 'nN')} is a lower bound: at "
-        f"the turn, at a penetration of {with_unit(turn.penetration, 'Å')}, the tip is "
-        f"still pulled by {with_unit(-turn.normal_force, 'nN')}: go deeper before the "
+        f"the pull-off force of {with_unit(pull_off_force, 'nN')} is a lower bound, as "
+        f"the tip is pulled by {with_unit(-turn.normal_force, 'nN')} at the turn, at a "
+        f"penetration of {with_unit(turn.penetration, 'Å')}: go deeper before the "
         "retraction"
     )

@@ -311,8 +311,7 @@ class RoughContact(PropertiesCalculator):
         self._warned_of_translation = True
         warn(
             f"the atoms were moved along z by {distance:.4g} Å, which changes the "
-            "contact, as z of a surface atom is its displacement: move them back; "
-            "center() and translate() are for x and y only"
+            "contact: move them back; center() and translate() are for x and y only"
         )
 
     def state(self, atoms: Atoms | None = None) -> ContactState:
@@ -443,7 +442,7 @@ def problem_of(atoms: Atoms) -> tuple[Problem, Box]:
     return problem, problem.window(grid.window, grid.origin)
 
 
-def has_model(atoms: Atoms, model: ContactModel) -> bool:
+def uses_model(atoms: Atoms, model: ContactModel) -> bool:
     """Return whether the calculator of the atoms and its parameters are unchanged."""
     return isinstance(atoms.calc, RoughContact) and atoms.calc._cached_model is model
 

@@ -283,8 +283,8 @@ class HalfSpace(ABC):
         if positive.size - np.count_nonzero(positive) > self.periodic:
             raise ValueError(
                 f"{self.solid} is too stiff at its surface for a grid of {n} x {m}: "
-                "relax it with load_path(..., window='auto'), or give a larger window "
-                "(20 times the thickness of a layer 100 times as stiff as its base)"
+                "relax it with load_path(..., window='auto'), or give a larger window, "
+                "such as 20 times the thickness of a stiff layer"
             )
         return np.divide(1.0, spectrum, where=positive, out=np.zeros_like(spectrum))
 

@@ -136,11 +136,10 @@ class Sites:
                 place = np.unravel_index(squares.argmax(), squares.shape)
                 distance = squares.max() ** 0.5
                 raise ValueError(
-                    f"atom {self.indices[place]}, in the {self.indices.shape[0]} "
-                    "lowest layers, has left its lattice site: it is displaced by "
-                    f"{distance:.2f} Å relative to a neighbour. Use more layers, or a "
-                    "lower load, temperature or time step. If atoms were removed or "
-                    "reordered, make a new foundation"
+                    f"atom {self.indices[place]} in the {self.indices.shape[0]} lowest "
+                    f"layers has left its lattice site by {distance:.2f} Å: use more "
+                    "layers, or a lower load, temperature or time step; after removing "
+                    "atoms make a new foundation"
                 )
         return moved
 

@@ -188,11 +188,10 @@ class CrystalSurface(Stored):
         strain = force / (scale * self.constants.spacing)
         if error > _MAX_STIFFNESS_ERROR or strain > _MAX_STRAIN:
             raise ValueError(
-                f"the surface {self.surface} {self.symbol} was not calculated with "
-                f"this {type(calculator).__name__}: forces at rest are up to "
-                f"{force:.2g} eV/Å, and the stiffness differs by {100 * error:.2g} %. "
-                "Give the calculator of the surface, or use "
-                "CrystalSurface.from_calculator"
+                f"the surface {self.surface} {self.symbol} was calculated with another "
+                f"{type(calculator).__name__}: forces at rest are up to {force:.2g} "
+                f"eV/Å, the stiffness differs by {100 * error:.2g} %. Give the same "
+                "calculator, or use CrystalSurface.from_calculator"
             )
 
     def cut_couplings(

@@ -14,7 +14,7 @@ from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import instance_of
-from ase_roughcontact.atoms.calculator import has_model, model_of, problem_of
+from ase_roughcontact.atoms.calculator import model_of, problem_of, uses_model
 from ase_roughcontact.atoms.constraints import support_of
 from ase_roughcontact.atoms.grid import displacement
 from ase_roughcontact.contact import State
@@ -188,7 +188,7 @@ class ContactOptimizer(Optimizer):
         RuntimeError
             If the calculator of the atoms was changed since the run began.
         """
-        if not has_model(self.atoms, self._model):
+        if not uses_model(self.atoms, self._model):
             raise RuntimeError(
                 "the calculator of the atoms was changed during the run: start it again"
             )
@@ -289,7 +289,7 @@ class ContactOptimizer(Optimizer):
 
     def _move_atoms(self) -> None:
         """Move the atoms to the last state, and calculate their results."""
-        if not has_model(self.atoms, self._model):
+        if not uses_model(self.atoms, self._model):
             return  # the state belongs to another problem
         state = self.state
         if state is None or state is self._applied:

@@ -27,7 +27,7 @@ from ase import Atoms
 from ase.utils.abc import Optimizable
 
 from ase_roughcontact._util.kernels import array_equal, inner, rowwise
-from ase_roughcontact.atoms.calculator import has_model, model_of
+from ase_roughcontact.atoms.calculator import model_of, uses_model
 from ase_roughcontact.atoms.constraints import (
     reference_stiffness,
     soft_contact_of,
@@ -214,7 +214,7 @@ class FourierModes(Optimizable):
     def _follow(self) -> None:
         """Read the atoms if they, their calculator or constraints have changed."""
         if (
-            has_model(self.atoms, self._model)
+            uses_model(self.atoms, self._model)
             and array_equal(self.atoms.positions, self._positions)
             and self._settings() == self._known_settings
         ):

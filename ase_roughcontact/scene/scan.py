@@ -183,8 +183,8 @@ class TopographyConfig(Section):
         if self.role == "indenter" and surface.tip.is_tip and not whole_tip:
             found.append(
                 f"the scan itself has a radius of about {tip_radius(surface)} at its "
-                "highest point, to which the curvature of the sphere is added: give "
-                'radius = inf for a whole tip, or detrend = "curvature" for roughness'
+                "highest point, and the sphere is added to it: give radius = inf for a "
+                'whole tip, or detrend = "curvature" for roughness'
             )
         found += self._doubts_about_tip(radius, whole_tip)
         found += [*measured.doubts, *self._doubts_about_noise()]

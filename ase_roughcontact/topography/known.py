@@ -138,9 +138,9 @@ class Topography(Registered, Surface):
             If it is not known.
         """
         raise ValueError(
-            "automatic windows and first_contact need an indenter with a method reach, "
-            "such as a sphere of finite radius, the scan of a whole tip, or another "
-            f"BoundedSurface, got {self!r}: choose a fixed window"
+            "automatic windows and first_contact need a BoundedSurface with a method "
+            f"reach, such as a sphere or a scanned tip, got {self!r}: choose a fixed "
+            "window"
         )
 
     def band_limited(self, shortest: float) -> Surface:
