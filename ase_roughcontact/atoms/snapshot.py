@@ -46,8 +46,17 @@ from ase_roughcontact.contact.state import DISPLACEMENTS, PLASTIC_DEPTH, SLIPPIN
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 
-#: Tags of the atoms of a snapshot; 3 is the tag of the indenter in a view.
-TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED, TAG_PLASTIC, TAG_SLIPPING = 0, 1, 2, 4, 5
+# Tags of the atoms of a snapshot; 3 is the tag of the indenter in a view.
+#: Tag of an atom without pressure.
+TAG_OPEN = 0
+#: Tag of an atom in contact.
+TAG_CONTACT = 1
+#: Tag of an attracted atom.
+TAG_ATTRACTED = 2
+#: Tag of an atom in contact with the pressure of the hardness.
+TAG_PLASTIC = 4
+#: Tag of an atom in contact that slips.
+TAG_SLIPPING = 5
 
 
 def snapshot(atoms: Atoms, **info: Any) -> Atoms:

@@ -64,6 +64,7 @@ class _Work(threading.local):
     points = 0
 
 
+# Number of grid points that were transformed in this thread.
 _WORK = _Work()
 
 
@@ -321,21 +322,23 @@ class RealFFT2:
         ndarray, shape (l, `shape[0]`, `shape[1]`)
             Fields with the multiplied spectra.
         """
-        count, known = len(fields), fields.shape[1]
+        count, given_rows = len(fields), fields.shape[1]
         shape = fields.shape[1:] if shape is None else shape
-        most = max(count, len(matrix))
-        self._count(most)
+        largest = max(count, len(matrix))
+        self._count(largest)
         kind = self._buffers[0].columns.dtype
-        spectra = np.empty((most, max(known, shape[0]), self.grid[1] // 2 + 1), kind)
+        spectra = np.empty(
+            (largest, max(given_rows, shape[0]), self.grid[1] // 2 + 1), kind
+        )
         for values, spectrum in zip(fields, spectra, strict=False):
-            self._transform_rows(values, spectrum[:known])
+            self._transform_rows(values, spectrum[:given_rows])
 
         def multiply(buffer: BlockTransform, columns: slice) -> None:
             block = buffer.columns[:, : _length(columns)]
             waves = np.empty((count, *block.shape), kind)
             for spectrum, wave in zip(spectra, waves, strict=False):
-                block[:known] = spectrum[:known, columns]
-                block[known:] = 0.0
+                block[:given_rows] = spectrum[:given_rows, columns]
+                block[given_rows:] = 0.0
                 buffer.columns_forward(_length(columns))
                 wave[:] = block
             for row, spectrum in zip(matrix, spectra, strict=False):
@@ -385,18 +388,18 @@ class RealFFT2:
     def _transform_columns(
         self,
         spectra: np.ndarray,
-        known: int,
-        wanted: int,
+        given_rows: int,
+        kept_rows: int,
         operation: Callable[[Any, slice], None],
     ) -> None:
-        """Transform columns, zero beyond `known` rows, and keep the `wanted` rows."""
+        """Transform columns of `given_rows`, zero beyond them; keep the `kept_rows`."""
 
         def work(buffer: BlockTransform, columns: slice) -> None:
             block = buffer.columns[:, : _length(columns)]
-            block[:known] = spectra[:known, columns]
-            block[known:] = 0.0
+            block[:given_rows] = spectra[:given_rows, columns]
+            block[given_rows:] = 0.0
             operation(buffer, columns)
-            spectra[:wanted, columns] = block[:wanted]
+            spectra[:kept_rows, columns] = block[:kept_rows]
 
         self._each(self._column_blocks, work)
 
@@ -435,12 +438,12 @@ class RealFFT2:
 def _float_type(dtype: object) -> np.dtype:
     """Return one of two precisions, or raise `ValueError`."""
     try:
-        known = np.dtype(dtype)  # type: ignore[call-overload]
+        kind = np.dtype(dtype)  # type: ignore[call-overload]
     except TypeError:
-        known = None
-    if known not in (np.float32, np.float64):
+        kind = None
+    if kind not in (np.float32, np.float64):
         raise ValueError(f"dtype must be float32 or float64, got {dtype!r}")
-    return known
+    return kind
 
 
 def _length(block: slice) -> int:

@@ -192,7 +192,8 @@ class LateralHalfSpace(_Response):
         """Transform of the window on the grid in single precision."""
         if self.transform.dtype == np.float32:
             return self.transform
-        return RealFFT2(self.shape, self.grid, **self.fft | {"dtype": np.float32})
+        options = {**self.fft, "dtype": np.float32}
+        return RealFFT2(self.shape, self.grid, **options)
 
     @cached_property
     def _wrapped_transform(self) -> RealFFT2:
@@ -200,7 +201,8 @@ class LateralHalfSpace(_Response):
         wrapped = self.shape if self.periodic else padded_box(self.shape)
         if wrapped == self.grid:
             return self._single_transform
-        return RealFFT2(self.shape, wrapped, **self.fft | {"dtype": np.float32})
+        options = {**self.fft, "dtype": np.float32}
+        return RealFFT2(self.shape, wrapped, **options)
 
     @cached_property
     def _stiffness(self) -> np.ndarray:

@@ -63,7 +63,8 @@ class Box:
 
         `start` is the lattice index of its first entry.
         """
-        rows, columns = (np.any(mask, axis=axis).nonzero()[0] for axis in (1, 0))
+        rows = np.flatnonzero(mask.any(axis=1))
+        columns = np.flatnonzero(mask.any(axis=0))
         if not rows.size:
             return None
         return cls(
@@ -87,10 +88,8 @@ class Box:
 
     def intersection(self, other: Box) -> Box:
         """Return the indices in both boxes; a side is negative if they are apart."""
-        (i, j), (k, m) = (
-            np.maximum(self.start, other.start),
-            np.minimum(self.stop, other.stop),
-        )
+        i, j = np.maximum(self.start, other.start)
+        k, m = np.minimum(self.stop, other.stop)
         return Box.between((int(i), int(j)), (int(k), int(m)))
 
 

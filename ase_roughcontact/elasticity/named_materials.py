@@ -260,10 +260,10 @@ def work_of_adhesion(first: str, second: str) -> float:
     for name in (first, second):
         energy = material(name).surface_energy
         if energy is None:
-            known = [k for k, v in MATERIALS.items() if v.surface_energy is not None]
+            others = [k for k, v in MATERIALS.items() if v.surface_energy is not None]
             raise ValueError(
                 f"the surface energy of {name} is not known: give work_of_adhesion, or "
-                f"one of {', '.join(known)}"
+                f"one of {', '.join(others)}"
             )
         product *= energy
     return 2.0 * math.sqrt(product)

@@ -58,18 +58,18 @@ def check_wall(wall: Interaction, spacing: float) -> None:
         (1, "energy", "pressure", _PRESSURE_ERROR),
         (2, "pressure", "stiffness", _STIFFNESS_ERROR),
     ):
-        given, values = here[index], here[index - 1]
+        returned, integral = here[index], here[index - 1]
         expected = (below[index - 1] - above[index - 1]) / (2.0 * step)
-        eps = np.finfo(np.result_type(values, np.float16)).eps
-        allowed = tolerance * np.maximum(abs(given), abs(expected))
-        allowed += _DIFFERENCE_ERROR * eps * abs(values) / step
-        wrong = np.flatnonzero(abs(given - expected) > allowed)
+        eps = np.finfo(np.result_type(integral, np.float16)).eps
+        allowed = tolerance * np.maximum(abs(returned), abs(expected))
+        allowed += _DIFFERENCE_ERROR * eps * abs(integral) / step
+        wrong = np.flatnonzero(abs(returned - expected) > allowed)
         if len(wrong) > _MAX_KINKS:
             example = wrong[len(wrong) // 2]
             raise ValueError(
                 f"the {derivative} of the wall {name} must be minus the derivative of "
                 f"its {function}: at the gap {gap[example]:.4g} it is "
-                f"{given[example]:.4g} instead of {expected[example]:.4g}"
+                f"{returned[example]:.4g} instead of {expected[example]:.4g}"
             )
 
 

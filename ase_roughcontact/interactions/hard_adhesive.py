@@ -11,6 +11,7 @@ from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.interactions.base import WORK_OF_ADHESION, Interaction, Profile
 
+# Range of the attraction, by default one spacing.
 _RANGE = Parameter("a0", default=1.0)
 # Smallest relative cutoff. Below it, the difference to a straight line is rounding.
 _MIN_CUTOFF = 0.01

@@ -20,7 +20,8 @@ _ON_MODES = " on modes"
 def optimizer_names() -> list[str]:
     """Return the names of all optimizers; names of ASE's also with " on modes"."""
     ours = [NewtonKrylov.__name__, ActiveSet.__name__]
-    return [*ours, *_of_ase(), *(name + _ON_MODES for name in _of_ase())]
+    of_ase = list(_of_ase())
+    return ours + of_ase + [name + _ON_MODES for name in of_ase]
 
 
 def _of_ase() -> dict[str, type]:

@@ -194,12 +194,12 @@ def _corners(pressure: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, int]:
     corner, sides = np.zeros(contact.shape, bool), 0
     for step in np.array([(1, 0), (-1, 0), (0, 1), (0, -1)]):
         points = np.argwhere(contact & ~np.roll(contact, -step, (0, 1)))
-        at = tuple(points.T)
+        here = tuple(points.T)
         outside = tuple(((points + step) % contact.shape).T)
         inside = tuple(((points - step) % contact.shape).T)
-        found = gap[outside] > _RATIO_AT_CORNER * pressure[at]
-        found &= contact[inside] & (pressure[inside] <= pressure[at])
-        corner[at] |= found
+        found = gap[outside] > _RATIO_AT_CORNER * pressure[here]
+        found &= contact[inside] & (pressure[inside] <= pressure[here])
+        corner[here] |= found
         sides += int(found.sum())
     return corner, sides
 

@@ -49,10 +49,12 @@ _RADII = 4000
 # Tangent of the half angle of a cone over the tangent for a four-sided pyramid with the
 # same force.
 _PYRAMID_TANGENT_RATIO = 0.7453 * math.pi / 2.0
-# Coefficients of the polynomials for a thin layer, by powers of a length over the
-# thickness.
+# Coefficients of the polynomial for a sphere on a thin layer, by powers of a length
+# over the thickness.
 _LAYER_OF_SPHERE = (1.0, 1.133, 1.497, 1.469, 0.755)
+# Coefficients of this polynomial for a cone.
 _LAYER_OF_CONE = (1.0, 0.721, 0.650, 0.491, 0.225)
+# Coefficients of this polynomial for a punch.
 _LAYER_OF_PUNCH = (1.0, 1.133, 1.283, 0.598, -0.291)
 
 
@@ -505,6 +507,7 @@ def named_indenter(text: str) -> Indenter:
     return made(*dimensions)
 
 
+# Examples of the dimensions of an indenter, for messages.
 _EXAMPLES = {"length": "20 nm", "angle": "35 deg"}
 
 

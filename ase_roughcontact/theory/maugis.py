@@ -228,9 +228,11 @@ class MaugisDugdale(SphereTheory):
         return float(minimize_scalar(value, bounds=bounds, options=options).x)
 
 
-#: Maugis' parameters below which DMT, and above which JKR is accurate: R. W. Carpick,
-#: D. F. Ogletree, M. Salmeron, J. Colloid Interface Sci. 211, 395 (1999).
-DMT_BELOW, JKR_ABOVE = 0.1, 5.0
+#: Maugis' parameter below which DMT is accurate: R. W. Carpick, D. F. Ogletree,
+#: M. Salmeron, J. Colloid Interface Sci. 211, 395 (1999).
+DMT_BELOW = 0.1
+#: Maugis' parameter above which JKR is accurate, from the same source.
+JKR_ABOVE = 5.0
 
 
 def sphere_theory(

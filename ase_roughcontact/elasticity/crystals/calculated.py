@@ -110,10 +110,9 @@ def calculated_surface(
     below = bulk_crystals.bulk_below(calculator, symbol, surface, a)
     slab = relaxed_slab(calculator, symbol, surface, a, layers)
     thin_slab = relaxed_slab(calculator, symbol, surface, a, layers - 4)
-    constants, thin = (
-        force_constants(calculator, each, size, displacement, SUBLATTICES[surface])
-        for each in (slab, thin_slab)
-    )
+    sublattices = SUBLATTICES[surface]
+    constants = force_constants(calculator, slab, size, displacement, sublattices)
+    thin = force_constants(calculator, thin_slab, size, displacement, sublattices)
     name = f"{surface} {symbol} with {type(calculator).__name__}"
     check_errors(constants.figures, tolerance, name)
     greens = LatticeGreensFunction(constants)
