@@ -64,7 +64,7 @@ def test_a_slab_whose_hold_got_lost_in_a_file_warns(surface, tmp_path):
 )
 def test_another_calculator_than_that_of_the_surface(atoms, surface, calculator):
     surface = replace(surface, displacement=1e-3)
-    with pytest.raises(ValueError, match="Give the calculator of the surface"):
+    with pytest.raises(ValueError, match="Give the same calculator"):
         rc.ElasticFoundation(calculator, surface, atoms, LAYERS)
 
 

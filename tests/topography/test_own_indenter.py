@@ -99,7 +99,7 @@ def test_a_window_that_exceeds_the_memory_is_an_error_with_advice():
 @pytest.mark.parametrize(
     ("indenter", "window", "method"),
     [
-        (Flute(), "unchecked", r"a method reach.* BoundedSurface.* fixed"),
+        (Flute(), "unchecked", r"BoundedSurface with a method reach.* fixed"),
         (RoughSphere(40.0, Flute()), "fixed", r"a method lowest.* fixed window"),
     ],
     ids=["indenter", "roughness"],

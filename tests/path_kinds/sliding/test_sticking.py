@@ -204,8 +204,8 @@ def test_atoms_that_would_slip_are_named():
     sticking, before = stick(atoms, law), atoms.positions.copy()
     sticking.move(atoms, (0.001, 0.0))
     message = (
-        rf"of {len(sticking.index)} atoms with friction slip if the indenter moves by "
-        r"\(0\.008, 0\) Å .* is not the gradient of an energy .* use sliding_path"
+        rf"of {len(sticking.index)} atoms .* moves by \(0\.008, 0\) Å .* "
+        "use sliding_path"
     )
     with pytest.raises(SlipError, match=message) as error:
         sticking.move(atoms, (0.007, 0.0))
@@ -292,7 +292,7 @@ def test_a_constraint_that_is_removed_without_release_is_an_error():
         lambda: stick(atoms, law),
         lambda: load_path(atoms, [0.2]),
     ):
-        with pytest.raises(ValueError, match=r"not among atoms\.constraints: keep it"):
+        with pytest.raises(ValueError, match=r"not among atoms\.constraints.* release"):
             call()
     assert (atoms.positions == before).all()
     atoms.set_constraint([sticking, *others])
@@ -358,7 +358,7 @@ def test_what_cannot_stick_says_why():
     whole.calc = RoughContact(SPHERE, solid=ISOTROPIC, interaction=HardWall())
     assert len(stick(whole, LAW).index) == frame.info["contact_area"] / 2.5**2
     whole.positions[-1, 0] += 0.1
-    with pytest.raises(ValueError, match=r"are 0\.1 Å from .* method move"):
+    with pytest.raises(ValueError, match=r" 0\.1 Å .* method move"):
         whole.get_forces()
 
 
