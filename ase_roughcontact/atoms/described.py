@@ -33,7 +33,7 @@ KINDS: dict[str, Any] = {
 }
 
 
-def made(name: str, kind: Any, description: Mapping[str, Any]) -> Any:
+def from_description(name: str, kind: Any, description: Mapping[str, Any]) -> Any:
     """Return the object that a description is of.
 
     Parameters
@@ -64,7 +64,7 @@ def made(name: str, kind: Any, description: Mapping[str, Any]) -> Any:
         found = lookup(key, classes, name)
     for key, value in parameters.items():
         if isinstance(value, Mapping) and key in _CLASS_OF_PART:
-            parameters[key] = made(key, _CLASS_OF_PART[key], value)
+            parameters[key] = from_description(key, _CLASS_OF_PART[key], value)
     try:
         return found(**parameters)
     except TypeError as error:

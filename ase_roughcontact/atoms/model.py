@@ -16,7 +16,7 @@ from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite, lookup, positive, surface
-from ase_roughcontact.atoms.described import KINDS, made
+from ase_roughcontact.atoms.described import KINDS, from_description
 from ase_roughcontact.atoms.grid import (
     SurfaceGrid,
     displacement,
@@ -79,7 +79,7 @@ def checked(name: str, value: Any) -> Any:
         _warn_of_units(contact_modulus=value)
         return float(value)
     if isinstance(value, Mapping):
-        value = made(name, KINDS[name], value)
+        value = from_description(name, KINDS[name], value)
     if name == "indenter":
         surface(indenter=value)
     elif not isinstance(value, KINDS[name]):

@@ -150,7 +150,7 @@ def _write_results(
     options: argparse.Namespace, reference: Reference, steps: list[LoadStep]
 ) -> str:
     """Draw figures, print a summary and the files; return the error of figures."""
-    pictures, failure = _drawn(reference, steps, options.out)
+    pictures, failure = _draw_pictures(reference, steps, options.out)
     if prints_text(options):
         show(*report.summary(reference, steps))
         write(f"Results are in {options.out}:")
@@ -161,7 +161,7 @@ def _write_results(
     return failure
 
 
-def _drawn(
+def _draw_pictures(
     reference: Reference,
     steps: list[LoadStep],
     folder: Path,
@@ -187,9 +187,9 @@ def draw_figures(options: argparse.Namespace) -> int:
     writes view.traj, as "run" does. Maps of a path in time show the steps closest to
     the times, for instance: --times 0.5,1,"1500 ms".
     """
-    folder, scene, steps = _of_results(options)
-    shown = _at_times(folder, scene, steps, options.times)
-    pictures, _ = _drawn(reference_for(scene), steps, folder, shown)
+    folder, scene, steps = _results_of(options)
+    shown = _steps_at_times(folder, scene, steps, options.times)
+    pictures, _ = _draw_pictures(reference_for(scene), steps, folder, shown)
     if not pictures:
         raise RuntimeError("no figures: the sphere touches in no step")
     write("\n".join(str(folder / name) for name in pictures))
@@ -204,9 +204,9 @@ def write_report(options: argparse.Namespace) -> int:
     """
     from ase_roughcontact.cli.page import page  # imports jinja2
 
-    folder, scene, steps = _of_results(options)
+    folder, scene, steps = _results_of(options)
     reference = reference_for(scene)
-    _drawn(reference, steps, folder)
+    _draw_pictures(reference, steps, folder)
     file = folder / "report.html"
     with replaced(file) as name:
         Path(name).write_text(page(reference, steps, folder), encoding="utf-8")
@@ -222,8 +222,8 @@ def write_maps(options: argparse.Namespace) -> int:
     (npz) or the format of ParaView (vti). With --times 0.5,1,"1500 ms" only the steps
     of a path in time that are closest to these times have maps.
     """
-    folder, scene, steps = _of_results(options)
-    shown = _at_times(folder, scene, steps, options.times)
+    folder, scene, steps = _results_of(options)
+    shown = _steps_at_times(folder, scene, steps, options.times)
     surface = scene.sampled_surface
     wanted = {step.step for step in steps if shown is None or step in shown}
     refuse_link(folder / "maps")
@@ -238,7 +238,7 @@ def write_maps(options: argparse.Namespace) -> int:
     return 0
 
 
-def _of_results(options: argparse.Namespace) -> tuple[Path, Scene, list[LoadStep]]:
+def _results_of(options: argparse.Namespace) -> tuple[Path, Scene, list[LoadStep]]:
     """Return the folder of a run, its scene and its steps."""
     scene = Scene.of_results(options.folder)
     steps_with_frames(options.folder / "sweep.traj")  # raises before anything is drawn
@@ -246,7 +246,7 @@ def _of_results(options: argparse.Namespace) -> tuple[Path, Scene, list[LoadStep
     return options.folder, scene, steps
 
 
-def _at_times(
+def _steps_at_times(
     folder: Path, scene: Scene, steps: list[Any], text: str | None
 ) -> list[Any] | None:
     """Return the steps with a frame closest to the given times; None without times."""

@@ -110,11 +110,13 @@ def run_places(
     check_inputs(scene)
     folder.mkdir(parents=True, exist_ok=True)
     with locked(table):
-        found = _earlier(scene, folder)
+        found = _earlier_places(scene, folder)
         yield from (found[place] for place in places if place in found)
         missing = [place for place in places if place not in found]
         row_of = partial(_row, area=scene.area_column)
-        units = {_name(k, scene.area_column): unit for k, unit in PLACE_UNITS.items()}
+        units = {
+            _column_of(k, scene.area_column): unit for k, unit in PLACE_UNITS.items()
+        }
         heads = {name: f"{name} ({unit})" for name, unit in units.items()}
         heads |= {name: name for name in _COLUMNS_WITHOUT_UNIT}
         rows = table_writer(table, heads, map(row_of, found.values()))
@@ -160,7 +162,7 @@ def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
     return [(round(i, 6), round(j, 6)) for i in x.tolist() for j in y.tolist()]
 
 
-def _earlier(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
+def _earlier_places(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
     """Return the places of an earlier run of the scene in a folder.
 
     With other `max_steps` or another optimizer, places that failed are left out.
@@ -208,7 +210,7 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
     )
 
 
-def _name(attribute: str, area: str) -> str:
+def _column_of(attribute: str, area: str) -> str:
     """Return the name of an attribute of a place in the file."""
     return area if attribute == "area" else attribute
 
@@ -216,7 +218,7 @@ def _name(attribute: str, area: str) -> str:
 def _row(place: Place, area: str) -> dict[str, str]:
     """Return the row of a place, with its checksum."""
     row = {
-        _name(attribute, area): f"{getattr(place, attribute) / UNITS[unit]:.12g}"
+        _column_of(attribute, area): f"{getattr(place, attribute) / UNITS[unit]:.12g}"
         for attribute, unit in PLACE_UNITS.items()
     }
     row |= {"converged": str(place.converged), "message": place.message}
@@ -227,7 +229,7 @@ def _place(row: dict[str, str]) -> Place:
     """Return the place of a row."""
     area = next((name for name in _AREA_COLUMNS if name in row), _AREA_COLUMNS[0])
     numbers = {
-        attribute: UNITS[unit] * float(row.get(_name(attribute, area), "nan"))
+        attribute: UNITS[unit] * float(row.get(_column_of(attribute, area), "nan"))
         for attribute, unit in PLACE_UNITS.items()
     }
     x, y = (round(numbers.pop(name), 6) for name in ("x", "y"))  # as in `_grid`

@@ -127,7 +127,7 @@ class PathAtoms:
         before = counts.pairs
         try:
             first = _energy_of(run)
-            status = _ran(run, tolerance, max_steps)
+            status = _status_of_run(run, tolerance, max_steps)
             last = _energy_of(run)
         except Exception:
             self.place(contact, state)
@@ -167,25 +167,25 @@ class PathAtoms:
             self.place(contact, first)
             self._reached = first
 
-    def show(self, left: RelaxedStep) -> None:
+    def show(self, relaxed: RelaxedStep) -> None:
         """Move the atoms to the state in which a step leaves the surface."""
-        if self._reached is None or not _is_same(left.state, self._reached):
-            self.place(left.contact, left.state)
-            self._reached, model = left.state, model_of(self.atoms)
-            if model.contact is left.contact:
-                model.fields = left.fields
-        if left.control == LOAD:
-            self.atoms.calc.set(load=left.run.support.load)
+        if self._reached is None or not _is_same(relaxed.state, self._reached):
+            self.place(relaxed.contact, relaxed.state)
+            self._reached, model = relaxed.state, model_of(self.atoms)
+            if model.contact is relaxed.contact:
+                model.fields = relaxed.fields
+        if relaxed.control == LOAD:
+            self.atoms.calc.set(load=relaxed.run.support.load)
         self.atoms.get_potential_energy()
 
     writer = staticmethod(trajectory_writer)
 
-    def frame(self, left: RelaxedStep, **info: Any) -> StepFrame:
+    def frame(self, relaxed: RelaxedStep, **info: Any) -> StepFrame:
         """Return frame and fields of a step as it leaves the surface.
 
         See `frame_and_fields`.
         """
-        self.show(left)
+        self.show(relaxed)
         return frame_and_fields(self.atoms, **info)
 
 
@@ -296,7 +296,7 @@ def relaxer_of(
     return partial(atoms.relax, optimizer)
 
 
-def _ran(optimizer: Any, fmax: float, steps: int) -> Status:
+def _status_of_run(optimizer: Any, fmax: float, steps: int) -> Status:
     """Run an optimizer of ASE; return whether it has converged, or why it has not."""
     try:
         converged = bool(optimizer.run(fmax=fmax, steps=steps))

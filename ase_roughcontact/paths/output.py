@@ -19,7 +19,7 @@ from ase_roughcontact.stepping.relaxed import RelaxedStep
 class Frames(Protocol):
     """Makes the frames of a trajectory, and writes them."""
 
-    def frame(self, left: RelaxedStep, **info: Any) -> Any:
+    def frame(self, relaxed: RelaxedStep, **info: Any) -> Any:
         """Return the frame of a step as it leaves the surface."""
         ...
 

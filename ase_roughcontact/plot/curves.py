@@ -87,12 +87,12 @@ def plot_area(
     """
     for i, (name, (loads, areas)) in enumerate((theory or {}).items()):
         axes.plot(loads, areas, LINES[i % 4], color="k", lw=1, label=name)
-    ok = _mask(converged, len(load))
+    ok = _converged_mask(converged, len(load))
     axes.plot(load[ok], area[ok], "o", color=ORANGE, ms=5, label=label)
     if area_error is not None:
         bars = 2.0 * np.asarray(area_error)
         axes.errorbar(load, area, bars, fmt="none", ecolor=ORANGE, lw=1)
-    _cross(axes, load[~ok], area[~ok])
+    _mark_not_converged(axes, load[~ok], area[~ok])
     axes.set(xscale="log", yscale="log")
     for axis, (low, high) in (
         (axes.xaxis, axes.get_xlim()),
@@ -160,8 +160,8 @@ def plot_force(
     if pull_off_force is not None:
         level = -pull_off_force / NN
         axes.axhline(level, color=GREY, ls="--", lw=1, label=pull_off_label)
-    ok = _mask(converged, x.size)
-    _cross(axes, x[~ok], y[~ok])
+    ok = _converged_mask(converged, x.size)
+    _mark_not_converged(axes, x[~ok], y[~ok])
     bars_x = np.broadcast_to(2.0 * np.asarray(depth_error), x.shape)
     bars_y = np.broadcast_to(2.0 * np.asarray(force_error) / NN, x.shape)
     axes.errorbar(x, y, bars_y, bars_x, fmt="none", ecolor=GREY, lw=1)
@@ -178,12 +178,12 @@ def plot_force(
     return axes
 
 
-def _mask(converged: ArrayLike | None, count: int) -> np.ndarray:
+def _converged_mask(converged: ArrayLike | None, count: int) -> np.ndarray:
     """Return which steps are converged."""
     return np.full(count, True) if converged is None else np.asarray(converged, bool)
 
 
-def _cross(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
+def _mark_not_converged(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
     """Draw steps that are not converged."""
     if x.size:
         axes.plot(x, y, "x", color=GREY, ms=6, label="not converged")

@@ -45,7 +45,7 @@ def plot_flat_area(
     -------
     matplotlib Axes
     """
-    low, high = _against(axes, pressure)
+    low, high = _pressure_axis(axes, pressure)
     along = np.geomspace(low, high, _CURVE_POINTS)
     rough = theory.mean_contact_pressure(scale, 1.0, theory.KAPPA_PERSSON)
     persson = theory.contact_fraction(along, rough)
@@ -62,7 +62,7 @@ def plot_flat_area(
 
 def plot_flat_gap(axes: Any, pressure: np.ndarray, gap: ArrayLike) -> Any:
     """Plot the mean gap of a rough flat (Å) against the nominal pressure (eV/Å^3)."""
-    _against(axes, pressure)
+    _pressure_axis(axes, pressure)
     axes.plot(pressure / _MPA, np.asarray(gap) / _NM, "o-", color=ORANGE, lw=0.8)
     axes.set_ylabel("mean gap (nm)")
     return axes
@@ -97,7 +97,7 @@ def plot_flat_conductance(
     matplotlib Axes
     """
     unit = UNITS["N/m"]
-    _against(axes, pressure)
+    _pressure_axis(axes, pressure)
     axes.plot(
         pressure / _MPA, stiffness / unit, "o-", color=ORANGE, lw=0.8, label="stiffness"
     )
@@ -112,7 +112,7 @@ def plot_flat_conductance(
     return axes
 
 
-def _against(axes: Any, pressure: np.ndarray) -> tuple[float, float]:
+def _pressure_axis(axes: Any, pressure: np.ndarray) -> tuple[float, float]:
     """Set up the axis of nominal pressures; return its ends."""
     low, high = pressure.min() / _CURVE_EXTENT, pressure.max() * _CURVE_EXTENT
     axes.set(xlim=(low / _MPA, high / _MPA), xlabel="nominal pressure $p$ (MPa)")

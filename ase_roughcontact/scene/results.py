@@ -79,11 +79,11 @@ def check_folder(
         without a valid scene.
     """
     has_results = any((folder / name).exists() for name in results)
-    if has_results and (message := _another_scene(scene, folder)):
+    if has_results and (message := _difference_message(scene, folder)):
         raise ValueError(message)
 
 
-def _another_scene(scene: SceneFile, folder: Path) -> str:
+def _difference_message(scene: SceneFile, folder: Path) -> str:
     """Return the error if a folder has results of another scene; empty if not."""
     file = folder / "scene.toml"
     old = SceneFile.parse(read_text(file), str(file), copied=True)
@@ -180,7 +180,7 @@ def write_results(
     except OtherPathError as error:
         message = ""
         with suppress(ValueError):  # without a valid scene
-            message = _another_scene(scene, folder)
+            message = _difference_message(scene, folder)
         if not message:
             raise
         raise ValueError(

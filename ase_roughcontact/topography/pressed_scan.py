@@ -68,7 +68,7 @@ def pressed_scan(
     missing = int(np.isnan(heights).sum())
     bad = BadLines.of(heights)
     if remove_bad_lines:
-        heights = _without(bad, heights, periodic)
+        heights = _without_bad_lines(bad, heights, periodic)
     detrend = detrend or ("mean" if periodic else "plane")
     z = levelled(heights, detrend)
     found = _noise(z, noise, unit)
@@ -97,13 +97,18 @@ def pressed_scan(
         cutoff,
         missing=missing,
         outliers=int(far.sum()),
-        doubts=(*_doubts(bad, remove_bad_lines), *_exchanged(scan.heights)),
+        doubts=(
+            *_doubts_about_lines(bad, remove_bad_lines),
+            *_doubts_about_axes(scan.heights),
+        ),
         margin=edge,
     )
     return measured, place
 
 
-def _without(bad: BadLines, heights: FloatArray, periodic: bool) -> FloatArray:
+def _without_bad_lines(
+    bad: BadLines, heights: FloatArray, periodic: bool
+) -> FloatArray:
     """Return heights with NaN at bad lines, and without the rest of an aborted scan."""
     kept = bad.kept
     if periodic and kept != slice(0, heights.shape[1]):
@@ -114,7 +119,7 @@ def _without(bad: BadLines, heights: FloatArray, periodic: bool) -> FloatArray:
     return np.where(bad.mask, np.nan, heights)[:, kept]
 
 
-def _doubts(bad: BadLines, removed: bool) -> Iterator[str]:
+def _doubts_about_lines(bad: BadLines, removed: bool) -> Iterator[str]:
     """Yield the faults of the lines of a scan that is pressed, each with advice."""
     if not removed:
         for fault in bad.described():
@@ -129,7 +134,7 @@ def _doubts(bad: BadLines, removed: bool) -> Iterator[str]:
         )
 
 
-def _exchanged(heights: FloatArray) -> Iterator[str]:
+def _doubts_about_axes(heights: FloatArray) -> Iterator[str]:
     """Yield a doubt if heights were not recorded along lines of constant x."""
     constant, repeated = not_recorded(heights.T)
     lines = np.flatnonzero(constant | repeated).tolist()
