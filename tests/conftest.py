@@ -103,7 +103,7 @@ def rng():
 
 @pytest.fixture
 def scene(periodic, wall, solid, rng):
-    """A small contact whose heights span the range of every wall."""
+    """A small contact with heights that span the range of every wall."""
     halfspace = (PeriodicHalfSpace if periodic else FreeHalfSpace)((6, 5), 1.0, solid)
     return Contact(halfspace, rng.uniform(0.0, 3.0, (6, 5)), wall)
 
@@ -112,8 +112,8 @@ def scene(periodic, wall, solid, rng):
 def relax():
     """Relaxation in scaled modes by scipy: fast, and none of the package's solvers.
 
-    The variables x are those of u = (K + E*/a0)^(-1/2) x, in which the elastic part of
-    the Hessian is nearly the identity.
+    The variables x are defined by u = (K + E*/a0)^(-1/2) x, in which the elastic part
+    of the Hessian is nearly the identity.
     """
 
     def relaxed(contact, height, start=None, gtol=1e-7):

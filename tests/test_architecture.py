@@ -39,7 +39,7 @@ LAYERS = [
     {"api", "__main__"},
 ]
 LAYER_OF = {name: layer for layer, names in enumerate(LAYERS) for name in names}
-# Packages that show names of others above them, whose imports are for type checkers.
+# Packages that show names of others above them, and import them for type checkers.
 SHOWING = {"api": "api", "plot.__init__": "plot", "scene.__init__": "scene"}
 # What may import a part, which can be deleted: the command line, and what builds on it.
 IMPORTERS = {

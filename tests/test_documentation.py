@@ -30,7 +30,7 @@ PAGES = {
         *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
     )
 }
-# Modules whose classes the pages mention by their name alone.
+# Modules of classes that the pages mention by their name alone.
 KNOWN = (
     "ase",
     "ase.calculators.mixing",
@@ -45,8 +45,8 @@ KNOWN = (
 def build(tmp_path):
     """Function that builds the guide from a copy, and returns the folder of its pages.
 
-    The gallery writes its pages beside those of the guide, and its results beside its
-    scripts.
+    The gallery writes its pages beside the pages of the guide, and its results beside
+    its scripts.
     """
     pytest.importorskip("sphinx", reason="needs the extra docs")
     left_out = shutil.ignore_patterns("results", "generated", "names", "__pycache__")
@@ -221,7 +221,7 @@ def rows_of(columns):
     return "".join(rows)
 
 
-def test_columns_on_the_page_are_those_of_a_step():
+def test_columns_on_the_page_agree_with_a_step():
     columns = columns_of(LoadStep)
     for record in (LoadStep, TimeStep, FlatStep, SlidingStep):
         listed = columns_of(record)

@@ -98,7 +98,7 @@ def test_stored_results_and_pictures_are_made_by_the_present_scripts():
 @pytest.mark.parametrize(
     "name", ["few_atoms", "options_hard", "plastic_pairs", "plastic_walls"]
 )
-def test_stored_counts_are_not_far_from_those_of_the_present_package(name):
+def test_stored_counts_are_not_far_from_the_present_package(name):
     command, _, stored = (results.STORED / f"{name}.md").read_text().partition("\n")
     printed = results.report([sys.executable, *command.split()[2:]])
     assert results.agree(stored, printed, tolerance=0.5)
@@ -137,7 +137,7 @@ def test_command_of_the_readme_is_what_ci_runs(tmp_path):
     (command,) = re.findall(
         r"<!-- test command -->\n+```bash\n(.*?)\n```$", README, re.DOTALL | re.M
     )
-    # the same script, on a README whose command only prints what it is
+    # the same script, on a README with a command that only prints what it is
     (tmp_path / ".ci").mkdir()
     (tmp_path / ".ci" / "run").write_text((ROOT / ".ci" / "run").read_text())
     (tmp_path / "README.md").write_text(README.replace(command, "echo it ran"))

@@ -232,7 +232,7 @@ def test_automatic_windows_work_for_a_radius_of_a_hundred_million_atoms(wall):
     assert records[-1].contact_area == pytest.approx(hertz, rel=0.15)
 
 
-def test_ranges_in_the_guide_are_those_of_these_tests():
+def test_ranges_in_the_guide_agree_with_these_tests():
     table = PAGE.read_text().partition("| from | to |\n")[2].partition("\n\n")[0]
     shown = [line.strip("| ").split(" | ") for line in table.splitlines()[1:]]
     ends = {quantity: (float(first), float(last)) for quantity, first, last in shown}

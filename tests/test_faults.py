@@ -1,4 +1,4 @@
-"""Faults: what is left of a calculation that is killed, stopped or has no room.
+"""Faults: files of a calculation that is killed, stopped or has no space on the disk.
 
 Tests of interrupted ensembles are in `tests/ensemble`.
 """

@@ -165,7 +165,7 @@ def test_examples_and_their_pictures_are_small(name):
     assert (EXAMPLES / "images" / f"{name}.png").stat().st_size < 150_000
 
 
-def test_lateral_stiffness_and_stick_area_are_those_of_mindlin(run):
+def test_lateral_stiffness_and_stick_area_agree_with_mindlin(run):
     ratios = run("lateral_stiffness")[0]["results"]
     for name in ("smooth, isotropic", "rough, isotropic"):
         assert ratios[name][0] == pytest.approx(1.4 / 1.7, rel=0.03)

@@ -93,7 +93,7 @@ def rough_contacts(relax, n, long_wavelength, depths):
         yield state.repulsive_atoms / n**2, state.normal_force / n**2
 
 
-def test_kappa_of_the_repulsive_wall_is_that_of_the_paper(relax):
+def test_kappa_of_the_repulsive_wall_agrees_with_the_paper(relax):
     for area, pressure in rough_contacts(relax, 256, 256.0, (0.9, 1.2)):
         assert 0.02 < area < 0.10
         assert 2.6 < SLOPE * area / pressure < 3.2

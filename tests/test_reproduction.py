@@ -70,7 +70,7 @@ def test_hard_wall_knows_only_the_product_of_radius_and_slope(examples, table):
     np.testing.assert_allclose(sharp[known], blunt[known], rtol=0.02, atol=1.0)
 
 
-def test_largest_contacts_are_those_of_hertz(examples, table):
+def test_largest_contacts_agree_with_hertz(examples, table):
     curves = [c for c in examples["paper"].curves(table) if c.radius * c.slope <= 10]
     assert curves
     for curve in curves:

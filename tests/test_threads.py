@@ -79,7 +79,7 @@ def test_arrays_returned_by_a_wall_are_not_overwritten():
 
 
 class Broken(RepulsiveLennardJones93):
-    """A wall whose pressure is not a number at the lowest atoms."""
+    """A wall with a pressure that is not a number at the lowest atoms."""
 
     def evaluate(self, gap):
         energy, pressure, stiffness = super().evaluate(gap)

@@ -1,4 +1,4 @@
-"""Load paths whose output is given by keywords."""
+"""Load paths with an output that is given by keywords."""
 
 from dataclasses import fields
 

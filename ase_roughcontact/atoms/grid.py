@@ -27,7 +27,7 @@ _LATERAL_TOLERANCE = 1e-4
 # End of errors about the places of atoms.
 _ADVICE = (
     "surface atoms may move along z only, and none may be missing; set their x and y, "
-    "and the cell, back to those of substrate()"
+    "and the cell, back as in substrate()"
 )
 
 

@@ -197,7 +197,7 @@ def _add_ensemble(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="scheduler of Dask, whose workers calculate: tcp://HOST:PORT, or the JSON "
+        help="scheduler of Dask with the workers: tcp://HOST:PORT, or the JSON "
         'file of "dask scheduler --scheduler-file"',
     )
     _add_output(parser)

@@ -180,7 +180,7 @@ def step_columns(case: str, scene: Scene, record: LoadStep) -> dict[str, Any]:
 
 
 def case_columns(scene: Scene, steps: Sequence[LoadStep]) -> dict[str, Any]:
-    """Return the columns of a case whose path is finished; see `case_types`.
+    """Return the columns of a case with a finished path; see `case_types`.
 
     The message has the warnings of the path, such as a pull-off force that is a lower
     bound.

@@ -48,8 +48,8 @@ def calculate_case(
     scene : Scene
         Scene of the case.
     steps : sequence of int
-        Load steps to calculate, in increasing order; `WHOLE` alone for a whole path,
-        whose results are stored, too.
+        Load steps to calculate, in increasing order; `WHOLE` alone for a whole path
+        and its results.
 
     Returns
     -------

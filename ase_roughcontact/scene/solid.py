@@ -442,7 +442,7 @@ _SOLID_OF_KEY: dict[str, Callable[[SubstrateConfig], ElasticSolid]] = {
     "anisotropic": _cubic,
     "layer_thickness": _layer,
 }
-# Keys that only some solids have, with the keys of which one must be given, too.
+# Keys that only some solids have, each with the keys that it needs one of.
 _NEEDED_KEYS: dict[str, tuple[str, ...]] = {
     "surface": (*_CRYSTAL_KEYS, "anisotropic"),
     "youngs_modulus": ("poisson",),

@@ -54,7 +54,7 @@ _LATERAL_WORD = re.compile(r"\b(?:lateral|xy?|y)\b", re.IGNORECASE)
 _HEIGHT_WORD = re.compile(r"\b(?:value|data|height|z)\b", re.IGNORECASE)
 # Pattern of the name of a channel.
 _NAME_PATTERN = r"(?im)^\W*channel[^\S\n]*[:=][^\S\n]*(.*?)\s*$"
-# Patterns of which each begins the header of another channel.
+# Patterns of lines that begin the header of another channel.
 _HEADER_PATTERNS = _WIDTH_PATTERN, _HEIGHT_PATTERN, _UNIT_PATTERN, _NAME_PATTERN
 # Decimals of a number with a decimal comma, which no whole number looks like.
 _DECIMALS = re.compile(r"0\d+")

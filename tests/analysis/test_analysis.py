@@ -362,7 +362,7 @@ def test_bins_that_cover_a_part_hold_that_part():
     np.testing.assert_allclose(found.value, [1.0, 2.5])
 
 
-def test_gaps_are_those_of_open_atoms():
+def test_gaps_are_of_open_atoms():
     made = map_of([[1.0, 0.0, -1.0, 0.0]], gap=np.array([[0.1, 1.0, 3.0, np.nan]]))
     found = gap_distribution(made, [0.0, 2.0, 4.0, 6.0])
     np.testing.assert_allclose(found.density, [0.25, 0.25, 0.0])

@@ -12,7 +12,7 @@ from ase_roughcontact.analysis import dynamic_stiffness
 
 @pytest.mark.parametrize("frequency", [0.02, 0.2, 2.0])
 @pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
-def test_stiffness_is_that_of_the_complex_modulus(frequency):
+def test_stiffness_follows_from_the_complex_modulus(frequency):
     creep = rc.Creep.standard_solid(relaxed=0.3, time=1.0)
     sphere = rc.RoughSphere(radius=400.0)
     atoms = atoms_under(
@@ -27,7 +27,7 @@ def test_stiffness_is_that_of_the_complex_modulus(frequency):
     assert abs(found - expected) < 0.03 * abs(expected)
 
 
-def test_phase_is_that_of_the_force_ahead_of_the_penetration():
+def test_phase_is_positive_if_the_force_is_ahead_of_the_penetration():
     times = np.linspace(0.0, 4.0, 101)
     steps = [
         SimpleNamespace(

@@ -61,7 +61,7 @@ READERS = {".npz": read_npz, ".nc": read_netcdf, ".vti": read_vtk}
 
 @pytest.mark.parametrize("suffix", READERS)
 @pytest.mark.parametrize("source", ["atoms", "frame"])
-def test_fields_are_those_of_the_contact(atoms, tmp_path, suffix, source):
+def test_fields_agree_with_the_contact(atoms, tmp_path, suffix, source):
     indenter = atoms.calc.parameters["indenter"]
     made = {
         "atoms": lambda: ContactMap.from_atoms(atoms),

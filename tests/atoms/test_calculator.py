@@ -273,7 +273,7 @@ def test_representation_lists_parameters_that_are_not_defaults(calc, expected):
         (1.0, 50.0, r"801 J/m\^2.* multiply"),  # given in J/m^2
     ],
 )
-def test_values_above_those_of_any_solid_are_warned_of(modulus, work, message):
+def test_values_above_all_solids_are_warned_of(modulus, work, message):
     wall = rc.LennardJones93.adhesive(1.0, 4.0, work)
     with pytest.warns(UserWarning, match=message) as found:
         rc.RoughContact(SPHERE, modulus, wall)

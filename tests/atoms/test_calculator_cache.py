@@ -47,7 +47,7 @@ def results(atoms, calc):
 
 
 def assert_fresh(atoms, calc, error=0.0):
-    """Compare all results with those of a new calculator, and return them."""
+    """Compare all results with a new calculator, and return them."""
     fresh = rc.RoughContact(**calc.parameters)
     expected, found = results(atoms.copy(), fresh), results(atoms, calc)
     for name, values in expected.items():
@@ -68,7 +68,7 @@ def test_every_parameter_of_the_calculator_is_in_the_table():
 
 @pytest.mark.parametrize("wall", [None, WALL], ids=["default wall", "given wall"])
 @pytest.mark.parametrize("name", OTHERS)
-def test_results_are_those_of_the_new_parameters(name, wall):
+def test_results_follow_from_the_new_parameters(name, wall):
     atoms, calc = make_atoms(), rc.RoughContact(SPHERE, 1.0, wall)
     before = results(atoms, calc)
     calc.set(**OTHERS[name])
@@ -139,7 +139,7 @@ CHANGES = [
 @pytest.mark.parametrize(
     "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
 )
-def test_results_are_those_of_the_changed_atoms(change, options):
+def test_results_follow_from_the_changed_atoms(change, options):
     atoms, calc = make_atoms(**options), rc.RoughContact(SPHERE, 1.0, WALL, load=0.3)
     before, unchanged = results(atoms, calc), atoms.copy()
     change(atoms)

@@ -230,7 +230,7 @@ def test_an_indenter_that_was_free_may_be_free():
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("wall", [rc.HardWall(), rc.PlasticWall(0.1)])
-def test_an_optimizer_that_fails_at_a_hard_wall_is_told_which_to_use(wall):
+def test_an_optimizer_that_fails_at_a_hard_wall_names_the_one_to_use(wall):
     atoms = atoms_under(SPHERE, wall, load=1.0, fixed=False)
     with pytest.raises(ValueError, match="ActiveSet"):
         LBFGS(atoms, logfile=None).run(fmax=0.01, steps=200)

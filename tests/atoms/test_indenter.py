@@ -39,7 +39,7 @@ OTHERS = [
 
 
 @pytest.mark.parametrize("other", OTHERS, ids=repr)
-def test_another_indenter_than_that_of_the_atoms_is_refused(other):
+def test_an_indenter_that_differs_from_the_atoms_is_refused(other):
     atoms = make_atoms(calculated_with=other, height=30.0)
     with pytest.raises(ValueError, match="built for the indenter RoughSphere-") as info:
         atoms.get_potential_energy()

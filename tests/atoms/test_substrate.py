@@ -66,7 +66,7 @@ def test_no_other_indenter_is_warned_of(indenter, shape, periodic):
     assert SurfaceGrid.of(atoms).window == shape
 
 
-def test_spacing_is_that_of_the_100_surface():
+def test_spacing_agrees_with_the_100_surface():
     assert rc.fcc_spacing("Cu") == pytest.approx(3.61 / np.sqrt(2))
     assert rc.fcc_spacing("Si") == pytest.approx(5.43 / np.sqrt(2))
     assert SurfaceGrid.of(make_atoms()).spacing == pytest.approx(rc.fcc_spacing("Cu"))
@@ -193,7 +193,7 @@ def test_snapshot_has_contact_as_tags_and_pressure_as_charges():
     np.testing.assert_allclose(pressure, state.pressure.ravel(), rtol=1e-14)
 
 
-def test_restored_window_equals_that_of_an_unrelaxed_frame(rng):
+def test_restored_window_equals_the_window_of_an_unrelaxed_frame(rng):
     atoms = relaxed_atoms()
     atoms.positions[:-1, 2] += rng.normal(0.0, 0.1, len(atoms) - 1)
     frame = rc.snapshot(atoms)

@@ -13,12 +13,12 @@ import pyte
 
 from ase_roughcontact.cli import main
 
-# Height of the screen, less than that of most outputs.
+# Height of the screen, less than most outputs have.
 _HEIGHT = 24
 
 
 class Terminal:
-    """A pseudo-terminal of some columns, whose output is read as it is written."""
+    """A pseudo-terminal of some columns; its output is read as it is written."""
 
     def __init__(self, columns):
         self._master, self.slave = os.openpty()

@@ -89,7 +89,7 @@ def test_rows_have_the_area_relative_to_theory_and_the_time(run):
     assert row_of(reference, steps[2], restored=True)[0][-1] == "restored"
 
 
-def test_at_light_loads_theory_is_that_of_the_first_asperity():
+def test_at_light_loads_theory_is_for_the_first_asperity():
     for kind, factor in (("hard", 1.0), ("repulsive", 3.0)):
         text = ROUGH.replace("radius = 60.0", "radius = 3000.0")
         scene = Scene.parse(f'{text}[interaction]\nkind = "{kind}"\n')

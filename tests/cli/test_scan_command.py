@@ -1,4 +1,4 @@
-"""The command with a scene whose roughness is a scan."""
+"""The command with a scene that has a scan as roughness."""
 
 import json
 import re

@@ -101,7 +101,7 @@ def unit_of(name):
 # Printed
 
 
-def test_columns_of_the_printed_table_are_those_of_curve_csv(case):
+def test_columns_of_the_printed_table_agree_with_curve_csv(case):
     seen = set()
     for name, texts in table_of(case.text).items():
         word, unit = unit_of(name)
@@ -116,7 +116,7 @@ def test_columns_of_the_printed_table_are_those_of_curve_csv(case):
     assert {"normal_force", "contact_area", "seconds", expected} <= seen
 
 
-def test_printed_ratios_are_those_of_the_formulas(case):
+def test_printed_ratios_agree_with_the_formulas(case):
     wall, table = case.wall, table_of(case.text)
     if wall == "sticky":  # the law of Maugis and Dugdale is no formula
         assert "A/A_Hertz" not in table and "theory" not in table
@@ -164,7 +164,7 @@ def test_memory_is_printed_in_gigabytes_and_residual_forces_in_ase_s_unit(case):
     np.testing.assert_allclose(numbers_of(shown) * UNITS["GB"], planned, atol=6e6)
 
 
-def test_targets_of_a_plan_are_those_of_the_path(case):
+def test_targets_of_a_plan_agree_with_the_path(case):
     control, file = case.control, case.file
     _, given, _ = CASES[control]
     unit = "nN" if control == "load" else "Å"

@@ -50,7 +50,7 @@ def test_preconditioner_inverts_a_uniform_wall_on_a_periodic_cell(rng, wall_shar
     assert_allclose(found, noise, atol=1e-4)
 
 
-def test_self_compliance_is_that_of_a_large_periodic_cell():
+def test_self_compliance_agrees_with_a_large_periodic_cell():
     halfspace = PeriodicHalfSpace((512, 512), 2.0, 5.0)
     unit = np.zeros((512, 512))
     unit[0, 0] = 1.0

@@ -46,7 +46,7 @@ def test_figures_and_lattice_constant(springs):
     assert springs.figures["interpolation"] < 1e-8
 
 
-def test_stress_at_another_lattice_constant_is_that_of_the_layers_of_a_slab():
+def test_stress_at_another_lattice_constant_agrees_with_layers_of_a_slab():
     springs, (c11, c12, _) = fcc_springs(A)
     with pytest.warns(UserWarning, match="1.14 GPa"):
         strained = make(springs, lattice_constant=1.01 * A)
@@ -166,7 +166,7 @@ RNG = np.random.default_rng(1)
 
 
 class Faulty(Springs):
-    """Springs whose results are changed by a function of the atoms and the results."""
+    """Springs with results that a function of the atoms and the results changes."""
 
     def __init__(self, shells, change):
         super().__init__(shells)
@@ -270,6 +270,6 @@ def test_copper_of_emt():
 def test_copper_under_stress():
     with pytest.warns(UserWarning, match="0.704 GPa .* 3.61 Å"):
         copper = Crystal.from_calculator(EMT(), "Cu", lattice_constant=3.61)
-    # a continuum under this stress; 3 % below that of the crystal without it
+    # a continuum under this stress; 3 % below the crystal without it
     assert copper.contact_modulus / GPa == pytest.approx(148.725, rel=1e-4)
     assert copper.figures["long_waves"] < 1e-5

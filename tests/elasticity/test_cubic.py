@@ -16,7 +16,7 @@ HALF_SPACE = 1.3 * np.concatenate([np.linspace(0, 3, 60), np.linspace(3.2, 20, 7
 
 @pytest.mark.parametrize("constants", [COPPER, GOLD])
 @pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 4])
-def test_wave_compliance_is_that_of_finite_elements(constants, angle):
+def test_wave_compliance_agrees_with_finite_elements(constants, angle):
     stiffness = coalesce_elastic_constants(*constants, convention="Cij")
     expected = compliance([(stiffness, HALF_SPACE)], 1 / 1.3, angle)
     q = np.array([np.cos(angle), np.sin(angle)]) / 1.3
@@ -42,7 +42,7 @@ def test_isotropic_constants_give_the_isotropic_solid(x, component):
 
 
 @pytest.mark.parametrize("component", COMPONENTS)
-def test_long_waves_of_a_crystal_are_those_of_the_cubic_solid(crystal, component):
+def test_long_waves_of_a_crystal_agree_with_the_cubic_solid(crystal, component):
     q = 1e-6 * np.array([[1.0, 0.8, 0.5, 0.1], [0.0, 0.3, 0.5, -0.7]])
     cubic = Cubic(*fcc_springs(np.sqrt(2))[1])
     found, expected = (

@@ -1,4 +1,4 @@
-"""The (100) surface of diamond crystals, whose rows along x and y differ."""
+"""The (100) surface of diamond crystals, with different rows along x and y."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def diamond():
     return make(diamond_springs(A)[0])
 
 
-def test_long_waves_are_those_of_moduli_with_displaced_sublattices(diamond):
+def test_long_waves_agree_with_moduli_with_displaced_sublattices(diamond):
     continuum = Cubic(*diamond_springs(A)[1])
     assert diamond.contact_modulus == pytest.approx(continuum.contact_modulus, rel=1e-5)
     q = 1e-6 * np.array([[1.0, 0.8, 0.5, 0.0], [0.0, 0.3, 0.5, 1.0]])

@@ -76,7 +76,7 @@ def test_tractions_of_the_whole_grid_cause_its_displacement(shape, periodic):
         assert_allclose(half.tractions(displacement + 1.0), tractions, atol=1e-12)
 
 
-def test_approximate_tractions_of_a_uniform_displacement_are_those_of_a_long_wave():
+def test_approximate_tractions_of_a_uniform_displacement_agree_with_a_long_wave():
     # without a compliance of its own they would have no bound, or be useless
     n, spacing = 16, 1.3
     half = LateralHalfSpace((n, n), spacing, ISOTROPIC, periodic=True)

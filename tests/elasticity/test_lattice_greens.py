@@ -38,7 +38,7 @@ def modulus(greens, q, angle, cell_area):
     ],
 )
 @pytest.mark.parametrize("angle", [0.0, 0.5])
-def test_long_waves_are_those_of_the_continuum(surface, axes, cell_area, angle):
+def test_long_waves_agree_with_the_continuum(surface, axes, cell_area, angle):
     springs, constants = fcc_springs(A)
     rotation = np.array(axes, float)
     rotation /= np.linalg.norm(rotation, axis=1)[:, None]

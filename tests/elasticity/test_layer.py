@@ -24,7 +24,7 @@ BASE = THICKNESS + np.concatenate([np.linspace(0, 6, 80), np.linspace(6.2, 60, 1
 @pytest.mark.parametrize("bonded", [True, False], ids=["bonded", "sliding"])
 @pytest.mark.parametrize("base", [None, 0.1, 4.0])
 @pytest.mark.parametrize("q", [0.3, 1.0])
-def test_wave_compliance_is_that_of_finite_elements(base, bonded, q):
+def test_wave_compliance_agrees_with_finite_elements(base, bonded, q):
     stack = [(isotropic(1.0, 0.3), LAYER)]
     if base is not None:
         stack.append((isotropic(base, 0.2), BASE))
@@ -111,7 +111,7 @@ def test_kernel_of_a_thin_layer_is_the_integral_over_its_waves(thickness, poisso
     np.testing.assert_allclose(found, expected, atol=1e-8 * expected[0])
 
 
-def test_far_field_is_that_of_the_base():
+def test_far_field_is_determined_by_the_base():
     far = np.array([20000]), np.array([15000])
     for layer in (SOLIDS["hard layer"], SOLIDS["soft layer"], SOLIDS["sliding"]):
         base = Isotropic(layer.contact_modulus)

@@ -71,7 +71,7 @@ def test_a_foundation_on_the_solid_acts_like_springs_on_the_indenter(
 
 
 class OnlyWaves(ElasticSolid):
-    """Isotropic half space whose response to pressure on a cell is not given."""
+    """Isotropic half space without its response to pressure on a cell."""
 
     contact_modulus = 1.0
 

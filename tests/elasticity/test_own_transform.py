@@ -1,4 +1,4 @@
-"""Contacts whose Fourier transforms are those of a class outside of the package."""
+"""Contacts with the Fourier transforms of a class outside of the package."""
 
 from unittest.mock import patch
 

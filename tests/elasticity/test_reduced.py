@@ -39,7 +39,7 @@ def fields(atoms):
 # Half spaces
 
 
-def test_displacement_is_that_of_a_window_in_its_margin(rng):
+def test_displacement_agrees_with_a_window_in_its_margin(rng):
     pressure = rng.normal(size=SHAPE)
     found, expected = (
         kind(SHAPE, 0.7, 3.0).displacement(pressure)
@@ -48,7 +48,7 @@ def test_displacement_is_that_of_a_window_in_its_margin(rng):
     np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
-def test_pressure_of_a_condensed_window_is_that_of_the_dense_matrix(rng):
+def test_pressure_of_a_condensed_window_agrees_with_the_dense_matrix(rng):
     displacement = rng.normal(size=SHAPE)
     i, j = np.indices(SHAPE).reshape(2, -1)
     dense = love_kernel(i[:, None] - i, j[:, None] - j, 1.0, 1.0)
@@ -95,7 +95,7 @@ def test_relaxed_contact_is_the_same_with_and_without_the_margin(wall):
     assert contact == same and len(contact) > 5
 
 
-def test_modes_of_a_condensed_window_are_those_of_its_grid():
+def test_modes_of_a_condensed_window_agree_with_its_grid():
     window = Box((-6, -6), (13, 12))
     atoms, expected = make_atoms(window), make_atoms(window)
     atoms.positions[:-1, 2] -= 0.01

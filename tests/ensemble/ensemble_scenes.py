@@ -97,7 +97,7 @@ def assert_same(columns, others, **tolerance):
 
 
 def assert_same_states(columns, others):
-    """Compare columns of which some were calculated on from the middle of a path.
+    """Compare columns, some of them calculated on from the middle of a path.
 
     Their states are the same within the tolerance of the solver, 1e-4 of the mean
     force; the path of the solver to them is not.

@@ -48,7 +48,7 @@ def new_database(folder):
 # Results
 
 
-def test_steps_are_those_of_the_scenes_alone(undisturbed):
+def test_steps_agree_with_the_scenes_alone(undisturbed):
     columns = read_ensemble(undisturbed)
     for scene in SCENES:
         of_case = columns["case"] == case_of(scene)
@@ -171,7 +171,7 @@ def test_the_lock_of_a_killed_process_is_released(tmp_path):
     process = SPAWN.Process(target=hold_lock, args=(database, locked))
     process.start()
     assert locked.wait(30) and database.is_locked("c")
-    database.create()  # removes lock files, but not those of living processes
+    database.create()  # removes lock files, but not of living processes
     assert database.is_locked("c")
     process.kill()
     process.join(10)

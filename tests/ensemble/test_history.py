@@ -1,4 +1,4 @@
-"""Paths whose states depend on those before, in ensembles: killed, continued, sampled.
+"""Paths with states that depend on earlier ones, in ensembles that are killed.
 
 Walls with attraction or a plastic shape, and paths in time.
 """

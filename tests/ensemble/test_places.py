@@ -37,7 +37,7 @@ LOOP = 'kind = "loop"\ndeepest = 0.7\ntolerance = 0.1\n'
 
 
 def assert_same(found, expected):
-    """Compare places, of which a file has other units than the calculation."""
+    """Compare places: a file has other units than the calculation."""
     for place, other in zip(found, expected, strict=True):
         assert (place.x, place.y) == (other.x, other.y)
         for name in ("normal_force", "area", "pull_off_force", "penetration"):

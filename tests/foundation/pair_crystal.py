@@ -1,4 +1,4 @@
-"""Crystals of atoms with pair potentials whose Hessian is known."""
+"""Crystals of atoms with pair potentials and a known Hessian."""
 
 from ase.build import bulk
 from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential

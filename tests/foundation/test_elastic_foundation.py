@@ -43,7 +43,7 @@ def test_forces_are_minus_the_gradient_and_have_no_resultant(request, name):
 
 
 def on_the_surface(atoms, hessian, depth=0.0):
-    """Hessian with all atoms relaxed but those of the surface, or above a depth."""
+    """Hessian with all atoms relaxed except at the surface, or above a depth."""
     top = atoms.positions[:, 2] > -depth - 0.1
     kept, relaxed = (np.flatnonzero(np.repeat(mask, 3)) for mask in (top, ~top))
     hessian = csc_matrix(hessian)
@@ -73,7 +73,7 @@ def hessian_with_foundation(atoms):
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_the_hessian_on_the_surface_is_that_of_a_thick_slab(request, name):
+def test_the_hessian_on_the_surface_agrees_with_a_thick_slab(request, name):
     surface = request.getfixturevalue(name)
     thick = slab(surface, 41, held=False)
     whole = hessian_of_calculator(thick)

@@ -46,7 +46,7 @@ def test_a_slab_that_is_not_held_any_more_warns_once(surface):
     atoms.get_forces()
 
 
-def test_a_slab_whose_hold_got_lost_in_a_file_warns(surface, tmp_path):
+def test_a_slab_without_its_hold_after_a_file_warns(surface, tmp_path):
     write(tmp_path / "slab.extxyz", slab(surface, LAYERS))
     again = read(tmp_path / "slab.extxyz")
     again.calc = foundation(again, surface)
@@ -62,7 +62,7 @@ def test_a_slab_whose_hold_got_lost_in_a_file_warns(surface, tmp_path):
     ],
     ids=["other forces", "other stiffness"],
 )
-def test_another_calculator_than_that_of_the_surface(atoms, surface, calculator):
+def test_a_calculator_that_differs_from_the_surface(atoms, surface, calculator):
     surface = replace(surface, displacement=1e-3)
     with pytest.raises(ValueError, match="Give the same calculator"):
         rc.ElasticFoundation(calculator, surface, atoms, LAYERS)
@@ -90,7 +90,7 @@ def test_a_slab_of_ase_with_the_lattice_constant_is_accepted(surface):
     assert atoms.calc.layers == LAYERS
 
 
-def test_sites_are_those_of_the_mean_positions_of_the_lowest_layer(atoms, surface):
+def test_sites_follow_from_the_mean_positions_of_the_lowest_layer(atoms, surface):
     forces = atoms.get_forces()
     spacing = surface.constants.spacing
     atoms.positions[5] += [0.2 * spacing, 0.1 * spacing, -0.1]
@@ -128,7 +128,7 @@ def shift_the_lowest_layer(atoms):
         (lambda atoms: atoms.pop(), r"48 atoms, got 47"),
     ],
 )
-def test_atoms_that_are_not_those_of_the_surface(atoms, surface, spoil, message):
+def test_atoms_that_differ_from_the_surface(atoms, surface, spoil, message):
     spoil(atoms)
     with pytest.raises(ValueError, match=message):
         foundation(atoms, surface)

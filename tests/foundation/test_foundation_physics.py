@@ -121,7 +121,7 @@ def test_a_body_centred_crystal(layers):
         (24, -0.3, {2: 7e-4, 4: 1.6e-4, 8: 1e-5}),
     ],
 )
-def test_displacement_under_a_point_force_is_that_of_a_thick_slab(
+def test_displacement_under_a_point_force_agrees_with_a_thick_slab(
     copper, n, force, errors
 ):
     thick, precon = thick_slab(copper, n)

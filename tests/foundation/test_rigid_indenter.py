@@ -77,7 +77,7 @@ def crystal():
     )
 
 
-def test_a_small_load_is_that_of_the_half_space_of_the_same_crystal(surface, crystal):
+def test_a_small_load_agrees_with_the_half_space_of_the_same_crystal(surface, crystal):
     # relaxed with all their explicit layers, and as a Green's function of the surface
     sphere, load, n = rc.RoughSphere(200.0), 0.02, 6
     gold = rc.substrate("Au", (n, n), sphere, spacing=crystal.spacing, periodic=True)
@@ -120,7 +120,7 @@ def test_depths_relative_to_the_surface_do_not_depend_on_the_layers(surface):
     assert few > 1.1 * many
 
 
-def test_depths_relative_to_the_surface_are_those_of_the_half_space(surface, crystal):
+def test_depths_relative_to_the_surface_agree_with_the_half_space(surface, crystal):
     sphere, depth = rc.RoughSphere(20.0), 0.02
     wall = rc.LennardJones93.repulsive(crystal.contact_modulus, crystal.spacing)
     options = {"spacing": crystal.spacing, "periodic": True}

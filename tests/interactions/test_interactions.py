@@ -126,7 +126,7 @@ def test_stiffness_is_minus_the_derivative_of_the_pressure_on_both_sides(wall):
         assert_allclose(expected, -slope, rtol=1e-7, atol=noise)
 
 
-def test_stiffness_of_the_repulsive_wall_drops_from_that_of_the_bulk_to_zero():
+def test_stiffness_of_the_repulsive_wall_drops_from_the_bulk_value_to_zero():
     below, at = stiffness(REPULSIVE, [np.nextafter(A0, 0.0), A0])
     assert below == pytest.approx(E / A0, rel=1e-14)
     assert at == 0.0

@@ -81,7 +81,7 @@ def test_step_starts_from_the_last_state():
 
 
 @pytest.mark.parametrize("penetration", [1e-12, 1e-8, 9e-7, 1.1e-6])
-def test_small_penetration_of_a_hard_wall_is_that_of_one_atom(penetration):
+def test_small_penetration_of_a_hard_wall_is_due_to_one_atom(penetration):
     sphere = rc.RoughSphere(100.0)
     atoms = atoms_under(sphere, rc.HardWall(), (16, 16))
     (step,) = written_path(atoms, [penetration])

@@ -140,7 +140,7 @@ def test_a_hard_wall_is_refused_with_the_optimizer_to_use(face):
 # Observers, records and messages
 
 
-def test_results_of_a_run_are_those_of_a_new_calculator(solver, periodic):
+def test_results_of_a_run_agree_with_a_new_calculator(solver, periodic):
     atoms = pressed_atoms(WALLS[solver], periodic=periodic, fixed=False, load=3.0)
     solver(atoms).run(fmax=1e-9)
     fresh = calculated_anew(atoms)
@@ -173,7 +173,7 @@ def test_optimality_residuals_of_a_solution_are_small():
     ],
     ids=["NewtonKrylov", "ActiveSet"],
 )
-def test_options_are_those_of_the_solver(solver, options):
+def test_options_are_passed_to_the_solver(solver, options):
     changed, usual = (pressed_atoms(WALLS[solver], n=48) for _ in range(2))
     dynamics, reference = solver(changed, options=options), solver(usual)
     assert dynamics.run(fmax=1e-8) and reference.run(fmax=1e-8)

@@ -74,7 +74,7 @@ def test_active_set_is_the_solution_of_the_dense_problem(solid, hardness):
 
 
 @pytest.mark.parametrize("wall", [rc.HardWall(), SOFT], ids=["hard", "soft"])
-def test_automatic_windows_are_those_of_a_large_one(solid, wall):
+def test_automatic_windows_agree_with_a_large_one(solid, wall):
     results = []
     for window, n in (("auto", 8), ("fixed", 48)):
         atoms = pressed_atoms(wall, solid=solid, n=n, fixed=False)

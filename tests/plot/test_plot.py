@@ -237,7 +237,7 @@ def test_scale_bar_is_a_round_length_in_place_of_the_axes(axes, width, length):
 
 
 @pytest.mark.parametrize("kind", DICHROMACY)
-def test_colours_are_told_apart_without_red_or_green(kind):
+def test_colours_are_distinguished_without_red_or_green(kind):
     linear = np.array([to_rgb(colour) for colour in plot.COLOURS]) ** 2.2
     seen = np.clip(linear @ np.transpose(DICHROMACY[kind]), 0, 1) ** (1 / 2.2)
     apart = np.linalg.norm(seen[:, None] - seen, axis=-1)

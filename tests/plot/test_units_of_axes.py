@@ -264,7 +264,7 @@ def test_stiffness_and_conductance_of_a_flat():
 
 @pytest.fixture(scope="module")
 def frame():
-    """A contact with friction of which a part slips, above atoms 2.5 Å apart."""
+    """A contact with friction that slips in part, above atoms 2.5 Å apart."""
     sphere = rc.RoughSphere(300.0)
     solid = rc.elasticity.Isotropic(0.8, poisson=0.3)
     atoms = atoms_under(sphere, rc.HardWall(), (24, 20), solid=solid, spacing=2.5)

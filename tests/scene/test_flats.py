@@ -55,7 +55,7 @@ def wave():
 
 
 @pytest.mark.parametrize("part", [0.1, 0.25, 0.7])
-def test_area_and_gap_of_a_wave_are_those_of_westergaard(wave, part):
+def test_area_and_gap_of_a_wave_agree_with_westergaard(wave, part):
     # p* = pi E* Delta/lambda; A/A0 = (2/pi) asin(sqrt(p/p*)); H. M. Westergaard,
     # J. Appl. Mech. 6, 49 (1939)
     full = math.pi * 100e3 * AMPLITUDE / (POINTS * PIXEL)

@@ -33,7 +33,7 @@ def scene_of(
     return scene
 
 
-def test_hardness_is_that_of_the_table_or_given_once_in_either_section():
+def test_hardness_is_from_the_table_or_given_once_in_either_section():
     scene = scene_of()
     assert scene.wall == PlasticWall(HARDNESS["Cu"] * UNITS["GPa"])
     assert scene.hardness == scene.wall.hardness

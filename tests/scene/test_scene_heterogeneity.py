@@ -14,7 +14,7 @@ path = { control = "penetration", values = [-0.1, 0.2] }
 RANDOM = "[heterogeneity]\nrms = 0.3\nshort_wavelength = '8 Å'\nseed = 5\n"
 
 
-def test_random_field_in_spacings_is_that_of_its_seed(tmp_path):
+def test_random_field_in_spacings_follows_from_its_seed(tmp_path):
     scene = Scene.parse(TEXT + RANDOM)
     field = scene.bodies.problem.heterogeneity.pattern
     assert (field.short_wavelength, field.long_wavelength) == (8.0, 64.0)

@@ -54,7 +54,7 @@ def test_the_scan_is_found_in_the_folder_of_a_run(folder):
     assert isinstance(read(folder / "run", section).rough, HeightMap)
 
 
-def test_roles_and_places_are_those_of_the_section(folder):
+def test_roles_and_places_follow_from_the_section(folder):
     section = SECTION.replace("substrate", "indenter")
     section += 'unit = "nm"\ncenter = [2.0, 3.0]\ndetrend = "none"\n'
     rough = read(folder, section).rough
@@ -91,7 +91,7 @@ def places(scene, folder):
         yield from run_places(scene, (1, 1), folder, pool)
 
 
-def test_theory_for_a_scan_is_that_of_its_statistics(folder):
+def test_theory_for_a_scan_follows_from_its_statistics(folder):
     scene = read(folder, scene=SMOOTH.replace("radius = 60.0", "radius = 120.0"))
     rough = scene.rough
     statistics = rough.statistics()

@@ -238,7 +238,7 @@ NAMED = 'layer_thickness = "2 nm"\nlayer_modulus = 5.0'
         (f'symbol = "Si"\n{NAMED}\nhardness = 2.0', 2.0),
     ],
 )
-def test_the_hardness_of_an_element_is_only_that_of_its_surface(lines, hardness):
+def test_the_hardness_of_an_element_is_only_for_its_surface(lines, hardness):
     made = scene(lines, "")
     assert made.hardness / GPa == pytest.approx(hardness, nan_ok=True)
     words = {math.inf: "elastic"}.get(hardness, f"hardness {hardness:.3g} GPa")
@@ -247,7 +247,7 @@ def test_the_hardness_of_an_element_is_only_that_of_its_surface(lines, hardness)
     assert Scene.parse(made.toml) == made
 
 
-def test_the_hardness_of_the_base_is_not_that_of_a_layer_in_python():
+def test_the_hardness_of_the_base_is_not_taken_for_a_layer_in_python():
     sphere = rc.RoughSphere(60.0)
     atoms = rc.substrate("Cu", (24, 24), sphere)
     atoms.calc = rc.RoughContact(sphere, solid=Layer(0.5, thickness=20.0))

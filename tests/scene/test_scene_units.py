@@ -220,7 +220,7 @@ def test_targets_are_in_nanonewton_or_in_angstrom(control):
     np.testing.assert_allclose(targets(scale="geometric"), [2.0, 10.0, 50.0])
 
 
-def test_elastic_constants_are_in_gigapascal_by_default_those_of_the_crystal():
+def test_elastic_constants_are_in_gigapascal_and_by_default_of_the_crystal():
     crystal = scene_with(substrate={"symbol": "Au"})
     crystal = crystal.with_values({"substrate.hardness": math.inf})
     assert Scene.parse(crystal.toml) == crystal

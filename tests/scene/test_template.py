@@ -72,7 +72,7 @@ def test_commented_keys_are_valid_and_the_comment_gives_the_default(key):
 
 
 @pytest.mark.parametrize("key", ["spacing", "contact_modulus", "elastic_constants"])
-def test_commented_material_parameters_are_those_of_the_crystal(key):
+def test_commented_material_parameters_agree_with_the_crystal(key):
     number, _ = COMMENTED[f"substrate.{key}"]
     usual, given = Scene.default(), scene_with(number, LINES[number][1:])
     assert given.substrate != usual.substrate

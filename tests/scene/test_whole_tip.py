@@ -76,7 +76,7 @@ def test_a_plan_of_a_rough_tip_runs_as_the_tip_does(read):
     assert np.array(steps(free)) == pytest.approx(np.array(steps(fixed)), rel=1e-3)
 
 
-def test_theory_of_a_tip_is_that_of_its_radius_of_curvature(read):
+def test_theory_of_a_tip_follows_from_its_radius_of_curvature(read):
     scene = read()
     assert scene.radius == pytest.approx(100.0)
     assert scene.rough is None and not scene.is_flat
@@ -150,7 +150,7 @@ def test_usual_scans_are_not_doubted(read):
         assert isinstance(scene.rough, HeightMap)
 
 
-def test_the_fitted_modulus_is_that_of_the_sample(read):
+def test_the_fitted_modulus_belongs_to_the_sample(read):
     from ase_roughcontact.fitting.parameters import changed, value_of
 
     of_both = read(lines={"radius = inf": 'radius = inf, material = "Si3N4"'})

@@ -47,7 +47,7 @@ def accepting(value):
     return found
 
 
-#: Keys whose values are words, or may be; the calculation knows which.
+#: Keys with words as values, or perhaps; the calculation knows which.
 WORDS = {
     *("substrate.symbol", "substrate.material", "substrate.calculator"),
     *("substrate.potential", "substrate.crystal", "substrate.surface"),

@@ -22,7 +22,7 @@ def hard(load, **options):
     return theory.predicted_area(load, R, E, rough, **options)
 
 
-def test_area_at_small_load_is_that_of_a_sphere_as_sharp_as_the_first_asperity():
+def test_area_at_small_load_is_of_a_sphere_as_sharp_as_the_first_asperity():
     rho = theory.asperity_radius(ROUGH)
     loads = theory.crossover_load(rho, E, SLOPE) * np.array([1e-9, 1e-3, 0.5])
     first = theory.Hertz(rho, E).contact_area(loads)
@@ -37,7 +37,7 @@ def test_area_between_asperity_and_sphere_is_load_over_rough_pressure():
     assert_allclose(area, middle / (SLOPE * E / 2), rtol=1e-2)
 
 
-def test_area_at_large_load_is_that_of_hertz():
+def test_area_at_large_load_agrees_with_hertz():
     load = 1e3 * theory.crossover_load(R, E, SLOPE)
     area = hard(load, asperity_radius=20.0)
     assert_allclose(area, HERTZ.contact_area(load), rtol=1e-12)
@@ -58,7 +58,7 @@ def test_adhesive_first_asperity_has_its_area_at_any_small_load():
     assert_allclose(hard(loads, asperity_area=7.0), 7.0)
 
 
-def test_area_from_a_function_that_is_the_error_function_is_that_of_the_formula():
+def test_area_from_the_error_function_agrees_with_the_formula():
     rough = float(theory.mean_contact_pressure(SLOPE, E))
     loads = theory.crossover_load(R, E, SLOPE) * np.geomspace(1e-3, 1e3, 13)
     area = theory.predicted_area(

@@ -82,7 +82,7 @@ def smooth_sphere(radius, wall, load, accuracy):
 def westergaard(width, shift=0.0, side=64, normal=(1, 0)):
     """Step on the surface 1 - cos(q.r) in contact on strips of a width.
 
-    In a square cell, whose waves have a normal along the grid or at an angle to it.
+    In a square cell, with waves that have a normal along the grid or at an angle to it.
     """
     (a, b), points = normal, np.arange(side)
     wave = side / np.hypot(a, b)

@@ -112,7 +112,7 @@ def test_forces_are_integrals_over_the_profile(indenter, slope, largest, corner,
         (Sphere(1.0), Paraboloid(1.0)),
     ],
 )
-def test_small_contacts_are_those_of_the_end(made, limit):
+def test_small_contacts_are_at_the_end(made, limit):
     # the sides of a truncated cone add a part of the order of the square root
     assert made.force(1e-6) == pytest.approx(limit.force(1e-6), rel=1e-3)
 
@@ -126,7 +126,7 @@ def test_small_contacts_are_those_of_the_end(made, limit):
         (TruncatedPyramid(ANGLE, 1.0), Pyramid(ANGLE)),
     ],
 )
-def test_large_contacts_are_those_of_the_sides(made, limit):
+def test_large_contacts_are_on_the_sides(made, limit):
     assert made.force(2e3) == pytest.approx(limit.force(2e3), rel=2e-3)
 
 

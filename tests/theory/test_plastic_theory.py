@@ -41,7 +41,7 @@ def test_soft_solids_are_fully_plastic():
 
 
 @pytest.mark.parametrize("rough", [0.02, 0.05, 0.2])
-def test_fraction_is_that_of_the_series(rough):
+def test_fraction_agrees_with_the_series(rough):
     """The same distribution as a sum over standing waves between the bounds."""
     p, hardness = PRESSURES[1:], 0.1
     n = np.arange(1, 3000)[:, None]

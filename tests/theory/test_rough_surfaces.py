@@ -56,7 +56,7 @@ def test_contact_area_is_load_over_rough_pressure_at_tiny_load(load):
     assert_allclose(area, load / 0.1, rtol=1e-8)
 
 
-def test_asperity_radius_from_curvature_is_that_of_a_paraboloid():
+def test_asperity_radius_from_curvature_agrees_with_a_paraboloid():
     x = np.array([-1e-3, 0.0, 1e-3])
     heights = (x[:, None] ** 2 + x**2) / (2 * 7.0)
     laplacian = heights[[0, 2], 1].sum() + heights[1, [0, 2]].sum()

@@ -137,7 +137,7 @@ def test_a_sphere_smaller_than_the_first_asperity_is_smooth(side):
 
 
 @SIDES
-def test_rough_flats_are_sticky_where_kappa_of_the_attraction_is_that_of_the_wall(side):
+def test_rough_flats_are_sticky_where_kappa_of_attraction_and_wall_are_equal(side):
     reach = 0.3
     attraction = np.pi * (3.0 / 16.0) ** (2.0 / 3.0) / (SLOPE * reach)
     attraction *= (4.0 * reach / (SLOPE * 4.0 * WIDTH)) ** (2.0 / 3.0)

@@ -14,7 +14,7 @@ def criteria(roughness=ROUGH, modulus=1.0, work=0.005, reach=0.245):
     return {criterion.name: criterion for criterion in found}
 
 
-def test_parameter_of_fuller_and_tabor_is_that_of_rms_height_and_curvature():
+def test_parameter_of_fuller_and_tabor_follows_from_rms_height_and_curvature():
     height = rms_height(ROUGH)
     radius = 2.0 * theory.slope_to_curvature_ratio(ROUGH) / 0.1
     expected = 3.0 * height**1.5 / radius**0.5 / 0.02
@@ -40,7 +40,7 @@ def test_a_single_wave_is_flattened_by_its_closed_form():
 
 
 @pytest.mark.parametrize("longest", [8.0, 32.0])
-def test_criteria_of_a_narrow_band_are_those_of_its_height_and_curvature(longest):
+def test_criteria_of_a_narrow_band_follow_from_its_height_and_curvature(longest):
     rough = SelfAffine(0.1, 0.8, 4.0, longest, seed=1, domain=1024.0)
     height, slope, curvature = vars(rough.statistics()).values()
     found = criteria(rough, work=0.02, reach=0.3)

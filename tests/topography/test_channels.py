@@ -1,4 +1,4 @@
-"""Channels of files, of which one height is pressed."""
+"""Channels of files: one height is pressed."""
 
 import numpy as np
 import pytest

@@ -19,7 +19,7 @@ BUMPS = np.random.default_rng(0).standard_normal((9, 12))
 def test_a_map_returns_its_heights_exactly_at_its_own_points():
     values = BUMPS.copy()
     surface = HeightMap(values, 0.3)
-    values += 1.0  # which is not that of the map
+    values += 1.0  # which the map does not share
     window = surface.heights((9, 12), 0.3, (-4 * 0.3, -6 * 0.3))
     np.testing.assert_array_equal(window, BUMPS)
 

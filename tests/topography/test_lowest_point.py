@@ -9,7 +9,7 @@ LINE = np.arange(-8.0, 9.0)
 
 
 def axial(exponent, x, y):
-    """Return the heights r^n about an axis, whose lowest point is zero."""
+    """Return the heights r^n about an axis, with the lowest point zero."""
     return np.hypot(LINE[:, None] - x, LINE - y) ** exponent
 
 

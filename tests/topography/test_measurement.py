@@ -58,7 +58,7 @@ def test_a_given_noise_replaces_the_estimate():
 
 
 def test_the_slope_of_noise_adds_in_squares():
-    other = Noise(0.05, 0.03).sample(HEIGHTS.shape, 9)  # than that of copies
+    other = Noise(0.05, 0.03).sample(HEIGHTS.shape, 9)  # than in copies
     noisy = scanned(HEIGHTS + other)
     square, more = noisy.statistics().rms_slope ** 2, noisy.measurement.noise_slope**2
     expected = scanned(HEIGHTS).statistics().rms_slope
@@ -91,7 +91,7 @@ def test_the_filter_halves_a_wave_of_its_cutoff_wavelength():
         assert ratio == pytest.approx(0.5, rel=1e-2 if not periodic else 1e-4)
 
 
-def test_the_slope_that_a_filter_removed_is_told_from_that_of_noise():
+def test_the_slope_that_a_filter_removed_is_distinguished_from_noise():
     noisy = HEIGHTS + Noise(0.05, 0.0).sample(HEIGHTS.shape, 1)
     slope = scanned(HEIGHTS).statistics().rms_slope
     for cutoff in (4.0, 8.0):
@@ -125,7 +125,7 @@ def test_copies_with_fewer_pixels_are_samples_of_the_same_surface(shape, periodi
         np.testing.assert_allclose(each.heights(*place), expected, atol=1e-3)
 
 
-def test_the_edges_of_a_part_of_a_scan_do_not_fit_and_those_of_its_period_do():
+def test_edges_of_a_part_of_a_scan_do_not_fit_and_edges_of_its_period_do():
     assert not has_edge_step(HEIGHTS)
     part = HEIGHTS[:100, :100]
     across, beside = edge_step(part)

@@ -16,7 +16,7 @@ A0 = 1.0
 
 @dataclass(frozen=True)
 class Cone(BoundedSurface):
-    """Cone whose sides rise with a slope."""
+    """Cone with sides that rise with a slope."""
 
     slope: float
 
@@ -51,7 +51,7 @@ def test_window_follows_the_contact_and_gives_the_result_of_a_large_one():
         assert one.normal_force == pytest.approx(other.normal_force, rel=1e-4)
 
 
-def test_load_is_that_of_sneddon():
+def test_load_agrees_with_sneddon():
     (record,) = path(Cone(0.05), [4.0], window="auto")
     # I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965): N = 2 E* d^2/(pi slope)
     assert record.normal_force == pytest.approx(2 * 4.0**2 / (np.pi * 0.05), rel=0.01)

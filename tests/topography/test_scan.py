@@ -171,7 +171,7 @@ def test_a_topography_object_has_its_own_sizes_unit_period_and_mask(topography):
     assert rc.HeightMap.from_topography(periodic, "indenter").periodic
 
 
-def test_lengths_have_the_unit_that_is_given_or_that_of_the_scan(topography):
+def test_lengths_have_the_given_unit_or_the_unit_of_the_scan(topography):
     scan = topography.Topography(ROUGH, (24.0, 27.0))
     with pytest.raises(ValueError, match="give unit"):
         rc.HeightMap.from_topography(scan, "substrate")
@@ -255,7 +255,7 @@ def test_decimal_commas_and_missing_cells_of_text_are_recognised(tmp_path, text)
     np.testing.assert_allclose(raw(got), raw(expected), rtol=0, atol=1e-9)
 
 
-def test_a_spacing_that_is_not_that_of_the_file_is_reported(tmp_path):
+def test_a_spacing_that_differs_from_the_file_is_reported(tmp_path):
     file = tmp_path / "scan.txt"
     file.write_text("# Width: 10 nm\n# Height: 10 nm\n# Value units: nm\n0 1\n2 3\n")
     with pytest.warns(UserWarning, match=r"2 x 2 nm .* 5 x 5 nm"):
@@ -331,7 +331,7 @@ def test_an_unreadable_file_is_refused_by_name(
 
 @pytest.mark.parametrize("hurst", [0.5, 0.8])
 @pytest.mark.parametrize("periodic", [True, False])
-def test_self_affine_parameters_of_a_scan_are_those_of_its_surface(hurst, periodic):
+def test_self_affine_parameters_of_a_scan_agree_with_its_surface(hurst, periodic):
     rough = rc.SelfAffine(0.1, hurst, 4.0, 128.0, seed=2)
     side = int(rough.side)
     heights = rough.heights((side, side), 1.0)
@@ -357,7 +357,7 @@ def test_the_spectrum_of_a_scan_that_is_not_periodic_has_its_mean_square():
     rough = rc.SelfAffine(0.1, 0.8, 4.0, 32.0, seed=3)
     scan = untouched(rough.heights((128, 100), 1.0), spacing=(1.0, 1.0))
     q, density = scan.power_spectrum()
-    # sum over all wave vectors, of which each ring has about 2 pi q dq / (2 pi)^2 A
+    # sum over all wave vectors: each ring has about 2 pi q dq / (2 pi)^2 A
     square = trapezoid(q * density, q) / (2 * np.pi)
     assert square == pytest.approx(scan.statistics().rms_height ** 2, rel=0.15)
 

@@ -60,7 +60,7 @@ def test_the_spectrum_falls_with_power_minus_two_minus_two_h(hurst):
     assert np.abs(coefficient[~band]).max() < 1e-15
 
 
-# Lengths whose ratios, rounded, lose the shortest or the longest wave.
+# Lengths with ratios that, rounded, lose the shortest or the longest wave.
 @pytest.mark.parametrize(
     ("a0", "short", "long", "periods"), [(0.1, 3, 30, 1), (1 / 3, 5, 20, 3)]
 )
@@ -235,7 +235,7 @@ def test_grids_that_do_not_fit_are_refused(change, shape, spacing, message):
     assert replace(SURFACE, domain=128.7).heights((4, 4), 1.1).shape == (4, 4)
 
 
-def test_lowest_height_is_that_of_a_grid_over_the_domain():
+def test_lowest_height_agrees_with_a_grid_over_the_domain():
     surface = SelfAffine(0.3, 0.8, 4.0, 16.0, domain=64.0)
     for origin in ((0.0, 0.0), (3.0, -2.0), (0.25, 0.5)):
         heights = surface.heights((64, 64), 1.0, origin)

@@ -55,7 +55,7 @@ def test_finite_differences_reduce_short_waves_as_stated():
 
 
 @pytest.mark.parametrize("periodic", [False, True])
-def test_statistics_of_a_map_are_those_of_its_spline(periodic):
+def test_statistics_of_a_map_agree_with_its_spline(periodic):
     waves, _q = wave((24, 24), 1.0, 2, 1)
     surface = HeightMap(waves, 1.0, periodic, center=(0.0, 0.0))
     points = 24 * 16 if periodic else 23 * 16 + 1

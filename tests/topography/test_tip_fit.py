@@ -19,7 +19,7 @@ def test_the_radius_of_a_paraboloid_is_exact(spacing):
     assert tip.is_tip
 
 
-def test_the_radius_of_a_sphere_is_that_of_its_apex():
+def test_the_radius_of_a_sphere_is_fitted_at_its_apex():
     sphere = 80.0 - np.sqrt(80.0**2 - X**2 - Y**2)
     assert HeightMap(sphere, 1.0).tip.radius == pytest.approx(80.0, rel=1e-3)
 
@@ -90,7 +90,7 @@ def test_a_lens_is_a_tip_that_may_be_a_bow():
     assert HeightMap(TIP, 1.0).tip.rise == pytest.approx(64.0 / (4.0 * 20.0))
 
 
-def test_the_error_of_the_radius_is_that_of_many_rough_tips():
+def test_the_error_of_the_radius_agrees_with_many_rough_tips():
     radii, errors = [], []
     for seed in range(20):
         rough = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=seed, domain=64.0)
