@@ -145,15 +145,21 @@ def _line(
         "remarks": measured.remarks,
         "warnings": checks,
     }
-    units = dict.fromkeys(("largest_force", "lowest_force", "free_force"), "nN")
-    units |= {"noise": "nN", "spring_constant": "N/m"}
+    units = {
+        "largest_force": "nN",
+        "lowest_force": "nN",
+        "free_force": "nN",
+        "noise": "nN",
+        "spring_constant": "N/m",
+    }
     if fit is not None:
-        values |= {"indenter": fit.indenter.name, "converged": fit.converged}
+        values["indenter"] = fit.indenter.name
+        values["converged"] = fit.converged
         values["warnings"] = [*checks, *fit.warnings]
-        fitted, fitted_units = (
-            _relaxed(fit) if isinstance(fit, RelaxationFit) else _indented(fit)
-        )
-        values, units = values | fitted, units | fitted_units
+        read_fit: Any = _relaxed if isinstance(fit, RelaxationFit) else _indented
+        fitted, fitted_units = read_fit(fit)
+        values.update(fitted)
+        units.update(fitted_units)
     return json_line(values, units)
 
 
@@ -166,8 +172,13 @@ def _moduli(fit: IndentationFit | RelaxationFit) -> tuple[dict, dict[str, str]]:
         "contact_depth": fit.contact_depth / UNITS["nm"],
         "residual": fit.noise / UNITS["nN"],
     }
-    units = dict.fromkeys(("contact_modulus", "contact_modulus_error"), unit)
-    return values, units | {"contact_depth": "nm", "residual": "nN"}
+    units = {
+        "contact_modulus": unit,
+        "contact_modulus_error": unit,
+        "contact_depth": "nm",
+        "residual": "nN",
+    }
+    return values, units
 
 
 def _indented(fit: IndentationFit) -> tuple[dict, dict[str, str]]:
@@ -176,20 +187,18 @@ def _indented(fit: IndentationFit) -> tuple[dict, dict[str, str]]:
     deepest = float(fit.indentation[fit.compared].max())
     values["contact_depth_error"] = fit.contact_depth_error / UNITS["nm"]
     values["largest_indentation"] = deepest / UNITS["nm"]
-    names = ("contact_depth_error", "largest_indentation")
-    return values, units | dict.fromkeys(names, "nm")
+    units["contact_depth_error"] = units["largest_indentation"] = "nm"
+    return values, units
 
 
 def _relaxed(fit: RelaxationFit) -> tuple[dict, dict[str, str]]:
     """Return the results of a fit over time, and their units."""
     values, units = _moduli(fit)
     unit = units["contact_modulus"]
-    values |= {
-        "instantaneous_modulus": fit.instantaneous_modulus / UNITS[unit],
-        "relaxation_moduli": fit.relaxation_moduli.tolist(),
-        "relaxation_times": fit.relaxation_times.tolist(),
-        "relaxation_times_errors": fit.relaxation_times_errors.tolist(),
-    }
-    times = ("relaxation_times", "relaxation_times_errors")
-    units |= {"instantaneous_modulus": unit} | dict.fromkeys(times, "s")
+    values["instantaneous_modulus"] = fit.instantaneous_modulus / UNITS[unit]
+    values["relaxation_moduli"] = fit.relaxation_moduli.tolist()
+    values["relaxation_times"] = fit.relaxation_times.tolist()
+    values["relaxation_times_errors"] = fit.relaxation_times_errors.tolist()
+    units["instantaneous_modulus"] = unit
+    units["relaxation_times"] = units["relaxation_times_errors"] = "s"
     return values, units
