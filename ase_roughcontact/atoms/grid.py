@@ -124,10 +124,8 @@ class SurfaceGrid:
 
     def sites(self, axis: np.ndarray) -> np.ndarray:
         """Return the sites of all surface atoms, shape (count, 2), for an axis."""
-        x, y = (
-            start + self.spacing * np.arange(n)
-            for start, n in zip(axis + np.array(self.origin), self.shape, strict=True)
-        )
+        x = axis[0] + self.origin[0] + self.spacing * np.arange(self.shape[0])
+        y = axis[1] + self.origin[1] + self.spacing * np.arange(self.shape[1])
         return np.stack(np.broadcast_arrays(x[:, None], y), axis=-1).reshape(-1, 2)
 
     def atoms(self, number: int, height: float) -> Atoms:

@@ -82,7 +82,9 @@ def fit(options: argparse.Namespace) -> int:
     if options.json:
         write(_fit_line(found, smooth, remarks))
     elif not options.quiet:
-        show(*found.parts, *([str(smooth)] if smooth else []))
+        show(*found.parts)
+        if smooth:
+            show(str(smooth))
         write(str(options.picture))
     return 0 if found.converged else 1
 

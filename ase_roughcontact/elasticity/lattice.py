@@ -44,13 +44,10 @@ class Box:
 
     def slices_in(self, outer: Box) -> tuple[slice, slice]:
         """Return the slices of an array on an outer box that this box covers."""
-        rows, columns = (
-            slice(first - offset, first - offset + length)
-            for first, offset, length in zip(
-                self.start, outer.start, self.shape, strict=True
-            )
-        )
-        return rows, columns
+        row = self.start[0] - outer.start[0]
+        column = self.start[1] - outer.start[1]
+        n, m = self.shape
+        return slice(row, row + n), slice(column, column + m)
 
     @classmethod
     def between(cls, start: tuple[int, int], stop: tuple[int, int]) -> Box:

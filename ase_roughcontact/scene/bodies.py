@@ -124,8 +124,9 @@ class Bodies:
     @property
     def rough_theory(self) -> theory.RoughSphereTheory:
         """Theory of the rough sphere."""
-        sphere = self.radius, self.contact_modulus, self.rough
-        return theory.RoughSphereTheory(*sphere, *self._wall_parameters)
+        return theory.RoughSphereTheory(
+            self.radius, self.contact_modulus, self.rough, *self._wall_parameters
+        )
 
     @property
     def criteria(self) -> tuple[theory.Criterion, ...]:
@@ -213,15 +214,16 @@ class Bodies:
         creep, wall = self.solid.creep, self.wall
         if creep is None or self.is_flat:
             return {}
-        parts = {"instantaneous": 1.0, "relaxed": creep.relaxed}
-        adhesion = wall.work_of_adhesion, wall.attraction_range
-        return {
-            name: theory.sphere_theory(
-                self.radius, part * self.contact_modulus, *adhesion
-            )
-            for name, part in parts.items()
-            if part
-        }
+        limits = {}
+        for name, part in ("instantaneous", 1.0), ("relaxed", creep.relaxed):
+            if part:
+                limits[name] = theory.sphere_theory(
+                    self.radius,
+                    part * self.contact_modulus,
+                    wall.work_of_adhesion,
+                    wall.attraction_range,
+                )
+        return limits
 
     def forces_over_depth(
         self, theories: Mapping[str, theory.SphereTheory], steps: Sequence[LoadStep]

@@ -233,11 +233,15 @@ def _covered(fields: list[np.ndarray], k: int) -> tuple[float, float]:
 
 def _part(fields: list[np.ndarray], ends: tuple[Any, Any], length: float) -> np.ndarray:
     """Return the part in contact of each side between two points."""
-    first, second = (fields[0][end] > 0.0 for end in ends)
+    begin, end = ends
+    pressure, gap, corners = fields
+    first, second = pressure[begin] > 0.0, pressure[end] > 0.0
     part = (first & second).astype(float)
     mixed = first != second
     # pressure and corner are zero for the open point, the gap is zero for the other one
-    p, g, corner = (sum(values[end][mixed] for end in ends) for values in fields)
+    p = pressure[begin][mixed] + pressure[end][mixed]
+    g = gap[begin][mixed] + gap[end][mixed]
+    corner = corners[begin][mixed] + corners[end][mixed]
     ratio = np.maximum((g / (p * length)) ** (2.0 / 3.0), _MIN_RATIO) / 3.0
     root = 2.0 * np.sqrt(ratio) * np.sinh(np.arcsinh(0.5 * ratio**-1.5) / 3.0)
     part[mixed] = np.where(corner, 0.5, root**3)

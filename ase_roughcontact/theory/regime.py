@@ -158,18 +158,24 @@ def regime(
     positive(kappa_repulsive=kappa_repulsive, asperity_factor=asperity_factor)
     finite(normal_force=normal_force)
     nonnegative(work_of_adhesion=work_of_adhesion)
-    adhesion = work_of_adhesion, attraction_range
     reach = attraction_range if work_of_adhesion > 0 else None
     numbers: dict[str, Any]
     if roughness is None:
-        smooth = sphere_theory(radius, contact_modulus, *adhesion)
+        smooth = sphere_theory(
+            radius, contact_modulus, work_of_adhesion, attraction_range
+        )
         area = float(smooth.contact_area(normal_force))
         numbers = {"law": smooth.law(normal_force), "contact_area": area}
     else:
         nonnegative(normal_force=normal_force)
-        factors = kappa_repulsive, asperity_factor
         sphere = RoughSphereTheory(
-            radius, contact_modulus, roughness, *adhesion, *factors
+            radius,
+            contact_modulus,
+            roughness,
+            work_of_adhesion,
+            attraction_range,
+            kappa_repulsive,
+            asperity_factor,
         )
         smooth, numbers = sphere.smooth, _rough_numbers(sphere, normal_force)
         if reach is not None:

@@ -348,10 +348,11 @@ class HeightMap(Topography):
         low = self._coefficients < level
         if not low.any():
             return 0.0
-        x, y = (
-            np.abs(np.arange(n) * step - middle) + _SPLINE_SUPPORT * step
-            for middle, (n, step) in zip(self.center, self._axes, strict=True)
-        )
+        distances = []
+        for middle, (n, step) in zip(self.center, self._axes, strict=True):
+            inside = np.abs(np.arange(n) * step - middle)
+            distances.append(inside + _SPLINE_SUPPORT * step)
+        x, y = distances
         return float(np.hypot(x[:, None], y[None, :])[low].max())
 
     @cached_property
@@ -420,10 +421,8 @@ class HeightMap(Topography):
                 f"a margin of {margin / 10:g} nm leaves no places on the scan, which "
                 f"spans {(min(ends) + margin) / 10:g} nm: give a smaller one"
             )
-        x, y = (
-            np.linspace(margin, end, integer("number of places", number, 1))
-            for end, number in zip(ends, (n, m), strict=True)
-        )
+        x = np.linspace(margin, ends[0], integer("number of places", n, 1))
+        y = np.linspace(margin, ends[1], integer("number of places", m, 1))
         return x, y
 
     @property

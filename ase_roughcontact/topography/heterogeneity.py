@@ -105,10 +105,8 @@ class Heterogeneity:
                 mean = topography_of(self.pattern).mean_height
                 values = self.rms / self._rms_of_pattern * (values - mean)
         else:
-            x, y = (
-                start + spacing * np.arange(n)
-                for start, n in zip(origin, shape, strict=True)
-            )
+            x = origin[0] + spacing * np.arange(shape[0])
+            y = origin[1] + spacing * np.arange(shape[1])
             values = finite_array("pattern", self.pattern(x[:, None], y[None, :]))
             values = np.broadcast_to(values, shape)
         return np.maximum(1.0 + values, 0.0)

@@ -46,10 +46,9 @@ def mean_squares(
     :math:`\langle \partial_x^a \partial_y^k h \; \partial_x^b \partial_y^l h \rangle =
     \sum c \circ (M_{ab}\, c\, M_{kl}^T)`.
     """
-    (x, along_x), (y, along_y) = (
-        (step, _derivatives(_spline(values, axis, periodic)))
-        for axis, step in enumerate(spacing)
-    )
+    x, y = spacing
+    along_x = _derivatives(_spline(values, 0, periodic))
+    along_y = _derivatives(_spline(values, 1, periodic))
     c = spline_coefficients(values - values.mean(), periodic)
 
     def mean(a: int, b: int, k: int, m: int) -> float:

@@ -40,10 +40,8 @@ def _depth(heights: np.ndarray, centre: int, periodic: bool) -> float:
     before, lowest, after = line[_POINTS_PER_SIDE - 1 : _POINTS_PER_SIDE + 2]
     bend = before - 2.0 * lowest + after
     parabola = (before - after) ** 2 / (8.0 * bend) if bend > 0.0 else 0.0
-    straight, bent = (
-        lowest - min(_lower_bound(line[:-1], order), _lower_bound(line[1:], order))
-        for order in (1, 2)
-    )
+    straight = lowest - min(_lower_bound(line[:-1], 1), _lower_bound(line[1:], 1))
+    bent = lowest - min(_lower_bound(line[:-1], 2), _lower_bound(line[1:], 2))
     return float(max(min(parabola, straight), 0.5 * bent, 0.0))
 
 

@@ -213,10 +213,10 @@ def power_spectrum(
     number[0, 0] = 0
     q = np.sqrt(square)
     ring = np.rint(q * (min(np.multiply(h.shape, steps)) / (2 * np.pi))).astype(int)
-    total, sum_q, sum_power = (
-        np.bincount(ring.ravel(), weights=weights.ravel())
-        for weights in (number, number * q, power)
-    )
+    rings = ring.ravel()
+    total = np.bincount(rings, weights=number.ravel())
+    sum_q = np.bincount(rings, weights=(number * q).ravel())
+    sum_power = np.bincount(rings, weights=power.ravel())
     filled = total > 0
     area = h.size * steps[0] * steps[1]
     return sum_q[filled] / total[filled], area * sum_power[filled] / total[filled]

@@ -76,10 +76,8 @@ class RoughSphere(Topography):
             on it.
         """
         shape, spacing, origin = window(shape, spacing, origin)
-        x, y = (
-            start + spacing * np.arange(n)
-            for start, n in zip(origin, shape, strict=True)
-        )
+        x = origin[0] + spacing * np.arange(shape[0])
+        y = origin[1] + spacing * np.arange(shape[1])
         smooth = self._profile(x[:, None] ** 2 + y[None, :] ** 2)
         if self.roughness is None:
             return smooth

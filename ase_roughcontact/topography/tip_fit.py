@@ -116,9 +116,8 @@ class TipFit:
         # the shape that fits worse counts if it is hardly worse
         worse = (1.0 - explained) / (1.0 - other[0]) if other[0] < 1.0 else 1.0
         shape = worse * (curvature - other[1])
-        x_bow, y_bow = (
-            np.diff(bow, 2, axis).mean() / spacing[axis] ** 2 for axis in (0, 1)
-        )
+        x_bow = np.diff(bow, 2, axis=0).mean() / spacing[0] ** 2
+        y_bow = np.diff(bow, 2, axis=1).mean() / spacing[1] ** 2
         n, m = heights.shape
         return cls(
             1.0 / curvature,

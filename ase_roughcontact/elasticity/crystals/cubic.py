@@ -19,7 +19,7 @@ are imaginary: the compliance is :math:`L^{-1} + i S L^{-1}`, with
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -73,10 +73,10 @@ def surface_compliance(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
     normal = np.array([0.0, 0.0, 1.0])
     cosine, sine = np.cos(rotation)[:, None, None], np.sin(rotation)[:, None, None]
     m, n = cosine * wave + sine * normal, cosine * normal - sine * wave
-    q, r, t = (
-        np.einsum("abj,ijkl,abl->abik", left, tensor, right, optimize=True)
-        for left, right in ((m, m), (m, n), (n, n))
-    )
+    contracted = partial(np.einsum, "abj,ijkl,abl->abik", optimize=True)
+    q = contracted(m, tensor, m)
+    r = contracted(m, tensor, n)
+    t = contracted(n, tensor, n)
     coupled = np.linalg.solve(t, r.swapaxes(-1, -2))
     compliance = np.linalg.inv((q - r @ coupled).mean(axis=0))
     return compliance - 1j * coupled.mean(axis=0) @ compliance
