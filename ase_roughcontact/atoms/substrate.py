@@ -31,7 +31,7 @@ from ase_roughcontact.atoms.marks import set_mark
 from ase_roughcontact.elasticity.material import check_element, fcc_spacing
 from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.base import surface_id
-from ase_roughcontact.topography.known import Topography, topography_of
+from ase_roughcontact.topography.topography import Topography, topography_of
 
 
 def substrate(

@@ -23,7 +23,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.interactions.consistency import check_wall
 from ase_roughcontact.topography import Heterogeneity, Surface
 from ase_roughcontact.topography.base import sampled_heights
-from ase_roughcontact.topography.known import Topography, topography_of
+from ase_roughcontact.topography.topography import Topography, topography_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.interactions.consistency import check_wall
 from ase_roughcontact.topography import Surface
-from ase_roughcontact.topography.known import topography_of
+from ase_roughcontact.topography.topography import topography_of
 
 # Number of samples of the shape per spacing, between which the shape is interpolated.
 _SAMPLES_PER_SPACING = 4

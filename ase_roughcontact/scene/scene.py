@@ -46,7 +46,7 @@ from ase_roughcontact.stepping.accuracy import LEVELS, GridModel
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.topography import HeightMap
-from ase_roughcontact.topography.known import topography_of
+from ase_roughcontact.topography.topography import topography_of
 from ase_roughcontact.windows.memory import check_memory, check_roughness
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 

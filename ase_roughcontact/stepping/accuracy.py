@@ -15,7 +15,7 @@ from fractions import Fraction
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
-from ase_roughcontact.topography.known import topography_of
+from ase_roughcontact.topography.topography import topography_of
 from ase_roughcontact.windows.regrid import GridChange
 
 # Largest ratio of the relative error in the normal force to the relative tolerance of

@@ -3,7 +3,7 @@
 Lengths are in any consistent unit.
 
 ================================  ====================================================
-``base``, ``known``               heights of an indenter, and what else is known of it
+``base``, ``topography``          heights of an indenter, and its further properties
 ``sphere``, ``selfaffine``        the rough sphere, and random roughness
 ``heightmap``, ``interpolation``  a map of heights, and splines through it
 ``heterogeneity``                 a work of adhesion that varies over the surface
@@ -22,9 +22,9 @@ Lengths are in any consistent unit.
 from ase_roughcontact.topography.base import BoundedSurface, Surface
 from ase_roughcontact.topography.heightmap import HeightMap
 from ase_roughcontact.topography.heterogeneity import Heterogeneity
-from ase_roughcontact.topography.known import ROUGHNESSES, Topography
 from ase_roughcontact.topography.selfaffine import SelfAffine
 from ase_roughcontact.topography.sphere import RoughSphere
+from ase_roughcontact.topography.topography import ROUGHNESSES, Topography
 
 __all__ = [
     "ROUGHNESSES",

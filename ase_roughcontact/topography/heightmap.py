@@ -27,7 +27,6 @@ from ase_roughcontact.topography.interpolation import (
     interpolated,
     spline_coefficients,
 )
-from ase_roughcontact.topography.known import Topography
 from ase_roughcontact.topography.measurement import Measurement, ScanWarning
 from ase_roughcontact.topography.pressed_scan import pressed_scan
 from ase_roughcontact.topography.scan import Length, position, scan_in_angstrom
@@ -41,6 +40,7 @@ from ase_roughcontact.topography.spectrum import (
     smooth_component,
 )
 from ase_roughcontact.topography.tip_fit import TipFit
+from ase_roughcontact.topography.topography import Topography
 
 # Distance, in steps of the map, of the farthest coefficient that contributes to the
 # spline at a place, also near an edge.

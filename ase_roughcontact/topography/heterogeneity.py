@@ -16,8 +16,8 @@ from ase_roughcontact._util.validation import (
     positive,
     window,
 )
-from ase_roughcontact.topography.known import topography_of
 from ase_roughcontact.topography.selfaffine import SelfAffine
+from ase_roughcontact.topography.topography import topography_of
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ from ase_roughcontact._util.validation import (
     positive,
     window,
 )
-from ase_roughcontact.topography.known import Topography
 from ase_roughcontact.topography.spectrum import Statistics
+from ase_roughcontact.topography.topography import Topography
 
 IntArray: TypeAlias = NDArray[np.int64]
 Modes: TypeAlias = tuple[IntArray, IntArray, NDArray[np.complex128]]

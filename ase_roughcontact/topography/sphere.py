@@ -18,7 +18,7 @@ from ase_roughcontact._util.validation import (
     window,
 )
 from ase_roughcontact.topography.base import Surface
-from ase_roughcontact.topography.known import Plane, Topography, topography_of
+from ase_roughcontact.topography.topography import Plane, Topography, topography_of
 
 
 @dataclass(frozen=True)

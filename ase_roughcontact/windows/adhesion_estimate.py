@@ -25,7 +25,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import JKR, flattening_energy
 from ase_roughcontact.theory.self_affine import band_of
 from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
-from ase_roughcontact.topography.known import topography_of
+from ase_roughcontact.topography.topography import topography_of
 from ase_roughcontact.windows.expected import contact_radius_on
 from ase_roughcontact.windows.memory import check_memory
 

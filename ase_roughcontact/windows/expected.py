@@ -33,7 +33,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.theory.self_affine import rms_height
 from ase_roughcontact.topography import SelfAffine
-from ase_roughcontact.topography.known import topography_of
+from ase_roughcontact.topography.topography import topography_of
 from ase_roughcontact.windows.footprint import BeyondSurfaceError, Footprint
 from ase_roughcontact.windows.memory import check_memory
 

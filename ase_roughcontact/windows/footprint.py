@@ -15,7 +15,7 @@ from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact.elasticity.fft import fast_length
 from ase_roughcontact.elasticity.lattice import Box, lattice_offset
 from ase_roughcontact.topography import Surface
-from ase_roughcontact.topography.known import Topography, topography_of
+from ase_roughcontact.topography.topography import Topography, topography_of
 from ase_roughcontact.windows.memory import available_memory, memory_of
 
 # Side of the tiles in which a surface is searched, in atoms.

@@ -12,7 +12,7 @@ from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.problem import lattice_offsets
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import SelfAffine, Surface
-from ase_roughcontact.topography.known import topography_of
+from ase_roughcontact.topography.topography import topography_of
 
 # Number of spacings on the shortest wave of a surface on a coarser grid. Two are
 # needed; smoother surfaces lose more slope than the grid gains.

@@ -9,7 +9,7 @@ from written_path import written_path
 
 from ase_roughcontact import RoughSphere, substrate
 from ase_roughcontact.topography import BoundedSurface, Topography
-from ase_roughcontact.topography.known import topography_of
+from ase_roughcontact.topography.topography import topography_of
 
 A0 = 1.0
 

@@ -17,7 +17,7 @@ import psutil
 import pytest
 
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
-from ase_roughcontact.topography.known import topography_of
+from ase_roughcontact.topography.topography import topography_of
 from ase_roughcontact.windows.memory import (
     available_memory,
     check_memory,

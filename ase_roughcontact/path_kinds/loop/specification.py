@@ -17,7 +17,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import JKR
 from ase_roughcontact.theory.self_affine import rms_height
 from ase_roughcontact.topography import HeightMap, SelfAffine
-from ase_roughcontact.topography.known import Topography
+from ase_roughcontact.topography.topography import Topography
 from ase_roughcontact.windows.expected import contact_radius_on, modulus_under
 
 # Default of the smallest step, relative to the largest.

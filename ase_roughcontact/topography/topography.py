@@ -1,4 +1,4 @@
-"""Known properties of an indenter or a roughness besides its heights."""
+"""Properties of an indenter or a roughness besides its heights."""
 
 from __future__ import annotations
 
