@@ -64,6 +64,11 @@ class SurfaceGrid:
         mask[:n, :m] = True
         return mask.ravel()
 
+    @property
+    def sides(self) -> np.ndarray:
+        """Sides of the cell of the atoms, shape (3,) (length)."""
+        return self.spacing * np.array([*self.window, max(self.window)])
+
     def heights(self, indenter: Surface) -> np.ndarray:
         """Return the heights of an indenter above the window, shape (n, m) (length)."""
         return sampled_heights(indenter, self.window, self.spacing, self.origin)
@@ -148,7 +153,7 @@ class SurfaceGrid:
         return Atoms(
             numbers=np.append(np.full(len(positions) - 1, number), 0),
             positions=positions,
-            cell=self.spacing * np.array([*self.window, max(self.window)]),
+            cell=self.sides,
             pbc=(self.periodic, self.periodic, False),
         )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import binascii
 import math
 import zlib
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -41,6 +42,7 @@ from ase_roughcontact.atoms.info import (
 )
 from ase_roughcontact.atoms.marks import TAG_KEPT
 from ase_roughcontact.atoms.sticking import STICKS, sticking_of
+from ase_roughcontact.contact import ContactState
 from ase_roughcontact.contact.history import entry_of, is_entry
 from ase_roughcontact.contact.state import DISPLACEMENTS, PLASTIC_DEPTH, SLIPPING
 from ase_roughcontact.elasticity.greens import ElasticSolid
@@ -97,59 +99,72 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     the data of a row: write it by ``database.write(frame, data=frame.info)`` and read
     it by ``database.get_atoms(id, add_additional_information=True)``.
     """
-    frame, fields = frame_and_fields(atoms, **info)
-    frame.info.update({key: as_text(values) for key, values in fields.items()})
-    return frame
-
-
-def frame_and_fields(atoms: Atoms, **info: Any) -> tuple[Atoms, dict[str, np.ndarray]]:
-    """Return a snapshot without its fields, and the fields by name.
-
-    Parameters
-    ----------
-    atoms, **info
-        See `snapshot`.
-
-    Returns
-    -------
-    frame : Atoms
-        The snapshot, without fields in its `info`.
-    fields : dict of ndarray, shape (n, m)
-        Fields on the window.
-    """
     model = model_of(atoms)
     grid = model.grid
     state = atoms.calc.state(atoms)
     in_frame = np.append(grid.in_window, True)
     frame = atoms[in_frame]
     history = history_of(atoms, grid)
-    slips = state.contact & (history.get(SLIPPING, 0.0) > 0.0)
-    tags = np.select(
-        [slips, state.plastic, state.contact, state.pressure < 0.0],
-        [TAG_SLIPPING, TAG_PLASTIC, TAG_CONTACT, TAG_ATTRACTED],
-        TAG_OPEN,
-    )
+    for key in history:
+        frame.arrays.pop(key, None)
+    fields, found = fields_and_info(state, history)
     results, sticking = atoms.calc.results, sticking_of(atoms)
     forces = results["forces"].copy()
-    lateral_force = atoms.calc.get_property("lateral_force", atoms)
     if sticking is not None:
         forces[sticking.index, :2] = 0.0  # the indenter has them
     if SLIPPING in history:
-        info["lateral_force"] = lateral_force.tolist()
+        lateral_force = atoms.calc.get_property("lateral_force", atoms)
+        found["lateral_force"] = lateral_force.tolist()
         frame.info[LATTICE] = frame.info[LATTICE] | {"shape": list(grid.window)}
         frame.info[LATTICE].pop(STICKS, None)
         forces[-1, :2] = -lateral_force
     frame.set_array("tags", None)  # of another type of integer
+    tags = tags_of(state, history).ravel()
     frame.set_tags(np.append(tags, TAG_KEPT if history else TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
     frame.set_array("contact", np.append(state.contact, False).astype(int))
     frame.set_array("pressure", np.append(state.pressure / GPa, 0.0))
     frame.set_array("gap", np.append(state.gap, 0.0))
+    depth = model.contact.past_depth
+    if depth is not None:
+        fields[PAST_DEPTH] = depth
+        frame.positions[:-1, 2] -= depth.ravel()
+    frame.info.update(**found, **info)
+    frame.info.update({key: as_text(values) for key, values in fields.items()})
+    frame.calc = SinglePointCalculator(
+        frame,
+        energy=results["energy"],
+        energies=results["energies"][in_frame],
+        forces=forces[in_frame],
+    )
+    return frame
+
+
+def fields_and_info(
+    state: ContactState, history: Mapping[str, np.ndarray]
+) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Return what a frame has of a contact and of the history of its surface.
+
+    Parameters
+    ----------
+    state : ContactState
+    history : mapping of str to ndarray of shape (n, m)
+        See `State.history`.
+
+    Returns
+    -------
+    fields : dict of ndarray, shape (n, m)
+        Fields on the window by name, but for the lateral displacements.
+    info : dict
+        Entries of the `info` of the frame.
+    """
     as_positions = (PLASTIC_DEPTH, *DISPLACEMENTS)
     fields = {key: each for key, each in history.items() if key not in as_positions}
-    for key in fields:
-        frame.arrays.pop(key, None)
     fields[PRESSURE] = state.pressure
+    info: dict[str, Any] = {
+        "normal_force": state.normal_force,
+        "contact_area": state.contact_area,
+    }
     if state.hardness < math.inf:
         fields[PLASTIC_DEPTH] = state.plastic_depth
         info[INDENTED] = PLASTIC_DEPTH in history
@@ -157,20 +172,17 @@ def frame_and_fields(atoms: Atoms, **info: Any) -> tuple[Atoms, dict[str, np.nda
         fields[TOUCHING] = state.touching
     if history:
         info[HISTORY] = list(history)
-    depth = model.contact.past_depth
-    if depth is not None:
-        fields[PAST_DEPTH] = depth
-        frame.positions[:-1, 2] -= depth.ravel()
-    frame.info.update(
-        normal_force=state.normal_force, contact_area=state.contact_area, **info
+    return fields, info
+
+
+def tags_of(state: ContactState, history: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the tags of the surface atoms of a frame, shape (n, m); see `snapshot`."""
+    slips = state.contact & (history.get(SLIPPING, 0.0) > 0.0)
+    return np.select(
+        [slips, state.plastic, state.contact, state.pressure < 0.0],
+        [TAG_SLIPPING, TAG_PLASTIC, TAG_CONTACT, TAG_ATTRACTED],
+        TAG_OPEN,
     )
-    frame.calc = SinglePointCalculator(
-        frame,
-        energy=results["energy"],
-        energies=results["energies"][in_frame],
-        forces=forces[in_frame],
-    )
-    return frame, fields
 
 
 def is_in_trajectories(field: str) -> bool:

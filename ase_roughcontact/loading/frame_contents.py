@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -15,9 +14,11 @@ from ase.constraints import dict2constraint
 from ase.io.jsonio import decode, encode
 from ase.units import GPa
 
-from ase_roughcontact.atoms.grid import SurfaceGrid, lateral_displacement
-from ase_roughcontact.atoms.info import LATTICE, PRESSURE, as_text
-from ase_roughcontact.atoms.snapshot import is_in_trajectories
+from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.info import HISTORY, LATTICE, PRESSURE, as_text
+from ase_roughcontact.atoms.marks import TAG_KEPT
+from ase_roughcontact.atoms.snapshot import TAG_OPEN, is_in_trajectories
+from ase_roughcontact.loading.step_frame import StepFrame
 
 # Format of the size of the description.
 _SIZE_FORMAT = struct.Struct("<I")
@@ -25,45 +26,33 @@ _SIZE_FORMAT = struct.Struct("<I")
 _COMPRESSION_LEVEL = 1
 
 
-def packed(frame: Atoms, fields: Mapping[str, np.ndarray]) -> bytes:
-    """Return a snapshot as bytes.
+def packed(frame: StepFrame) -> bytes:
+    """Return the frame of a step as bytes.
 
-    Forces are left out, and fields that trajectories do not have; see `HistoryEntry`.
-
-    Parameters
-    ----------
-    frame, fields
-        See `frame_and_fields`.
-
-    Returns
-    -------
-    bytes
+    Fields that trajectories do not have are left out; see `HistoryEntry`.
     """
-    grid = SurfaceGrid.of(frame)
     arrays: dict[str, np.ndarray] = {
         key: field.astype(_type_of(field))
-        for key, field in fields.items()
+        for key, field in frame.fields.items()
         if is_in_trajectories(key)
     }
-    tags = frame.get_tags().astype(np.uint8)
-    arrays |= {"z": frame.positions[:-1, 2].astype(np.float32), "tags": tags}
-    if (moved := lateral_displacement(frame, grid)) is not None:
-        arrays["lateral"] = moved.astype(np.float32)
-    info = {key: value for key, value in frame.info.items() if _is_storable(value)}
+    arrays["z"] = frame.displacement.astype(np.float32)
+    arrays["tags"] = frame.tags.astype(np.uint8)
+    if frame.lateral is not None:
+        arrays["lateral"] = frame.lateral.astype(np.float32)
+    atoms = frame.atoms
     description = {
-        "grid": asdict(grid),
-        "number": int(frame.numbers[0]),
-        "indenter": frame.positions[-1].tolist(),
-        "cell": frame.cell.tolist(),
-        "constraints": frame.constraints,
-        "energy": frame.get_potential_energy(apply_constraint=False),
-        "info": info,
+        "grid": asdict(frame.grid),
+        "number": atoms.number,
+        "indenter": [*atoms.axis, frame.height],
+        "cell": atoms.cell.tolist(),
+        "constraints": atoms.constraints,
+        "energy": frame.energy,
+        "info": {k: v for k, v in frame.info.items() if _is_storable(v)},
         "arrays": [[k, v.dtype.str, list(v.shape)] for k, v in arrays.items()],
     }
     text = encode(description).encode()
-    compressed = [
-        zlib.compress(each.tobytes(), _COMPRESSION_LEVEL) for each in arrays.values()
-    ]
+    compressed = [_compressed(each) for each in arrays.values()]
     sizes = np.array([len(each) for each in compressed], "<u8").tobytes()
     return b"".join([_SIZE_FORMAT.pack(len(text)), text, sizes, *compressed])
 
@@ -84,10 +73,11 @@ def unpacked(contents: bytes) -> Atoms:
     frame.positions[:-1, :2] = grid.sites(np.array(axis))
     if "lateral" in arrays:
         frame.positions[:-1, :2] += arrays.pop("lateral").reshape(2, -1).T
-    frame.positions[:-1, 2] = arrays.pop("z")
+    frame.positions[:-1, 2] = arrays.pop("z").ravel()
     frame.positions[-1] = description["indenter"]
     frame.cell = description["cell"]
-    frame.set_tags(arrays.pop("tags"))
+    indenter = TAG_KEPT if frame.info.get(HISTORY) else TAG_OPEN
+    frame.set_tags(np.append(arrays.pop("tags"), indenter))
     pressure = arrays[PRESSURE].astype(float).ravel()
     frame.set_initial_charges(np.append(pressure / GPa, 0.0))
     frame.info |= {key: as_text(field) for key, field in arrays.items()}
@@ -104,10 +94,26 @@ def _arrays_of(contents: bytes) -> dict[str, np.ndarray]:
     sizes = np.frombuffer(contents, "<u8", len(kinds), start)
     start, arrays = start + sizes.nbytes, {}
     for (name, kind, shape), size in zip(kinds, sizes.tolist(), strict=True):
-        raw = zlib.decompress(contents[start : start + size])
-        arrays[name] = np.frombuffer(raw, kind).reshape(shape)
+        compressed = contents[start : start + size]
+        arrays[name] = _decompressed(compressed, kind).reshape(shape)
         start += size
     return arrays
+
+
+def _compressed(field: np.ndarray) -> bytes:
+    """Return the compressed bytes of a field: first bytes of all numbers, and so on.
+
+    Neighbours have nearly the same first bytes, which take little space and time.
+    """
+    by_number = np.ascontiguousarray(field).view(np.uint8).reshape(field.size, -1)
+    return zlib.compress(by_number.T.tobytes(), _COMPRESSION_LEVEL)
+
+
+def _decompressed(compressed: bytes, kind: str) -> np.ndarray:
+    """Return the numbers of a field, shape (count,); see `_compressed`."""
+    raw = np.frombuffer(zlib.decompress(compressed), np.uint8)
+    by_number = raw.reshape(np.dtype(kind).itemsize, -1).T
+    return np.ascontiguousarray(by_number).view(kind).ravel()
 
 
 def _is_storable(value: Any) -> bool:

@@ -23,7 +23,7 @@ from ase_roughcontact._util.files import (
 )
 
 #: Beginning of the file, with the version of the format.
-MAGIC = b"frames of ase_roughcontact 1\n"
+MAGIC = b"frames of ase_roughcontact 2\n"
 # Format of the size and the CRC-32 of the contents of a frame.
 _SIZES = struct.Struct("<QI")
 # Format of the CRC-32 of both.

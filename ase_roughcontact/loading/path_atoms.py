@@ -8,7 +8,9 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
+import numpy as np
 from ase import Atoms
+from ase.constraints import FixAtoms
 from ase.data import atomic_numbers
 from ase.optimize.sciopt import OptimizerConvergenceError
 
@@ -24,8 +26,8 @@ from ase_roughcontact.atoms.constraints import surface_held
 from ase_roughcontact.atoms.exchange import set_window
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import set_history
+from ase_roughcontact.atoms.info import INDENTER_KEY
 from ase_roughcontact.atoms.model import ContactModel
-from ase_roughcontact.atoms.snapshot import frame_and_fields
 from ase_roughcontact.atoms.substrate import supported
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.contact.control import LOAD
@@ -33,7 +35,8 @@ from ase_roughcontact.contact.support import Support
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.loading.trajectory import StepFrame, trajectory_writer
+from ase_roughcontact.loading.step_frame import FrameAtoms, StepFrame, step_frame
+from ase_roughcontact.loading.trajectory import trajectory_writer
 from ase_roughcontact.optimize.base import ContactOptimizer, status_of
 from ase_roughcontact.optimize.optimizers import default_optimizer
 from ase_roughcontact.optimize.settings import make_optimizer
@@ -41,6 +44,7 @@ from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start
 from ase_roughcontact.solvers.status import Status, StatusKind
 from ase_roughcontact.stepping.options import Relaxer
 from ase_roughcontact.stepping.relaxed import RelaxedStep
+from ase_roughcontact.topography.base import surface_id
 
 #: Kinds of a status of an optimizer that has not converged.
 ENERGY_ROSE = StatusKind(
@@ -181,12 +185,9 @@ class PathAtoms:
     writer = staticmethod(trajectory_writer)
 
     def frame(self, relaxed: RelaxedStep, **info: Any) -> StepFrame:
-        """Return frame and fields of a step as it leaves the surface.
-
-        See `frame_and_fields`.
-        """
+        """Return the frame of a step as it leaves the surface."""
         self.show(relaxed)
-        return frame_and_fields(self.atoms, **info)
+        return step_frame(relaxed, FrameAtoms.of(self.atoms), **info)
 
 
 def _is_same(a: State, b: State) -> bool:
@@ -223,7 +224,8 @@ class ProblemAtoms(PathAtoms):
     ) -> None:
         self.problem, self._padded = problem, padded
         self._first, self._reached = None, None
-        self._first_window, self._symbol, self._fixed = window, symbol, fixed
+        self._first_window, self._fixed = window, fixed
+        self._number = atomic_numbers[symbol]
 
     @cached_property
     def atoms(self) -> Atoms:
@@ -236,7 +238,7 @@ class ProblemAtoms(PathAtoms):
         grid = SurfaceGrid(
             window.shape, shape, problem.spacing, origin, problem.periodic
         )
-        atoms = grid.atoms(atomic_numbers[self._symbol], 0.0)
+        atoms = grid.atoms(self._number, 0.0)
         supported(atoms, problem.indenter, self._fixed)
         solid: dict[str, Any] = {"solid": problem.solid}
         if problem.solid == Isotropic(problem.solid.contact_modulus):
@@ -249,6 +251,29 @@ class ProblemAtoms(PathAtoms):
             **solid,
         )
         return atoms
+
+    def frame(self, relaxed: RelaxedStep, **info: Any) -> StepFrame:
+        """Return the frame of a step as it leaves the surface, without these atoms."""
+        problem, shape = self.problem, relaxed.state.window.shape
+        origin = problem.origin(relaxed.state.window)
+        grid = SurfaceGrid(shape, shape, problem.spacing, origin, problem.periodic)
+        return step_frame(
+            relaxed,
+            FrameAtoms(
+                number=self._number,
+                axis=(-origin[0], -origin[1]),
+                cell=np.diag(grid.sides),
+                constraints=[FixAtoms([math.prod(shape)])] if self._fixed else [],
+                info=self._info,
+            ),
+            **info,
+        )
+
+    @cached_property
+    def _info(self) -> dict[str, Any]:
+        """The `info` of the atoms."""
+        identity = surface_id(self.problem.indenter)
+        return {} if identity is None else {INDENTER_KEY: identity}
 
 
 def relaxer_of(

@@ -11,18 +11,15 @@ import os
 from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
 from itertools import chain
-from typing import IO, TypeAlias
+from typing import IO
 
-import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact.loading.frame_contents import described, packed, unpacked
 from ase_roughcontact.loading.frame_file import FrameFile, frames_of, read_contents
+from ase_roughcontact.loading.step_frame import StepFrame
 from ase_roughcontact.paths.kept_frames import has_frame
-
-#: Frame and fields of a step; see `frame_and_fields`.
-StepFrame: TypeAlias = "tuple[Atoms, dict[str, np.ndarray]]"
 
 
 def read_frames(file: PathName) -> Iterator[Atoms]:
@@ -111,10 +108,9 @@ def trajectory_writer(
     frames: FrameFile | None = None
     steps = found
 
-    def write(step_frame: StepFrame) -> None:
+    def write(frame: StepFrame) -> None:
         nonlocal frames, steps
-        frame, fields = step_frame
-        contents, step = packed(frame, fields), frame.info["load_step"]["step"]
+        contents, step = packed(frame), frame.info["load_step"]["step"]
         kept = [each for each in steps if each < step and has_frame(keep, each, step)]
         if frames is None or kept not in (steps, steps[:-1]) or not kept:
             frames = _replaced(frames, file, kept, contents)

@@ -42,7 +42,7 @@ class PathFiles:
 
     done: list[LoadStep]
     last: LastStep | None
-    _add_frame: Callable[[PathStep], None] | None
+    _add_frame: Callable[[PathStep, dict[str, Any]], None] | None
     _restart: RestartWriter | None
     _add_row: Callable[[Mapping[str, Any]], None] | None
 
@@ -56,18 +56,19 @@ class PathFiles:
         OSError
             If a file can't be written, or was removed since the last step.
         """
+        columns = asdict(step.record)
         try:
             if self._add_frame:
-                self._add_frame(step)
+                self._add_frame(step, columns)
         except OSError:
             if self._restart:
                 with suppress(OSError):  # the first error is raised
-                    _add_to_restart(self._restart, step)
+                    _add_to_restart(self._restart, step, columns)
             raise
         if self._restart:
-            _add_to_restart(self._restart, step)
+            _add_to_restart(self._restart, step, columns)
         if self._add_row:
-            self._add_row(asdict(step.record))
+            self._add_row(columns)
 
 
 @contextmanager
@@ -158,24 +159,25 @@ def _marked(step: FinishedStep, limits: Mapping[str, float]) -> FinishedStep:
     return step._replace(columns=step.columns | {"validity": validity})
 
 
-def _add_to_restart(restart: RestartWriter, step: PathStep) -> None:
-    finished = FinishedStep(step.target, asdict(step.record))
+def _add_to_restart(
+    restart: RestartWriter, step: PathStep, columns: dict[str, Any]
+) -> None:
+    finished = FinishedStep(step.target, columns)
     restart.add(finished, Place(step.record.step, step.left.state, step.position))
 
 
 @contextmanager
 def _frames(
     path: PathSteps, output: Output, finished: int | None
-) -> Iterator[Callable[[PathStep], None]]:
+) -> Iterator[Callable[[PathStep, dict[str, Any]], None]]:
     """Open the trajectory, and yield what adds the frame of a step."""
     frames, control = output.frames, path.stepper.control.name
     if frames is None or output.trajectory is None:
         raise ValueError("a trajectory needs frames: give Output(frames=...)")
     with frames.writer(output.trajectory, output.keep, finished) as add:
 
-        def add_frame(step: PathStep) -> None:
+        def add_frame(step: PathStep, columns: dict[str, Any]) -> None:
             described = {"control": control} | step.target
-            columns = asdict(step.record)
             add(frames.frame(step.left, load_step=columns, path=described))
 
         yield add_frame

@@ -20,7 +20,7 @@ edge instead. The edge is then taken in the middle between the two points.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,8 +64,6 @@ _RATIO_AT_CORNER = 30.0
 # Estimated error per length of edges at corners, in units of the spacing: half of the
 # largest possible error.
 _ERROR_PER_CORNER = 0.25
-# Lower bound of rho^(2/3), which avoids a division by zero.
-_MIN_RATIO = 1e-12
 
 
 class EdgeArea(NamedTuple):
@@ -175,13 +173,16 @@ def _box(contact: np.ndarray) -> tuple[slice, slice]:
 
 def _unresolved(pressure: np.ndarray) -> float:
     """Return the error by strips between points in contact, in units of a point."""
-    error, open_ = 0.0, pressure == 0.0
+    error, contact = 0.0, pressure > 0.0
     for axis in (0, 1):
-        before, after = (np.roll(pressure, step, axis) for step in (1, -1))
-        low = pressure < 0.5 * _LOW_PRESSURE_RATIO * (before + after)
-        low &= (before > 0.0) & (after > 0.0)
-        error += _ERROR_PER_OPEN * np.count_nonzero(low & open_)
-        error += _ERROR_PER_CLOSED * np.count_nonzero(low & ~open_)
+        between = np.roll(contact, 1, axis) & np.roll(contact, -1, axis)
+        here = np.unravel_index(np.flatnonzero(between), pressure.shape)
+        neighbours = _neighbour(here, -1, axis, pressure)
+        neighbours += _neighbour(here, 1, axis, pressure)
+        low = pressure[here] < 0.5 * _LOW_PRESSURE_RATIO * neighbours
+        closed = np.count_nonzero(low & contact[here])
+        error += _ERROR_PER_CLOSED * closed
+        error += _ERROR_PER_OPEN * (np.count_nonzero(low) - closed)
     return error
 
 
@@ -192,16 +193,26 @@ def _corners(pressure: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, int]:
     """
     contact = pressure > 0.0
     corner, sides = np.zeros(contact.shape, bool), 0
-    for step in np.array([(1, 0), (-1, 0), (0, 1), (0, -1)]):
-        points = np.argwhere(contact & ~np.roll(contact, -step, (0, 1)))
-        here = tuple(points.T)
-        outside = tuple(((points + step) % contact.shape).T)
-        inside = tuple(((points - step) % contact.shape).T)
-        found = gap[outside] > _RATIO_AT_CORNER * pressure[here]
-        found &= contact[inside] & (pressure[inside] <= pressure[here])
-        corner[here] |= found
-        sides += int(found.sum())
+    for axis in (0, 1):
+        for step in (1, -1):
+            edge = contact & ~np.roll(contact, -step, axis)
+            here = np.unravel_index(np.flatnonzero(edge), contact.shape)
+            inside = _neighbour(here, -step, axis, pressure)
+            outside = _neighbour(here, step, axis, gap)
+            found = outside > _RATIO_AT_CORNER * pressure[here]
+            found &= (inside > 0.0) & (inside <= pressure[here])
+            corner[here] |= found
+            sides += int(found.sum())
     return corner, sides
+
+
+def _neighbour(
+    here: tuple[np.ndarray, ...], step: int, axis: int, values: np.ndarray
+) -> np.ndarray:
+    """Return the values of neighbours of points, periodic, shape (points,)."""
+    moved = list(here)
+    moved[axis] = (here[axis] + step) % values.shape[axis]
+    return values[tuple(moved)]
 
 
 def _covered(fields: list[np.ndarray], k: int) -> tuple[float, float]:
@@ -211,16 +222,21 @@ def _covered(fields: list[np.ndarray], k: int) -> tuple[float, float]:
     rows and columns begin no square. The alignment is one if the edge cuts all sides at
     the same part, and small if the parts differ.
     """
-    n, m = fields[0].shape[0] - 2, fields[0].shape[1] - 2
-
-    def side(i: int, j: int, a: int, b: int) -> np.ndarray:
-        ends = np.s_[i : i + n, j : j + m], np.s_[a : a + n, b : b + m]
-        return _part(fields, ends, math.hypot(a - i, b - j))
-
-    left, right = side(0, 0, k, 0), side(0, k, k, k)
-    lower, upper = side(0, 0, 0, k), side(k, 0, k, k)
-    rising, falling = side(0, 0, k, k), side(k, 0, 0, k)
-    area = 0.25 * float(
+    contact, width = fields[0] > 0.0, fields[0].shape[1]
+    n, m = contact.shape[0] - 2, width - 2
+    touching = np.zeros((n, m), np.int8)  # number of corners of a square in contact
+    for i, j in (0, 0), (k, 0), (0, k), (k, k):
+        touching += contact[i : i + n, j : j + m]
+    rows, columns = np.divmod(np.flatnonzero(touching % 4), m)  # cut by the edge
+    first, along_x, along_y = rows * width + columns, k * width, k
+    values = [contact.ravel(), *(field.ravel() for field in fields)]
+    x_sides, y_sides = _parts(values, along_x, k), _parts(values, along_y, k)
+    left, right = x_sides[first], x_sides[first + along_y]
+    lower, upper = y_sides[first], y_sides[first + along_x]
+    diagonal = math.sqrt(2.0) * k
+    rising = _parts(values, along_x + along_y, diagonal)[first]
+    falling = _parts(values, along_x - along_y, diagonal)[first + along_y]
+    area = np.count_nonzero(touching == 4) + 0.25 * (
         _triangles(left, upper, rising)
         + _triangles(lower, right, rising)
         + _triangles(left, lower, falling)
@@ -231,20 +247,36 @@ def _covered(fields: list[np.ndarray], k: int) -> tuple[float, float]:
     return area, float(aligned)
 
 
-def _part(fields: list[np.ndarray], ends: tuple[Any, Any], length: float) -> np.ndarray:
-    """Return the part in contact of each side between two points."""
-    begin, end = ends
-    pressure, gap, corners = fields
-    first, second = pressure[begin] > 0.0, pressure[end] > 0.0
-    part = (first & second).astype(float)
-    mixed = first != second
+def _parts(values: list[np.ndarray], step: int, length: float) -> np.ndarray:
+    """Return the parts in contact of the sides from all points to points further on.
+
+    Parameters
+    ----------
+    values : list of ndarray, shape (points,)
+        Contact, pressure, gap and corners of the points in rows.
+    step : int
+        Number of points from one end of a side to the other.
+    length : float
+        Length of a side (spacings).
+
+    Returns
+    -------
+    ndarray, shape (points - step,)
+        The last sides of a row may end in the next one.
+    """
+    contact, pressure, gap, corners = values
+    part = (contact[:-step] & contact[step:]).astype(float)
+    cut = np.flatnonzero(contact[:-step] != contact[step:])
     # pressure and corner are zero for the open point, the gap is zero for the other one
-    p = pressure[begin][mixed] + pressure[end][mixed]
-    g = gap[begin][mixed] + gap[end][mixed]
-    corner = corners[begin][mixed] + corners[end][mixed]
-    ratio = np.maximum((g / (p * length)) ** (2.0 / 3.0), _MIN_RATIO) / 3.0
-    root = 2.0 * np.sqrt(ratio) * np.sinh(np.arcsinh(0.5 * ratio**-1.5) / 3.0)
-    part[mixed] = np.where(corner, 0.5, root**3)
+    p = pressure[cut] + pressure[cut + step]
+    g = gap[cut] + gap[cut + step]
+    corner = corners[cut] | corners[cut + step]
+    # t = u - v with u^3 - v^3 = 1 and 3 u v = rho^(2/3)
+    ratio = g / (p * length)
+    u = np.cbrt(0.5 + np.sqrt(0.25 + ratio**2 / 27.0))
+    uv = np.cbrt(ratio**2) / 3.0
+    root = 1.0 / (u**2 + uv + (uv / u) ** 2)
+    part[cut] = np.where(corner, 0.5, root**3)
     return part
 
 

@@ -6,6 +6,7 @@ from ase.io import read, write
 from ase.optimize import LBFGS
 from ase.units import GPa
 from built import atoms_under
+from same_frames import assert_is_snapshot
 
 from ase_roughcontact import (
     Coulomb,
@@ -22,6 +23,7 @@ from ase_roughcontact.analysis.view import SLIPS, with_columns, with_indenter
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.snapshot import TAG_SLIPPING, restore, snapshot
 from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.loading.trajectory import read_frames
 
 SPHERE, SOLID = RoughSphere(radius=200.0), Isotropic(0.8, poisson=0.3)
 PATH = np.array([[0.0, 0.0], [0.1, 0.05], [0.15, 0.05], [0.05, 0.0]])
@@ -142,3 +144,14 @@ def test_views_show_which_atoms_slip(tmp_path):
     assert fields["displacement_x"].max() == pytest.approx(
         seen.lateral["displacement_x"].max() / 10.0
     )
+
+
+def test_frames_of_a_sliding_path_are_snapshots_of_its_atoms(tmp_path):
+    atoms, output = atoms_on(), Output(trajectory=tmp_path / "a.traj")
+    options = {"displacements": PATH, "coupling": "solved", "output": output}
+    path = sliding_path(atoms, Coulomb(0.3), 1.0, **options)
+    snapshots = [snapshot(atoms) for _ in path]
+    frames = list(read_frames(output.trajectory))
+    assert len(frames) == len(snapshots) == len(PATH)
+    for frame, expected in zip(frames, snapshots, strict=True):
+        assert_is_snapshot(frame, expected)

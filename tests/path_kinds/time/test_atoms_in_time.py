@@ -7,6 +7,7 @@ import pytest
 from ase.io import read, write
 from ase.optimize import LBFGS
 from built import atoms_under, force_along, up
+from same_frames import assert_is_snapshot
 
 from ase_roughcontact import (
     Creep,
@@ -24,6 +25,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.analysis.view import with_columns
 from ase_roughcontact.atoms.snapshot import restore, snapshot
+from ase_roughcontact.loading.trajectory import read_frames
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 
@@ -195,3 +197,14 @@ def test_errors_say_what_a_path_in_time_needs():
         time_path(atoms_on(HardWall()), PATH, loads=PATH)
     with pytest.raises(ValueError, match="need the stiffness of the cantilever"):
         time_path(atoms_on(HardWall(), fixed=False), bases=PATH)
+
+
+def test_frames_of_a_path_in_time_are_snapshots_of_its_atoms(tmp_path):
+    atoms, output = atoms_on(HardWall(), (8, 8)), Output(trajectory=tmp_path / "a.traj")
+    path = Schedule(0.0).ramp(0.5, time=1.0).ramp(0.2, time=1.0)
+    path = time_path(atoms, path, window="auto", tolerance=0.1, output=output)
+    snapshots = [snapshot(atoms) for _ in path]
+    frames = list(read_frames(output.trajectory))
+    assert len(frames) == len(snapshots) > 2
+    for frame, expected in zip(frames, snapshots, strict=True):
+        assert_is_snapshot(frame, expected)
