@@ -35,10 +35,13 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.file import load_toml
 
 # A value of a list that is separated by commas: a string, a list, a table or others.
-_VALUE = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^]]*\]|\{[^}]*\}|[^,])+?(?=,|$)""")
-_SEED = "roughness.seed"
+_VALUE_PATTERN = re.compile(
+    r"""(?:"[^"]*"|'[^']*'|\[[^]]*\]|\{[^}]*\}|[^,])+?(?=,|$)"""
+)
+# Key of the seed of a random surface.
+_SEED_KEY = "roughness.seed"
 # Rows and columns of the database that a message lists.
-_LISTED = "record=step -c case,step,normal_force,contact_area"
+_LISTED_COLUMNS = "record=step -c case,step,normal_force,contact_area"
 # Values of some keys, and the scene that has them.
 _Variant: TypeAlias = tuple[dict[str, Any], Scene]
 
@@ -79,13 +82,15 @@ def ensemble(options: argparse.Namespace) -> int:
         if key in values:
             raise ValueError(f"--set {key} is given twice: give all values in one")
         values[key] = listed
-    if options.error is not None and _SEED in values:
+    if options.error is not None and _SEED_KEY in values:
         raise ValueError("--error chooses the seeds: omit --set roughness.seed")
     for option, begin in ("table", b"case,step"), ("results", b"case,state"):
-        if file := getattr(options, option):
+        file = getattr(options, option)
+        if file:
             check_different(**{option: file, "database": options.database})
             check_replaced(Path(file), begin)
-    variants, pool = _variants(scene, values), {"workers": options.workers}
+    variants = _variants(scene, values)
+    pool: dict[str, Any] = {"workers": options.workers}
     if options.column:
         check_column(variants[0][1], options.column)
     with ExitStack() as stack:
@@ -96,10 +101,10 @@ def ensemble(options: argparse.Namespace) -> int:
                 write(workers)
         draw = stack.enter_context(progress_bar(options))
         enough, failures = _calculate(options, variants, pool, draw)
-    seeds = values.pop(_SEED, [])
+    seeds = values.pop(_SEED_KEY, [])
     if len(seeds) > 1 and not options.quiet:
         for variant in _variants(scene, values):
-            realisations = product(variant[1], {_SEED: seeds})
+            realisations = product(variant[1], {_SEED_KEY: seeds})
             for means in _means(options, realisations):
                 _print_means(options, variant, means)
     if options.table:
@@ -107,9 +112,10 @@ def ensemble(options: argparse.Namespace) -> int:
     if options.results:
         write_csv(options.database, options.results, record="case")
     if prints_text(options):
-        database, rows = without_password(options.database), _LISTED
-        if main := variants[0][1].path.main_result:
-            rows = f"record=case -c case,state,seed,{main}"
+        database = without_password(options.database)
+        rows, result = _LISTED_COLUMNS, variants[0][1].path.main_result
+        if result:
+            rows = f"record=case -c case,state,seed,{result}"
         write(f"Results are in {database}. To list them:\n  ase db {database} {rows}")
     for name, message in failures.items():
         print_error(f"{name}: {message}")
@@ -138,15 +144,18 @@ def _calculate(
             failures = progress.named_failures
         return enough, failures
     for variant in variants:
-        given = variant[1], options.database, options.error
-        samplings = sample_ensemble(*given, column=options.column, **pool)
+        settings, scene = variant
+        samplings = sample_ensemble(
+            scene, options.database, options.error, column=options.column, **pool
+        )
         for sampling in samplings:
             _print_progress(options, sampling.progress, draw, sampling.error)
             if sampling.progress.steps == sampling.progress.total:
                 _print_means(options, variant, sampling.means, sampling)
         enough &= sampling.done
         for name, message in sampling.progress.named_failures.items():
-            failures[", ".join(filter(None, [_heading(variant[0]), name]))] = message
+            names = filter(None, [_heading(settings), name])
+            failures[", ".join(names)] = message
     return enough, failures
 
 
@@ -157,15 +166,17 @@ def _print_progress(
     error: float = math.nan,
 ) -> None:
     """Show the progress, and the largest standard error so far if there is one."""
-    known = math.isfinite(error)
+    has_error = math.isfinite(error)
     if options.json:
-        values = asdict(progress) | ({"error": error} if known else {})
+        values = asdict(progress)
+        if has_error:
+            values["error"] = error
         write(json_line(values, {"elapsed": "s", "left": "s"}))
     elif draw:
         draw(progress.steps, progress.total, str(progress))
     elif not options.quiet:
-        running = f", standard error {100.0 * error:.2g} %" if known else ""
-        write(f"{progress}{running}")
+        text = f", standard error {100.0 * error:.2g} %" if has_error else ""
+        write(f"{progress}{text}")
 
 
 def _print_means(
@@ -180,8 +191,9 @@ def _print_means(
         for line in means_lines(scene, settings, means, sampling):
             write(line)
     elif means and not options.quiet:
-        heading = [_heading(settings)] if settings else []
-        show(*heading, *means_table(scene, means, sampling))
+        if settings:
+            show(_heading(settings))
+        show(*means_table(scene, means, sampling))
 
 
 def _heading(settings: Mapping[str, Any]) -> str:
@@ -208,7 +220,7 @@ def _means(
 def _values_of_key(text: str) -> tuple[str, list[Any]]:
     """Return key and values of an option ``section.key=value,value``."""
     key, equals, values = text.partition("=")
-    listed = [_value(part.strip()) for part in _VALUE.findall(values)]
+    listed = [_value(part.strip()) for part in _VALUE_PATTERN.findall(values)]
     if not equals or not listed:
         raise ValueError(
             f"--set must be SECTION.KEY=VALUE,VALUE,..., got {shown(text)}"

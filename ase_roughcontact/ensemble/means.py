@@ -28,15 +28,15 @@ ZERO = "the mean is zero"
 _CONFIDENCE = 0.95
 # Probabilities with which the needed number exceeds the ends of its likely range.
 _RANGE_PROBABILITIES = np.array([0.05, 0.95])
-# Columns of steps with the estimated error of another one.
-_ERRORS = {
+# Columns of the estimated errors of columns of steps.
+_ERROR_OF_COLUMN = {
     "continuum_area": "continuum_area_error",
     "normal_force": "force_error",
     "height": "height_error",
     "penetration": "penetration_error",
 }
 # Separator of limits in the row of a case.
-_SEPARATOR = "; "
+_LIMIT_SEPARATOR = "; "
 
 
 class _Value(NamedTuple):
@@ -275,7 +275,7 @@ class ColumnValues:
             self._error = results[self.column].error
             self.targets = np.array([math.nan])
             return
-        errors = {**_ERRORS, scene.area_column: "area_error"}
+        errors = {**_ERROR_OF_COLUMN, scene.area_column: "area_error"}
         self._error = errors.get(self.column, "")
         self._key, self._at, self.targets = _targets(scene)
 
@@ -319,7 +319,7 @@ class ColumnValues:
             column=self.column,
             failed=failed,
             value_error=float(errors.mean()) / mean if mean else math.nan,
-            validity=_SEPARATOR.join(
+            validity=_LIMIT_SEPARATOR.join(
                 f"{limit} in {count} of {len(known)}" for limit, count in limits.items()
             ),
         )
@@ -386,6 +386,6 @@ def _limits(row: Any) -> Iterator[str]:
     """Yield the names of the limits in the row of a step or a case."""
     text = row.get("validity", "")
     if row.record == "case":
-        yield from filter(None, text.split(_SEPARATOR))
+        yield from filter(None, text.split(_LIMIT_SEPARATOR))
     else:
         yield from (check.name for check in failed_checks(text).values())

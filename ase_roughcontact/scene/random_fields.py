@@ -23,9 +23,9 @@ from ase_roughcontact.topography import (
 )
 from ase_roughcontact.windows.memory import check_roughness
 
-#: Keys of the amplitude of a roughness, one of which is given.
+#: Keys of the amplitude of a roughness; one of them is given.
 AMPLITUDES = "rms_slope", "rms_height", "rms_curvature"
-#: Rms slope of a roughness of which no amplitude is given.
+#: Rms slope of a roughness without a given amplitude.
 DEFAULT_SLOPE = 0.1
 #: Keys of lengths of a random field.
 LENGTH_KEYS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
