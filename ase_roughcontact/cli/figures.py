@@ -29,7 +29,8 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.topography import SelfAffine
 
-NN, _NM2 = UNITS["nN"], UNITS["nm²"]
+NN = UNITS["nN"]
+_NM2 = UNITS["nm²"]
 # Number of maps in a figure.
 _MAPS_PER_FIGURE = 4
 # Maps share their range if their widths differ by at most this factor.

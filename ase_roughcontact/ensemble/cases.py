@@ -83,19 +83,21 @@ def case_names(cases: Mapping[str, Scene]) -> dict[str, str]:
         rough scene.
     """
     entries = {case: _flat(scene) for case, scene in cases.items()}
-    keys = dict.fromkeys(key for values in entries.values() for key in values)
+    keys: dict[str, None] = {}
+    for values in entries.values():
+        keys |= dict.fromkeys(values)
     first = next(iter(entries.values()), {})
-    differing = [
-        key
-        for key in keys
-        if any(each.get(key) != first.get(key) for each in entries.values())
-    ]
-    shown = differing or [key for key in ("roughness.seed",) if key in keys]
-    return {
-        case: ", ".join(f"{key} = {_text(values.get(key))}" for key in shown)
-        or "the scene"
-        for case, values in entries.items()
-    }
+    named = []
+    for key in keys:
+        if any(values.get(key) != first.get(key) for values in entries.values()):
+            named.append(key)
+    if not named and "roughness.seed" in keys:
+        named = ["roughness.seed"]
+    names = {}
+    for case, values in entries.items():
+        texts = [f"{key} = {_text(values.get(key))}" for key in named]
+        names[case] = ", ".join(texts) or "the scene"
+    return names
 
 
 def _text(value: Any) -> str:
@@ -104,8 +106,8 @@ def _text(value: Any) -> str:
 
 def _flat(scene: Scene) -> dict[str, Any]:
     """Return the values of a scene by section and key."""
-    return {
-        f"{title}.{key}": value
-        for title, entries in scene.entries().items()
-        for key, value in entries.items()
-    }
+    flat = {}
+    for title, entries in scene.entries().items():
+        for key, value in entries.items():
+            flat[f"{title}.{key}"] = value
+    return flat

@@ -237,10 +237,11 @@ def read_ensemble(
     rows = stored.select(selection, **query)
     of_cases = query.get("record") == "case"
     ordered = sorted(rows, key=lambda row: (row["case"], row.get("step", 0)))
-    return {
-        name: np.array([row.get(name, MISSING[kind]) for row in ordered], dtype=kind)
-        for name, kind in (case_types() if of_cases else step_types()).items()
-    }
+    columns: dict[str, np.ndarray] = {}
+    for name, kind in (case_types() if of_cases else step_types()).items():
+        values = [row.get(name, MISSING[kind]) for row in ordered]
+        columns[name] = np.array(values, dtype=kind)
+    return columns
 
 
 def write_csv(
@@ -260,10 +261,10 @@ def write_csv(
     """
     check_different(database=database, file=file)
     columns = read_ensemble(database, selection, **query)
-    texts = [
-        [f"{value:.10g}" for value in values] if values.dtype.kind == "f" else values
-        for values in columns.values()
-    ]
+    texts: list[Any] = []
+    for values in columns.values():
+        is_float = values.dtype.kind == "f"
+        texts.append([f"{value:.10g}" for value in values] if is_float else values)
     units = column_units()
     heads = [f"{name} ({units[name]})" if name in units else name for name in columns]
     write_table(file, heads, zip(*texts, strict=True))

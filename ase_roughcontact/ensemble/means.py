@@ -294,24 +294,25 @@ class ColumnValues:
             self._read_steps()
         means = []
         for number, target in enumerate(self.targets.tolist()):
-            keys = [(case, number) for case in cases]
-            known = [self._values[key] for key in keys if key in self._values]
-            failed = sum(
-                key in self._failed or (key[0] in ended and key not in self._values)
-                for key in keys
-            )
-            means.append(self._mean(target, known, wanted, failed))
+            stored, failed = [], 0
+            for case in cases:
+                key = case, number
+                if key in self._values:
+                    stored.append(self._values[key])
+                if key in self._failed or (case in ended and key not in self._values):
+                    failed += 1
+            means.append(self._mean(target, stored, wanted, failed))
         return tuple(means)
 
     def _mean(
-        self, target: float, known: Sequence[_Value], wanted: float, failed: int
+        self, target: float, stored: Sequence[_Value], wanted: float, failed: int
     ) -> MeanValue:
-        values, errors = (
-            np.array([getattr(each, name) for each in known])
-            for name in ("value", "error")
-        )
-        limits = Counter(limit for each in known for limit in each.limits)
-        mean = abs(values.mean()) if known else 0.0
+        values = np.array([each.value for each in stored])
+        errors = np.array([each.error for each in stored])
+        limits: Counter[str] = Counter()
+        for each in stored:
+            limits.update(each.limits)
+        mean = abs(values.mean()) if stored else 0.0
         return MeanValue.of(
             target,
             values,
@@ -320,7 +321,8 @@ class ColumnValues:
             failed=failed,
             value_error=float(errors.mean()) / mean if mean else math.nan,
             validity=_LIMIT_SEPARATOR.join(
-                f"{limit} in {count} of {len(known)}" for limit, count in limits.items()
+                f"{limit} in {count} of {len(stored)}"
+                for limit, count in limits.items()
             ),
         )
 

@@ -11,7 +11,8 @@ from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.plot.style import GREY, ORANGE, add_right_scale
 
-_MPA, _NM = UNITS["MPa"], UNITS["nm"]
+_MPA = UNITS["MPa"]
+_NM = UNITS["nm"]
 # Number of points of a curve of theory.
 _CURVE_POINTS = 60
 # Factor by which a curve of theory exceeds the steps.

@@ -13,12 +13,19 @@ from matplotlib import rc_context
 
 from ase_roughcontact._util.validation import FloatArray
 
-# Palette of Okabe and Ito, suitable for all kinds of colour vision.
-BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#7F7F7F"
+#: First branch of a force curve.
+BLUE = "#0072B2"
+#: Simulations, and the second branch of a force curve.
+ORANGE = "#D55E00"
+#: Theory, errors and marks.
+GREY = "#7F7F7F"
+#: Palette of Okabe and Ito, suitable for all kinds of colour vision.
 COLOURS = (BLUE, ORANGE, "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 #: Width of a journal column (inches).
 WIDTH = 3.4
+#: Styles of broken lines.
 DASHES = ("--", ":", "-.")
+#: Styles of lines.
 LINES = ("-", *DASHES)
 #: Names, colours and widths of lines of the branches of a force curve.
 BRANCHES = ("approach", BLUE, 2.0), ("retraction", ORANGE, 0.8)
