@@ -11,8 +11,8 @@ from ase_roughcontact.cli import main
 pytest.importorskip("shtab")
 
 COMMANDS = (
-    "completion curve ensemble figure fit maps optimizers places plan report run scene "
-    "tradeoff"
+    "completion curve curves ensemble figure fit maps optimizers places plan report "
+    "run scene tradeoff"
 )
 OF_RUN = "--help --json --out --preview --quiet --strict --verbose"
 
