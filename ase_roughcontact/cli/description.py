@@ -23,13 +23,15 @@ def bodies(scene: Scene) -> dict[str, str]:
     nm, tip = UNITS["nm"], scene.whole_tip
     radius = f"radius {scene.radius / nm:.4g} nm"
     solid = label_of(scene.substrate, scene.solid)
-    if scene.sphere.material:
-        solid += f" with {scene.sphere.material}"
+    if scene.tip_material:
+        solid += f" with {scene.tip_material}"
     if not scene.is_flat:
         solid += f", {_spacing(scene)}"
     indenter = f"sphere of {radius}"
     if tip is not None:
         indenter = f"scanned tip (radius {tip_radius(tip)}, fitted to the scan)"
+    if scene.bodies.shape is not None:
+        indenter = scene.bodies.shape.label
     found = {"solid": f"{solid}, {_hardness(scene)}", "indenter": indenter}
     if scene.is_flat:
         n, m = (k * scene.spacing / nm for k in scene.bodies.cell or ())
@@ -122,7 +124,7 @@ def pull_off_text(reference: Reference) -> str:
 
 def _origin(scene: Scene) -> str:
     """Return the origin of the range of the attraction if it is not given."""
-    materials = scene.substrate.material and scene.sphere.material
+    materials = scene.substrate.material and scene.tip_material
     if materials or "attraction_range" in scene.interaction.parameters:
         return ""
     return ", which follows from the spacing: attraction_range sets it"
@@ -158,7 +160,7 @@ def _hardness(scene: Scene) -> str:
         return f"hardness unknown: pressures above {pressure} are marked"
     if math.isinf(hardness):
         return "elastic"
-    of_both = " of the softer body as far as known" if scene.sphere.material else ""
+    of_both = " of the softer body as far as known" if scene.tip_material else ""
     return f"hardness {hardness:.3g} GPa{of_both}"
 
 

@@ -160,7 +160,8 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
             relative[labelled] = along / NN, area / hertz
     random = isinstance(scene.rough, SelfAffine)
     label = "simulation (one realisation)" if random else "simulation"
-    smooth = "Hertz: theory, smooth sphere"
+    plain = scene.bodies.nonadhesive
+    smooth = plain.label
     if adhesive:
         smooth += " without adhesion"
     smooth = scene.bodies.labelled(smooth)
@@ -174,6 +175,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         plot.plot_curve(
             lower, loads, values, of_hertz, relative, converged, smooth, bars, label
         )
+        lower.set_ylabel(rf"contact area $A/A_\mathrm{{{plain.symbol}}}$")
         upper.label_outer()
         letter(panels)
         if len(shown) < len(steps):

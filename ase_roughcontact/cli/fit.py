@@ -75,7 +75,7 @@ def fit(options: argparse.Namespace) -> int:
             for remark in (*remarks, *curve_checks(curve)):
                 write_error(f"note: {remark}")
         found = fit_curve(scene, curve, free, trials)
-        if scene.wall.attractive:
+        if scene.wall.attractive and scene.bodies.shape is None:
             lines = [name for name in free if name in BASELINE]
             smooth = smooth_fit(scene, curve, lines)
     figures.draw_fit(found, smooth, options.picture)

@@ -66,6 +66,10 @@ def value_of(scene: Scene, name: str) -> float:
         raise ValueError(
             "radius can't be fitted: the scan is the whole tip (radius = inf)"
         )
+    if name == "radius" and scene.bodies.shape is not None:
+        raise ValueError(
+            f"radius can't be fitted: the indenter is a {scene.bodies.shape.name}"
+        )
     values = {
         "work_of_adhesion": scene.wall.work_of_adhesion,
         "contact_modulus": _of_sample(scene),
@@ -77,9 +81,9 @@ def value_of(scene: Scene, name: str) -> float:
 
 def _of_sample(scene: Scene) -> float:
     """Return E* of the sample alone, without the compliance of the tip (eV/Å^3)."""
-    if not scene.sphere.material:
+    if not scene.tip_material:
         return scene.contact_modulus
-    tip = material(scene.sphere.material).contact_modulus * UNITS["GPa"]
+    tip = material(scene.tip_material).contact_modulus * UNITS["GPa"]
     return 1.0 / (1.0 / scene.contact_modulus - 1.0 / tip)
 
 

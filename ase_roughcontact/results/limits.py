@@ -162,7 +162,12 @@ def _smallest_gap(step: RelaxedStep) -> float:
 
 
 def _slope(step: RelaxedStep) -> float:
-    """Return the largest slope between an atom in contact and its neighbours."""
+    """Return the largest slope between an atom in contact and its neighbours.
+
+    Zero if the indenter has vertical sides, between which it is flat.
+    """
+    if step.problem.topography.vertical_sides:
+        return 0.0
     contact, heights = step.fields.contact.copy(), step.contact.heights
     contact[-1] = contact[:, -1] = False
     atoms = contact.ravel().nonzero()[0]

@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Any
 from ase_roughcontact._util.parts import import_shown, shown_by
 from ase_roughcontact.scene.config import (
     OPTIMIZERS,
+    IndenterConfig,
     InteractionConfig,
     OutputConfig,
     SolverConfig,
@@ -46,6 +47,7 @@ __all__ = [
     "NANONEWTON",
     "OPTIMIZERS",
     "HeterogeneityConfig",
+    "IndenterConfig",
     "InteractionConfig",
     "OutputConfig",
     "PathKind",

@@ -16,10 +16,11 @@ from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.theory.indenters import Indenter
 from ase_roughcontact.topography import HeightMap
 
-# Ratio of the largest contact radius of a theoretical curve to the radius of the steps.
-_RADIUS_RATIO = 1.2
+# Ratio of the largest contact radius, or depth, of a theoretical curve to the steps.
+_EXTENT_RATIO = 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +40,12 @@ class Bodies:
         without such a body.
     radius : float
         The radius of the sphere (Å); for a whole tip the radius of curvature of its
-        scan, for a rough flat infinity.
+        scan, for a rough flat infinity, for an indenter of another shape NaN.
     rough : SelfAffine or HeightMap or None
         Roughness of the sphere, None if it is smooth. None also for a whole tip, which
         is compared with the theory of a smooth sphere.
+    shape : Indenter or None
+        Closed form of an indenter of another shape; None for spheres, tips and flats.
     cell : (int, int) or None
         Shape of the periodic cell of a rough flat, on the lattice of the problem.
     whole_tip : HeightMap or None
@@ -61,6 +64,7 @@ class Bodies:
     hardness_bound: float
     radius: float
     rough: Any
+    shape: Indenter | None = None
     cell: Shape | None = None
     whole_tip: HeightMap | None = None
     friction: Any = None
@@ -143,8 +147,72 @@ class Bodies:
         wall = self.wall
         return wall.work_of_adhesion, wall.attraction_range, self.kappa_repulsive
 
+    @property
+    def nonadhesive(self) -> theory.Hertz | theory.ShapeTheory:
+        """Theory of the smooth indenter without adhesion."""
+        if self.shape is not None:
+            return theory.ShapeTheory(self.shape, self.contact_modulus)
+        return theory.Hertz(self.radius, self.contact_modulus)
+
+    def smooth_theory(self, modulus: float, work: float) -> Any:
+        """Return the theory of the smooth indenter.
+
+        Parameters
+        ----------
+        modulus : float
+            Contact modulus (eV/Å^3).
+        work : float
+            Work of adhesion (eV/Å^2); zero without adhesion.
+
+        Returns
+        -------
+        SphereTheory or ShapeTheory
+        """
+        if self.shape is not None:
+            return theory.ShapeTheory(self.shape, modulus, work)
+        return theory.sphere_theory(
+            self.radius, modulus, work, self.wall.attraction_range
+        )
+
+    def area_at(self, penetration: ArrayLike) -> FloatArray:
+        """Return the contact area of the smooth indenter without adhesion at a depth.
+
+        Parameters
+        ----------
+        penetration : array_like
+            Penetrations (Å).
+
+        Returns
+        -------
+        ndarray
+            Areas (Å^2).
+        """
+        depth = np.maximum(unmasked(penetration), 0.0)
+        if self.shape is not None:
+            return self.shape.area_ratio * np.pi * self.shape.radius(depth) ** 2
+        return np.pi * self.radius * depth
+
+    def force_at(self, penetration: float) -> float:
+        """Return the force of the smooth indenter without adhesion at a depth.
+
+        Parameters
+        ----------
+        penetration : float
+            Penetration (Å).
+
+        Returns
+        -------
+        float
+            Normal force (eV/Å).
+        """
+        depth = max(penetration, 0.0)
+        if self.shape is not None:
+            return self.contact_modulus * float(self.shape.force(depth))
+        hertz = theory.Hertz(self.radius, self.contact_modulus)
+        return float(hertz.force(hertz.contact_radius_from_penetration(depth)))
+
     def hertz_area(self, normal_force: ArrayLike) -> FloatArray:
-        """Return the contact area of a smooth sphere without adhesion.
+        """Return the contact area of the smooth indenter without adhesion.
 
         Parameters
         ----------
@@ -156,9 +224,7 @@ class Bodies:
         ndarray
             Areas (Å^2).
         """
-        return theory.Hertz(self.radius, self.contact_modulus).contact_area(
-            normal_force
-        )
+        return self.nonadhesive.contact_area(normal_force)
 
     def predicted_area(self, normal_force: ArrayLike) -> FloatArray:
         """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
@@ -205,28 +271,23 @@ class Bodies:
         return theory.predicted_area(normal_force, *sphere, fraction)
 
     @property
-    def sphere_limits(self) -> dict[str, theory.SphereTheory]:
+    def sphere_limits(self) -> dict[str, Any]:
         """Theories with the instantaneous and the relaxed modulus, by these words.
 
         There are none for an elastic solid or a flat, and a fluid has no relaxed
         modulus.
         """
-        creep, wall = self.solid.creep, self.wall
+        creep, work = self.solid.creep, self.wall.work_of_adhesion
         if creep is None or self.is_flat:
             return {}
         limits = {}
         for name, part in ("instantaneous", 1.0), ("relaxed", creep.relaxed):
             if part:
-                limits[name] = theory.sphere_theory(
-                    self.radius,
-                    part * self.contact_modulus,
-                    wall.work_of_adhesion,
-                    wall.attraction_range,
-                )
+                limits[name] = self.smooth_theory(part * self.contact_modulus, work)
         return limits
 
     def forces_over_depth(
-        self, theories: Mapping[str, theory.SphereTheory], steps: Sequence[LoadStep]
+        self, theories: Mapping[str, Any], steps: Sequence[LoadStep]
     ) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Return penetrations (Å) and forces (eV/Å) of theories in the range of steps.
 
@@ -235,6 +296,9 @@ class Bodies:
         """
         if self.rough is not None or self.whole_tip is not None:
             return {}
+        if self.shape is not None:
+            deepest = _EXTENT_RATIO * max(step.penetration for step in steps)
+            return {name: each.curve_to(deepest) for name, each in theories.items()}
         area = max(getattr(step, step.area_column) for step in steps)
         largest_force = max(step.normal_force for step in steps)
         found = {}
@@ -242,5 +306,5 @@ class Bodies:
             # wider than the atoms under pressure: with the rim under tension
             highest = max(largest_force, -each.pull_off_force)
             radius = max(float(each.contact_radius(highest)), math.sqrt(area / math.pi))
-            found[label] = each.curve(_RADIUS_RATIO * radius + self.spacing)
+            found[label] = each.curve(_EXTENT_RATIO * radius + self.spacing)
         return found

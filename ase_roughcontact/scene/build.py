@@ -32,11 +32,14 @@ from ase_roughcontact.scene.solid import (
     spacing_of,
 )
 from ase_roughcontact.scene.spacing import fitting_spacing
+from ase_roughcontact.theory.indenters import Indenter
 from ase_roughcontact.topography import (
     HeightMap,
     Heterogeneity,
     RoughSphere,
     SelfAffine,
+    ShapedIndenter,
+    Topography,
 )
 from ase_roughcontact.topography.square_grid import SquareGrid
 
@@ -101,8 +104,8 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
             solid = replace(solid, poisson=poisson)
     with problems.of("sphere"):
         substrate_modulus = solid.contact_modulus
-        if scene.sphere.material:
-            solid = _with_tip(solid, scene.sphere.material)
+        if scene.tip_material:
+            solid = _with_tip(solid, scene.tip_material)
         hardness_bound = _hardness_bound(scene, solid, substrate_modulus)
         if creep is not None:  # the tip is elastic
             ratio = solid.contact_modulus / substrate_modulus
@@ -120,6 +123,11 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
 
     without_sphere = scene.sphere.radius == math.inf
     cell = None
+    shape: Indenter | None = None
+    if scene.indenter is not None:
+        with problems.of("indenter"):
+            shape = _shape(scene, spacing)
+        problems.check()
     with problems.of("sphere"):
         radius = _radius(scene, spacing)
         if radius == math.inf and rough is None:
@@ -132,7 +140,13 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         if radius == math.inf and rough is not None:
             pixel, cell, rough = _flat_cell(scene, rough, spacing)
             solid.check(pixel)
-        surface = RoughSphere(math.inf if without_sphere else radius, rough, profile)
+        surface: Topography
+        if shape is not None:
+            surface = ShapedIndenter(shape)
+        else:
+            surface = RoughSphere(
+                math.inf if without_sphere else radius, rough, profile
+            )
     with problems.of("interaction"):
         wall = _wall(scene, solid, spacing, hardness)
     problems.check()
@@ -165,6 +179,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         hardness_bound=math.nan if wall_has_hardness else hardness_bound,
         radius=radius,
         rough=None if is_tip else rough,
+        shape=shape,
         cell=cell,
         whole_tip=rough if is_tip and isinstance(rough, HeightMap) else None,
         friction=scene.friction,
@@ -172,11 +187,35 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
     )
 
 
+def _shape(scene: SceneFile, spacing: float) -> Indenter:
+    """Return the indenter of another shape than a sphere, with lengths in Å."""
+    if scene.sphere.given:
+        raise ValueError(
+            f"[indenter] is in place of [sphere], got {', '.join(scene.sphere.given)} "
+            "in [sphere]: leave out one of the sections"
+        )
+    for title in ("roughness", "topography"):
+        if getattr(scene, title) is not None:
+            raise ValueError(
+                f"an indenter of another shape is smooth, got [{title}], which needs "
+                "[sphere]: leave it out, or give a scan of the whole indenter"
+            )
+    if scene.substrate.periodic:
+        raise ValueError(
+            "an indenter of another shape needs a free half space: leave out "
+            "periodic in [substrate]"
+        )
+    assert scene.indenter is not None
+    return scene.indenter.shape(spacing)
+
+
 def _radius(scene: SceneFile, spacing: float) -> float:
     """Return the radius of the sphere, or the radius of curvature of a whole tip (Å).
 
-    The radius of a rough flat is infinity.
+    The radius of a rough flat is infinity, of an indenter of another shape NaN.
     """
+    if scene.indenter is not None:
+        return math.nan
     sphere, given, scan = scene.sphere, scene.sphere.radius, None
     if scene.topography is not None and scene.topography.role == "indenter":
         scan = scene.topography.surface
@@ -253,8 +292,8 @@ def _hardnesses(scene: SceneFile, solid: ElasticSolid) -> list[float]:
     hardnesses = [math.nan]  # not known for a layer
     if not solid.layered:
         hardnesses = [named_materials.hardness_of(scene.substrate.name)]
-    if scene.sphere.material:
-        hardnesses.append(named_materials.hardness_of(scene.sphere.material))
+    if scene.tip_material:
+        hardnesses.append(named_materials.hardness_of(scene.tip_material))
     return hardnesses
 
 
@@ -280,7 +319,7 @@ def _hardness_bound(scene: SceneFile, solid: ElasticSolid, modulus: float) -> fl
     moduli = {}
     if scene.substrate.name and not solid.layered:
         moduli[scene.substrate.name] = modulus
-    if tip := scene.sphere.material:
+    if tip := scene.tip_material:
         tip_modulus = named_materials.material(tip).contact_modulus * UNITS["GPa"]
         moduli[tip] = min(tip_modulus, moduli.get(tip, math.inf))
     unknown = [
@@ -323,7 +362,7 @@ def _wall(
     """Return the wall; parameters not given follow from the materials."""
     kind, parameters = scene.interaction.kind, dict(scene.interaction.parameters)
     missing = WALLS.find(kind).parameters.keys() - parameters.keys()
-    materials = scene.substrate.material, scene.sphere.material
+    materials = scene.substrate.material, scene.tip_material
     if "work_of_adhesion" in missing and all(materials):
         parameters["work_of_adhesion"] = named_materials.work_of_adhesion(*materials)
     if "attraction_range" in missing and all(materials):

@@ -8,6 +8,7 @@ from typing import Any
 
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
 
+from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.registry import Registry
 from ase_roughcontact._util.validation import grid_shape, lookup, one_of
 from ase_roughcontact.elasticity import SOLIDS
@@ -22,10 +23,13 @@ from ase_roughcontact.interactions.friction import (
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.optimize.settings import on_modes
 from ase_roughcontact.scene.section import KindSection, Section
+from ase_roughcontact.theory.indenters import INDENTERS, Indenter
 from ase_roughcontact.windows.regrid import GridChange
 
 # Default element of the atoms.
 SYMBOL = "Cu"
+# Kinds of indenters that have a section of their own.
+_SPHERES = "sphere", "paraboloid"
 # Default radius of the sphere, in units of the spacing.
 DEFAULT_RADIUS = 1000.0
 
@@ -134,6 +138,53 @@ class SphereConfig(Section):
         """Return the values by key for comparison; see `Section.contents`."""
         usual = {"radius": DEFAULT_RADIUS, "unit": "a0"} if self.radius is None else {}
         return super().contents() | usual
+
+
+@dataclass(frozen=True)
+class IndenterConfig(KindSection):
+    """``[indenter]``: an indenter of another shape, in place of ``[sphere]``.
+
+    In a file its dimensions are further keys of the section: lengths in units of the
+    spacing, angles in degrees if no unit is given. A shape of one's own has a kind, see
+    `Indenter`.
+    """
+
+    title = "indenter"
+    kinds = INDENTERS
+
+    kind: str | None = None
+    material: str = ""
+    parameters: Mapping[str, float | str] = field(default_factory=dict, hash=False)
+
+    @property
+    def kind_parameters(self) -> Mapping[str, Parameter]:
+        """Dimensions of the kind; none without a kind."""
+        return INDENTERS.find(self.kind).parameters if self.kind else {}
+
+    def shape(self, spacing: float) -> Indenter:
+        """Return the shape with lengths in Å.
+
+        Parameters
+        ----------
+        spacing : float
+            Atomic spacing a0 (Å).
+
+        Raises
+        ------
+        ValueError
+            If the kind, or one of its dimensions, is missing or out of range.
+        """
+        if self.kind is None:
+            others = (name for name in INDENTERS if name not in _SPHERES)
+            raise ValueError(f"give kind, one of {', '.join(others)}")
+        kind = INDENTERS.find(self.kind)
+        if self.kind in _SPHERES:
+            raise ValueError(
+                f"a {self.kind} is the section [sphere], with radius and profile"
+            )
+        values = kind.converted_parameters(self.parameters, spacing)
+        shape: Indenter = kind.of_parameters(**values)
+        return shape
 
 
 @dataclass(frozen=True)

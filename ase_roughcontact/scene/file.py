@@ -54,6 +54,7 @@ class SceneFile:
 
     substrate: config.SubstrateConfig = field(default_factory=config.SubstrateConfig)
     sphere: config.SphereConfig = field(default_factory=config.SphereConfig)
+    indenter: config.IndenterConfig | None = None
     roughness: RoughnessConfig | None = None
     topography: TopographyConfig | None = None
     heterogeneity: HeterogeneityConfig | None = None
@@ -194,6 +195,11 @@ class SceneFile:
             return substrate.model or "atoms"
         smooth = not measured and self.sphere.radius != math.inf
         return "atoms" if smooth and is_crystal(substrate) else "continuum"
+
+    @property
+    def tip_material(self) -> str:
+        """Name of the material of the indenter; empty if it is rigid."""
+        return (self.indenter or self.sphere).material
 
     @property
     def sections(self) -> dict[str, Section]:

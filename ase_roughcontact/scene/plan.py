@@ -23,6 +23,7 @@ from ase_roughcontact.results.scan_errors import COPIES_LEFT_OUT
 from ase_roughcontact.scene.solid import has_own_spacing
 from ase_roughcontact.scene.spacing import lengths_in_spacings
 from ase_roughcontact.theory.maugis import edge_zone
+from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.memory import frame_memory, friction_memory
 
@@ -112,7 +113,7 @@ def check_path(scene: Any) -> None:
     MemoryError
         If a contact exceeds the free memory.
     """
-    if scene.shape:
+    if scene.shape or not isinstance(scene.surface, RoughSphere):
         return
     expected, path = ExpectedContact(scene.problem), scene.path
     # the deepest one last

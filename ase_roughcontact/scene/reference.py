@@ -131,6 +131,8 @@ def reference_for(scene: Scene) -> Reference:
     """
     if scene.is_flat:
         return _flat(scene)
+    if scene.bodies.shape is not None:
+        return _of_shape(scene)
     if not scene.wall.attractive:
         return _repulsive(scene)
     reference = _rough(_adhesive(scene, scene.wall.work_of_adhesion))
@@ -148,6 +150,22 @@ def _flat(scene: Scene) -> Reference:
     )
     smooth: Any = NominalArea(area)
     return Reference(scene, smooth, (), explanation, 0.0, scene.bodies.criteria)
+
+
+def _of_shape(scene: Scene) -> Reference:
+    """Return the closed form of an indenter of another shape, with its limits."""
+    wall, hardness = scene.wall, scene.wall.hardness
+    smooth = scene.bodies.smooth_theory(scene.contact_modulus, wall.work_of_adhesion)
+    explanation = f"{smooth.name}, {smooth.shape.label}"
+    if smooth.shape.area_ratio != 1.0:
+        explanation += ", by the cone with the force of a pyramid"
+    if wall.attractive:
+        explanation += "; for a range of the attraction much smaller than the contact"
+    if hardness < math.inf:
+        explanation += (
+            f"; elastic, without the hardness of {hardness / UNITS['GPa']:.3g} GPa"
+        )
+    return Reference(scene, smooth, explanation=explanation)
 
 
 def _repulsive(scene: Scene) -> Reference:

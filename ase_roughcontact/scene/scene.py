@@ -144,7 +144,7 @@ class Scene(SceneFile):
 
     @property
     def radius(self) -> float:
-        """Radius of the sphere, or radius of curvature of a whole tip (Å)."""
+        """Radius of the sphere, or of curvature of a whole tip (Å); see `Bodies`."""
         return self.bodies.radius
 
     @property
@@ -187,11 +187,10 @@ class Scene(SceneFile):
 
     @property
     def expected_areas(self) -> np.ndarray:
-        """Contact areas (Å^2) of a smooth sphere without adhesion at the targets."""
+        """Contact areas (Å^2) at the targets if it were smooth and without adhesion."""
         if self.control == LOAD:
             return self.bodies.hertz_area(np.maximum(self.targets, 0.0))
-        depths = self.control.depths(self.targets)
-        return np.pi * self.radius * np.maximum(depths, 0.0)
+        return self.bodies.area_at(self.control.depths(self.targets))
 
     @property
     def area_column(self) -> str:

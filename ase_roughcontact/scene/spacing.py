@@ -16,7 +16,6 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.random_fields import LENGTH_KEYS
 from ase_roughcontact.scene.solid import has_own_spacing
-from ase_roughcontact.theory import sphere_theory
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.expected import contact_radius_on
 
@@ -71,7 +70,7 @@ def _has_lengths_with_unit(scene: SceneFile) -> bool:
 
 
 def fitting_spacing(scene: SceneFile, bodies: Bodies) -> float | None:
-    """Return the spacing that resolves the largest contact of a smooth sphere.
+    """Return the spacing that resolves the largest contact of a smooth indenter.
 
     The contact has a radius of 60 spacings. If it is the smaller spacing, the zone of
     attraction at the edge has a width of 7 spacings instead, unless the range of the
@@ -87,12 +86,13 @@ def fitting_spacing(scene: SceneFile, bodies: Bodies) -> float | None:
     -------
     float or None
         Spacing (Å), one significant digit. None if the solid has a spacing of its own,
-        a spacing is given, other lengths are multiples of it, the indenter is not a
-        smooth sphere, the work of adhesion varies, or the nominal spacing is larger.
+        a spacing is given, other lengths are multiples of it, the indenter is not
+        smooth, the work of adhesion varies, or the nominal spacing is larger.
     """
     fixed = has_own_spacing(scene.substrate) or scene.substrate.window_shape
-    multiples = _multiples(scene) or scene.sphere.radius is None
-    smooth = bodies.rough is None and bodies.radius < math.inf
+    default = scene.indenter is None and scene.sphere.radius is None
+    multiples = _multiples(scene) or default
+    smooth = bodies.rough is None and bodies.radius != math.inf
     if fixed or multiples or not smooth or bodies.problem.heterogeneity is not None:
         return None
     found = 0.0
@@ -114,13 +114,12 @@ def _largest_radius(scene: SceneFile, bodies: Bodies) -> float:
         load = float(max(targets.max(), 0.0))
 
         def radius(modulus: float) -> float:
-            adhesion = wall.work_of_adhesion, wall.attraction_range
-            sphere = sphere_theory(bodies.radius, part * modulus, *adhesion)
-            return float(sphere.contact_radius(load))
+            smooth = bodies.smooth_theory(part * modulus, wall.work_of_adhesion)
+            return float(smooth.contact_radius(load))
 
         return contact_radius_on(bodies.solid, bodies.spacing, radius)
-    depths = path.controlled.depths(targets)
-    return float(np.sqrt(bodies.radius * max(depths.max(), 0.0)))
+    deepest = path.controlled.depths(targets).max()
+    return float(np.sqrt(bodies.area_at(deepest) / np.pi))
 
 
 def _edge_zone(scene: SceneFile, bodies: Bodies) -> float:
@@ -129,7 +128,7 @@ def _edge_zone(scene: SceneFile, bodies: Bodies) -> float:
     Zero also if the range of the attraction follows from the spacing.
     """
     wall, creep = bodies.wall, bodies.solid.creep
-    both_named = scene.substrate.material and scene.sphere.material
+    both_named = scene.substrate.material and scene.tip_material
     given = both_named or "attraction_range" in scene.interaction.parameters
     if not (wall.attractive and given):
         return 0.0
@@ -147,6 +146,11 @@ def _lengths(scene: SceneFile) -> Iterator[tuple[str, Any, str]]:
             continue
         for key in LENGTH_KEYS:
             yield f"[{section.title}] {key}", getattr(section, key), section.unit
+    if scene.indenter is not None:
+        for key, parameter in scene.indenter.kind_parameters.items():
+            if parameter.unit == "a0":
+                value = scene.indenter.parameters.get(key)
+                yield f"[indenter] {key}", value, "a0"
     for key, value in scene.interaction.parameters.items():
         if isinstance(value, str):
             yield f"[interaction] {key}", value, ""

@@ -1,7 +1,8 @@
 """Closed forms for smooth and rough spheres on an elastic half space.
 
 Smooth spheres: `Hertz`, `JKR`, `DMT` and `MaugisDugdale`, with the same interface, and
-`sphere_theory`, which chooses between them. Rough surfaces: `self_affine` (spectral
+`sphere_theory`, which chooses between them; other shapes: `indenters` and
+`ShapeTheory`. Rough surfaces: `self_affine` (spectral
 moments), `rough_flats` (kappa, macroscopic adhesion), `stickiness` (criteria of
 adhesion), `rough_contact` (first contact and area of rough spheres), `rough_sphere`
 (characteristic numbers of a rough sphere), `plastic` (contact at the hardness) and
@@ -45,6 +46,7 @@ from ase_roughcontact.theory.rough_flats import (
 )
 from ase_roughcontact.theory.rough_sphere import RoughSphereTheory
 from ase_roughcontact.theory.self_affine import Roughness, slope_to_curvature_ratio
+from ase_roughcontact.theory.shape_theory import ShapeTheory
 from ase_roughcontact.theory.smooth_sphere import DMT, Hertz, SphereTheory
 from ase_roughcontact.theory.stickiness import Criterion, stickiness
 
@@ -62,6 +64,7 @@ __all__ = [
     "MaugisDugdale",
     "RoughSphereTheory",
     "Roughness",
+    "ShapeTheory",
     "SphereTheory",
     "asperity_radius",
     "asperity_radius_from_curvature",

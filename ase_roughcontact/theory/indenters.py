@@ -8,8 +8,10 @@ contact radius a (I. N. Sneddon, Int. J. Eng. Sci. **3**, 47 (1965)),
           \frac{dN}{dd} = 2 E^* a.
 
 A four-sided pyramid has the force of a cone of another angle: with
-:math:`N = 0.7453 \, E^* \tan\theta \, d^2` (G. G. Bilodeau, J. Appl. Mech. **59**, 519
-(1992)) the tangent of its half angle is :math:`0.7453 \, (\pi/2) \tan\theta`.
+:math:`N = 0.7376 \, E^* \tan\theta \, d^2` the tangent of its half angle is
+:math:`0.7376 \, (\pi/2) \tan\theta`, and the area of its contact is 0.865 times that
+of this cone. Both numbers are those of relaxed contacts on finer and finer grids; an
+estimate is 0.7453 (G. G. Bilodeau, J. Appl. Mech. **59**, 519 (1992)).
 
 On an incompressible layer of thickness h, bonded to a rigid base, the force is larger
 by a polynomial of the contact radius on the half space over h (P. D. Garcia and R.
@@ -22,16 +24,18 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicHermiteSpline
 
-from ase_roughcontact._util.units import ANGLES, LENGTHS, UNITS, quantity
+from ase_roughcontact._util.parameter import Parameter
+from ase_roughcontact._util.registry import Registered, Registry
+from ase_roughcontact._util.units import ANGLES, LENGTHS, quantity, with_unit
 from ase_roughcontact._util.validation import (
     FloatArray,
     nonnegative_array,
@@ -47,8 +51,10 @@ _MAX_RADIUS = 1e4
 # Number of contact radii of this table.
 _RADII = 4000
 # Tangent of the half angle of a cone over the tangent for a four-sided pyramid with the
-# same force.
-_PYRAMID_TANGENT_RATIO = 0.7453 * math.pi / 2.0
+# same force, and area of the pyramid's contact over the area of this cone's contact:
+# relaxed pyramids have N = 0.73762 E* tan(theta) d^2 and A = 1.4785 (tan(theta) d)^2.
+_PYRAMID_TANGENT_RATIO = 0.73762 * math.pi / 2.0
+_PYRAMID_AREA_RATIO = 1.4785 / (math.pi * 0.73762**2)
 # Coefficients of the polynomial for a sphere on a thin layer, by powers of a length
 # over the thickness.
 _LAYER_OF_SPHERE = (1.0, 1.133, 1.497, 1.469, 0.755)
@@ -58,29 +64,103 @@ _LAYER_OF_CONE = (1.0, 0.721, 0.650, 0.491, 0.225)
 _LAYER_OF_PUNCH = (1.0, 1.133, 1.283, 0.598, -0.291)
 
 
-class Indenter(ABC):
+# Height of the side of a punch in units of its radius: beyond all depths.
+_SIDE = 1e3
+# Parameters of scene files and commands.
+_ANGLE = Parameter("deg", below=90.0)
+_LENGTH = Parameter("a0")
+# Number of steps of Newton's method for a depth, which converge from above.
+_STEPS = 60
+
+#: Shapes by their names; filled by the definition of subclasses.
+INDENTERS: Registry[Any] = Registry("kind of indenter")
+
+
+class Indenter(Registered, ABC):
     """Rigid indenter of a simple shape on an elastic half space.
 
-    Any consistent system of units will do.
+    Any consistent system of units will do; only `label` assumes the units of ASE. A
+    subclass with a `kind` can be named in scene files and commands; its `parameters`
+    are lengths in units of the spacing, and angles in degrees, which it gets in rad.
 
     Attributes
     ----------
-    name : str
-        Name of the shape.
     layer : tuple of float
         Coefficients of the polynomial for a thin layer, by powers of `layer_length`
         over the thickness; empty if they are not known.
     layer_limit : float
         Largest ratio of `layer_length` and thickness for which the polynomial holds.
+    area_ratio : float
+        Ratio of the contact area to the area of a circle of the contact radius.
+    vertical : bool
+        Whether the sides are vertical, so that they never touch.
+    edged : bool
+        Whether edges between faces touch, as of a pyramid.
     """
 
-    name: ClassVar[str]
+    registry = INDENTERS
     layer: ClassVar[tuple[float, ...]] = ()
     layer_limit: ClassVar[float] = 0.5
+    area_ratio: ClassVar[float] = 1.0
+    vertical: ClassVar[bool] = False
+    edged: ClassVar[bool] = False
+
+    @classmethod
+    def of_parameters(cls, **parameters: Any) -> Indenter:
+        """Return the indenter of lengths, and angles in degrees."""
+        units = {name: parameter.unit for name, parameter in cls.parameters.items()}
+        return cls(
+            **{
+                name: math.radians(value) if units[name] == "deg" else value
+                for name, value in parameters.items()
+            }
+        )
+
+    @property
+    def name(self) -> str:
+        """Name of the shape."""
+        return self.kind
+
+    @property
+    def label(self) -> str:
+        """Name and dimensions: "cone, half angle 35°"."""
+        words = [self.name]
+        for name, parameter in self.parameters.items():
+            value = getattr(self, name)
+            text = f"{math.degrees(value):.4g}°"
+            if parameter.unit != "deg":
+                text = with_unit(value, "nm")
+            short = name.removeprefix(f"{self.name}_").replace("_", " ")
+            words.append(f"{short} {text}")
+        return ", ".join(words)
 
     @abstractmethod
+    def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the heights of the lower side, zero at the tip.
+
+        Parameters
+        ----------
+        x, y : ndarray
+            Positions relative to the axis, broadcast against each other (length).
+
+        Returns
+        -------
+        ndarray
+            Heights (length).
+        """
+
+    @abstractmethod
+    def reach(self, level: float) -> float:
+        """Return a distance from the axis beyond which all heights exceed a level.
+
+        Parameters
+        ----------
+        level : float
+            Height, not negative (length).
+        """
+
     def force(self, depth: ArrayLike) -> FloatArray:
-        """Return the force over the contact modulus, N/E*.
+        """Return the force over the contact modulus, N/E*; by default not known.
 
         Parameters
         ----------
@@ -90,12 +170,37 @@ class Indenter(ABC):
         Returns
         -------
         ndarray, shape of `depth`
-            Ratio N/E* (area).
+            Ratio N/E* (area); NaN if there is no closed form.
         """
+        return np.full(np.shape(depth), np.nan)
 
-    @abstractmethod
     def radius(self, depth: ArrayLike) -> FloatArray:
         """Return the contact radius (length); see `force`."""
+        return np.full(np.shape(depth), np.nan)
+
+    def depth(self, force: ArrayLike) -> FloatArray:
+        """Return the penetration under a force, by Newton's method.
+
+        Parameters
+        ----------
+        force : array_like
+            Ratio N/E*, not negative (area).
+
+        Returns
+        -------
+        ndarray, shape of `force`
+            Penetration (length).
+        """
+        force = nonnegative_array("force", force)
+        depth = np.sqrt(force)
+        while np.any(low := self.force(depth) < force):
+            depth = np.where(low, 2.0 * depth, depth)
+        for _ in range(_STEPS):  # the force is convex, with the slope 2 a
+            slope = 2.0 * self.radius(depth)
+            excess = self.force(depth) - force
+            steps = np.divide(excess, slope, out=np.zeros_like(depth), where=slope > 0)
+            depth = np.maximum(depth - steps, 0.0)
+        return np.where(np.isnan(self.force(depth)), np.nan, depth)
 
     def layer_length(self, depth: ArrayLike) -> FloatArray:
         """Return the length in the polynomial for a thin layer; see `force`."""
@@ -143,7 +248,8 @@ class Paraboloid(Indenter):
         R, length.
     """
 
-    name = "paraboloid"
+    kind = "paraboloid"
+    parameters: ClassVar[Mapping[str, Parameter]] = {"tip_radius": _LENGTH}
     layer: ClassVar[tuple[float, ...]] = _LAYER_OF_SPHERE
 
     tip_radius: float
@@ -151,6 +257,14 @@ class Paraboloid(Indenter):
     def __post_init__(self) -> None:
         """Check the radius."""
         positive(tip_radius=self.tip_radius)
+
+    def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return r^2/2R."""
+        return (x**2 + y**2) / (2.0 * self.tip_radius)
+
+    def reach(self, level: float) -> float:
+        """Return the distance at which a height is reached."""
+        return math.sqrt(2.0 * self.tip_radius * level)
 
     def force(self, depth: ArrayLike) -> FloatArray:
         """Return N/E*."""
@@ -172,7 +286,8 @@ class Cone(Indenter):
         theta between axis and side, rad.
     """
 
-    name = "cone"
+    kind = "cone"
+    parameters: ClassVar[Mapping[str, Parameter]] = {"half_angle": _ANGLE}
     layer: ClassVar[tuple[float, ...]] = _LAYER_OF_CONE
     layer_limit: ClassVar[float] = 0.75
 
@@ -186,6 +301,14 @@ class Cone(Indenter):
     def tangent(self) -> float:
         """Tangent of the half angle of a cone with this force."""
         return math.tan(self.half_angle)
+
+    def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return r cot(theta)."""
+        return np.hypot(x, y) / math.tan(self.half_angle)
+
+    def reach(self, level: float) -> float:
+        """Return the distance at which a height is reached."""
+        return level * math.tan(self.half_angle)
 
     def force(self, depth: ArrayLike) -> FloatArray:
         """Return N/E*."""
@@ -201,15 +324,25 @@ class Cone(Indenter):
 
 
 class Pyramid(Cone):
-    """Four-sided pyramid: N = 0.7453 E* tan(theta) d^2, theta between axis and face."""
+    """Four-sided pyramid: N = 0.7376 E* tan(theta) d^2, theta between axis and face."""
 
-    name = "pyramid"
+    area_ratio: ClassVar[float] = _PYRAMID_AREA_RATIO
+    edged: ClassVar[bool] = True
+    kind = "pyramid"
     layer: ClassVar[tuple[float, ...]] = ()
 
     @property
     def tangent(self) -> float:
         """Tangent of the half angle of a cone with this force."""
         return _PYRAMID_TANGENT_RATIO * math.tan(self.half_angle)
+
+    def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return max(abs(x), abs(y)) cot(theta)."""
+        return np.maximum(abs(x), abs(y)) / math.tan(self.half_angle)
+
+    def reach(self, level: float) -> float:
+        """Return the distance of a corner at which a height is reached."""
+        return math.sqrt(2.0) * super().reach(level)
 
 
 @dataclass(frozen=True)
@@ -222,7 +355,9 @@ class Punch(Indenter):
         Contact radius a (length).
     """
 
-    name = "punch"
+    kind = "punch"
+    vertical: ClassVar[bool] = True
+    parameters: ClassVar[Mapping[str, Parameter]] = {"punch_radius": _LENGTH}
     layer: ClassVar[tuple[float, ...]] = _LAYER_OF_PUNCH
 
     punch_radius: float
@@ -230,6 +365,15 @@ class Punch(Indenter):
     def __post_init__(self) -> None:
         """Check the radius."""
         positive(punch_radius=self.punch_radius)
+
+    def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return zero on the end, and a height beyond all depths outside of it."""
+        outside = np.hypot(x, y) > self.punch_radius
+        return np.where(outside, _SIDE * self.punch_radius, 0.0)
+
+    def reach(self, level: float) -> float:
+        """Return the radius of the end."""
+        return self.punch_radius
 
     def force(self, depth: ArrayLike) -> FloatArray:
         """Return N/E*."""
@@ -292,7 +436,8 @@ class Sphere(_ByContactRadius):
         R, length.
     """
 
-    name = "sphere"
+    kind = "sphere"
+    parameters: ClassVar[Mapping[str, Parameter]] = {"tip_radius": _LENGTH}
     layer: ClassVar[tuple[float, ...]] = _LAYER_OF_SPHERE
 
     tip_radius: float
@@ -300,6 +445,16 @@ class Sphere(_ByContactRadius):
     def __post_init__(self) -> None:
         """Check the radius."""
         positive(tip_radius=self.tip_radius)
+
+    def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return R - sqrt(R^2 - r^2), beyond the equator its height R."""
+        square = np.minimum(x**2 + y**2, self.tip_radius**2)
+        return square / (self.tip_radius + np.sqrt(self.tip_radius**2 - square))
+
+    def reach(self, level: float) -> float:
+        """Return the distance at which a height is reached, at most R."""
+        level = min(level, self.tip_radius)
+        return math.sqrt(level * (2.0 * self.tip_radius - level))
 
     @property
     def length(self) -> float:
@@ -341,7 +496,11 @@ class TruncatedCone(_ByContactRadius):
         b of the end, length.
     """
 
-    name = "truncated cone"
+    kind = "truncated cone"
+    parameters: ClassVar[Mapping[str, Parameter]] = {
+        "half_angle": _ANGLE,
+        "end_radius": _LENGTH,
+    }
 
     half_angle: float
     end_radius: float
@@ -355,6 +514,15 @@ class TruncatedCone(_ByContactRadius):
     def tangent(self) -> float:
         """Tangent of the half angle."""
         return math.tan(self.half_angle)
+
+    def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return zero on the end, and (r - b) cot(theta) on the side."""
+        beyond = np.maximum(np.hypot(x, y) - self.end_radius, 0.0)
+        return beyond / math.tan(self.half_angle)
+
+    def reach(self, level: float) -> float:
+        """Return the distance at which a height is reached."""
+        return self.end_radius + level * math.tan(self.half_angle)
 
     @property
     def length(self) -> float:
@@ -377,14 +545,35 @@ class TruncatedCone(_ByContactRadius):
 
 
 class TruncatedPyramid(TruncatedCone):
-    """Four-sided pyramid with a flat end: the truncated cone with its force."""
+    """Four-sided pyramid with a flat end: the truncated cone with its force.
 
-    name = "truncated pyramid"
+    The end is a square with the area of a circle of the radius `end_radius`. Where both
+    end and sides count, the force of a relaxed contact is about 2 % larger.
+    """
+
+    kind = "truncated pyramid"
+    area_ratio: ClassVar[float] = _PYRAMID_AREA_RATIO
+    edged: ClassVar[bool] = True
 
     @property
     def tangent(self) -> float:
         """Tangent of the half angle of a cone with this force."""
         return _PYRAMID_TANGENT_RATIO * math.tan(self.half_angle)
+
+    @property
+    def half_side(self) -> float:
+        """Half the side of the end."""
+        return 0.5 * math.sqrt(math.pi) * self.end_radius
+
+    def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the heights of four faces around a square."""
+        beyond = np.maximum(np.maximum(abs(x), abs(y)) - self.half_side, 0.0)
+        return beyond / math.tan(self.half_angle)
+
+    def reach(self, level: float) -> float:
+        """Return the distance of a corner at which a height is reached."""
+        side = self.half_side + level * math.tan(self.half_angle)
+        return math.sqrt(2.0) * side
 
 
 @dataclass(frozen=True)
@@ -401,7 +590,11 @@ class RoundedCone(_ByContactRadius):
         R of the end, length.
     """
 
-    name = "rounded cone"
+    kind = "rounded cone"
+    parameters: ClassVar[Mapping[str, Parameter]] = {
+        "half_angle": _ANGLE,
+        "tip_radius": _LENGTH,
+    }
 
     half_angle: float
     tip_radius: float
@@ -415,6 +608,22 @@ class RoundedCone(_ByContactRadius):
     def tangent(self) -> float:
         """Tangent of the half angle."""
         return math.tan(self.half_angle)
+
+    def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return r^2/2R at the tip, and r s - R s^2/2 with s = cot(theta) beyond."""
+        slope = 1.0 / math.tan(self.half_angle)
+        r = np.hypot(x, y)
+        side = r * slope - 0.5 * self.tip_radius * slope**2
+        return np.where(
+            r < self.tip_radius * slope, r**2 / (2.0 * self.tip_radius), side
+        )
+
+    def reach(self, level: float) -> float:
+        """Return the distance at which a height is reached."""
+        slope, R = 1.0 / math.tan(self.half_angle), self.tip_radius
+        if level < 0.5 * R * slope**2:
+            return math.sqrt(2.0 * R * level)
+        return level / slope + 0.5 * R * slope
 
     @property
     def length(self) -> float:
@@ -432,14 +641,38 @@ class RoundedCone(_ByContactRadius):
 
 
 class RoundedPyramid(RoundedCone):
-    """Four-sided pyramid that ends in a paraboloid: the rounded cone with its force."""
+    r"""Four-sided pyramid with a rounded tip: the rounded cone with its force.
 
-    name = "rounded pyramid"
+    Where both tip and sides count, the force of a relaxed contact is about 3 % larger.
+    Tip and edges are rounded by a paraboloid,
+    :math:`h = \max_p [p \cdot x - R p^2/2]` with :math:`|p_x| + |p_y| \le \cot\theta`:
+    the slopes of a pyramid and of its edges.
+    """
+
+    kind = "rounded pyramid"
+    area_ratio: ClassVar[float] = _PYRAMID_AREA_RATIO
 
     @property
     def tangent(self) -> float:
         """Tangent of the half angle of a cone with this force."""
         return _PYRAMID_TANGENT_RATIO * math.tan(self.half_angle)
+
+    def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the heights of faces, rounded edges and a paraboloid at the tip."""
+        slope, R = 1.0 / math.tan(self.half_angle), self.tip_radius
+        u, v = np.broadcast_arrays(abs(x), abs(y))
+        # the slope of a paraboloid, or the closest slope on an edge
+        along = np.clip(0.5 * (slope + (u - v) / R), 0.0, slope)
+        at_tip = u + v <= R * slope
+        p, q = np.where(at_tip, u / R, along), np.where(at_tip, v / R, slope - along)
+        return p * u + q * v - 0.5 * R * (p**2 + q**2)
+
+    def reach(self, level: float) -> float:
+        """Return a distance beyond which a height is exceeded."""
+        slope, R = 1.0 / math.tan(self.half_angle), self.tip_radius
+        if level < 0.25 * R * slope**2:  # within the paraboloid
+            return math.sqrt(2.0 * R * level)
+        return math.sqrt(2.0) * (level / slope + 0.5 * R * slope)
 
 
 def _cone_from(a: FloatArray, b: float, slope: float) -> tuple[FloatArray, FloatArray]:
@@ -448,20 +681,6 @@ def _cone_from(a: FloatArray, b: float, slope: float) -> tuple[FloatArray, Float
     angle = np.arctan2(np.sqrt((a - b) * (a + b)), b)
     force = a**2 * angle + b * np.sqrt((a - b) * (a + b))
     return slope * a * angle, slope * force
-
-
-#: Shapes by their names, and the lengths or angles that they need.
-INDENTERS: dict[str, tuple[type[Indenter], tuple[str, ...]]] = {
-    "paraboloid": (Paraboloid, ("length",)),
-    "sphere": (Sphere, ("length",)),
-    "cone": (Cone, ("angle",)),
-    "pyramid": (Pyramid, ("angle",)),
-    "punch": (Punch, ("length",)),
-    "truncated cone": (TruncatedCone, ("angle", "length")),
-    "truncated pyramid": (TruncatedPyramid, ("angle", "length")),
-    "rounded cone": (RoundedCone, ("angle", "length")),
-    "rounded pyramid": (RoundedPyramid, ("angle", "length")),
-}
 
 
 def named_indenter(text: str) -> Indenter:
@@ -490,23 +709,24 @@ def named_indenter(text: str) -> Indenter:
             f"unknown indenter {name!r}: give one of {', '.join(INDENTERS)}, with its "
             'dimensions, such as "cone 35 deg"'
         )
-    made, kinds = INDENTERS[name]
+    made = INDENTERS[name]
+    kinds = [_KINDS[each.unit] for each in made.parameters.values()]
     if len(values) != 2 * len(kinds):
         raise ValueError(
             f"a {name} needs {' and '.join(kinds)} with units, got {text!r}: write "
             f'"{name} {" ".join(_EXAMPLES[kind] for kind in kinds)}"'
         )
     units = {"length": LENGTHS, "angle": ANGLES}
-    scales = {"length": 1.0, "angle": math.radians(1.0) / UNITS["deg"]}
-    dimensions = [
-        scales[kind] * quantity(kind, " ".join(pair), units[kind], _EXAMPLES[kind])
-        for kind, pair in zip(
-            kinds, zip(values[::2], values[1::2], strict=True), strict=True
-        )
-    ]
-    return made(*dimensions)
+    dimensions = {}
+    for i, (key, kind) in enumerate(zip(made.parameters, kinds, strict=True)):
+        given = " ".join(values[2 * i : 2 * i + 2])
+        dimensions[key] = quantity(kind, given, units[kind], _EXAMPLES[kind])
+    indenter: Indenter = made.of_parameters(**dimensions)
+    return indenter
 
 
+# Dimensions by the units of their parameters.
+_KINDS = {"a0": "length", "deg": "angle"}
 # Examples of the dimensions of an indenter, for messages.
 _EXAMPLES = {"length": "20 nm", "angle": "35 deg"}
 

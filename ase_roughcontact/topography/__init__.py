@@ -4,7 +4,8 @@ Lengths are in any consistent unit.
 
 ================================  ====================================================
 ``base``, ``topography``          heights of an indenter, and its further properties
-``sphere``, ``selfaffine``        the rough sphere, and random roughness
+``sphere``, ``shaped_indenter``   the rough sphere; cones, pyramids and punches
+``selfaffine``                    random roughness
 ``heightmap``, ``interpolation``  a map of heights, and splines through it
 ``heterogeneity``                 a work of adhesion that varies over the surface
 ``spectrum``, ``lowest_point``    statistics of heights, and their lowest point
@@ -23,6 +24,7 @@ from ase_roughcontact.topography.base import BoundedSurface, Surface
 from ase_roughcontact.topography.heightmap import HeightMap
 from ase_roughcontact.topography.heterogeneity import Heterogeneity
 from ase_roughcontact.topography.selfaffine import SelfAffine
+from ase_roughcontact.topography.shaped_indenter import ShapedIndenter
 from ase_roughcontact.topography.sphere import RoughSphere
 from ase_roughcontact.topography.topography import ROUGHNESSES, Topography
 
@@ -33,6 +35,7 @@ __all__ = [
     "Heterogeneity",
     "RoughSphere",
     "SelfAffine",
+    "ShapedIndenter",
     "Surface",
     "Topography",
 ]

@@ -66,6 +66,16 @@ class Topography(Registered, Surface):
         return ""
 
     @property
+    def has_edges(self) -> bool:
+        """Whether edges between faces touch, as of a pyramid."""
+        return False
+
+    @property
+    def vertical_sides(self) -> bool:
+        """Whether the sides are vertical and never touch, as of a punch."""
+        return False
+
+    @property
     def extent(self) -> float:
         """Distance from the axis, along x and y, up to which heights are known.
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.scene.config import InteractionConfig
@@ -146,6 +147,9 @@ def unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[floa
     if scene.roughness is not None:
         seed = scene.roughness.seed + PILOT
         return scene.with_values({"roughness.seed": seed}), targets
+    if scene.path.is_loop and scene.bodies.shape is not None:
+        modulus = _OTHER * scene.contact_modulus / UNITS["GPa"]
+        return scene.settled.with_values({"substrate.contact_modulus": modulus}), []
     if scene.path.is_loop:
         return scene.with_values({"sphere.radius": f"{_OTHER * scene.radius} Å"}), []
     between = np.unique([*targets, 0.9 * targets[-1]])

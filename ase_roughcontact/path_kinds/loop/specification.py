@@ -14,9 +14,9 @@ from typing import Any
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.theory import JKR
+from ase_roughcontact.theory import JKR, ShapeTheory
 from ase_roughcontact.theory.self_affine import rms_height
-from ase_roughcontact.topography import HeightMap, SelfAffine
+from ase_roughcontact.topography import HeightMap, SelfAffine, ShapedIndenter
 from ase_roughcontact.topography.topography import Topography
 from ase_roughcontact.windows.expected import contact_radius_on, modulus_under
 
@@ -187,6 +187,12 @@ def expected_turn(problem: Problem, radius: float | None = None) -> float:
             "a loop under a wall without attraction needs deepest, the penetration at "
             "which to turn"
         )
+    if isinstance(indenter, ShapedIndenter):
+        smooth = ShapeTheory(
+            indenter.shape, problem.solid.contact_modulus, wall.work_of_adhesion
+        )
+        depth = smooth.penetration(smooth.pull_off_force)
+        return max(depth, wall.attraction_range)
     radius = indenter.apex_radius if radius is None else radius
     depth = _peak_height(indenter)
     if radius < math.inf:

@@ -40,7 +40,7 @@ from ase_roughcontact.scene.path_kind import (
     write_curve,
 )
 from ase_roughcontact.stepping.step import Stepper
-from ase_roughcontact.theory import JKR, Hertz
+from ase_roughcontact.theory import JKR, ShapeTheory
 
 # Numbers of time steps for a change of the target, a hold and a cycle, as measured for
 # smooth spheres (13 to 69, 8 to 44 and 43 to 57); they grow below this tolerance.
@@ -190,11 +190,16 @@ class Timed(PathKind):
                 "of a finite range: give values, from which to which the path goes"
             )
         neck = 0.0
-        if wall.attractive and bodies.radius < math.inf:
+        if wall.attractive and not bodies.is_flat:
             # of the largest work of adhesion of a crack on the relaxed solid
             work = wall.work_of_adhesion / creep.relaxed
             modulus = creep.relaxed * bodies.solid.contact_modulus
-            neck = -JKR(bodies.radius, modulus, work).pull_off_penetration
+            jkr: JKR | ShapeTheory
+            if bodies.shape is not None:
+                jkr = ShapeTheory(bodies.shape, modulus, work)
+            else:
+                jkr = JKR(bodies.radius, modulus, work)
+            neck = -jkr.pull_off_penetration
         return [-wall.reach, deepest, -(wall.reach + neck)]
 
     def _at_rates(self, values: list[float], units: Mapping[str, float]) -> Schedule:
@@ -235,9 +240,7 @@ class Timed(PathKind):
             return Steps(self.control, values=(deepest / unit,))
         # a tip on the surface, or a rigid cantilever, whichever has the smaller force
         depth = max(bodies.wall.contact_distance - deepest, 0.0)
-        hertz = Hertz(bodies.radius, bodies.solid.contact_modulus)
-        rigid = hertz.force(hertz.contact_radius_from_penetration(depth))
-        load = min(self.stiffness * depth, float(rigid))
+        load = min(self.stiffness * depth, bodies.force_at(depth))
         return Steps(LOAD.name, values=(load / UNITS["nN"],))
 
     def expected_count(self, bodies: Bodies) -> int:
