@@ -1,19 +1,22 @@
-"""Results of a run as one HTML page: warnings, input, results, figures and steps."""
+"""Results of a run or of places as one HTML page."""
 
 from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment
 
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import report
+from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, result_units
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
@@ -46,6 +49,8 @@ _CAPTIONS = {
     "contact.png": "Pressure on the atoms in contact; circle: smooth sphere under the "
     "same load, around its axis; of a scanned tip around the centre of the load.",
 }
+# Caption of the figure of places.
+_PLACES_CAPTION = "The scan with the places of the tip, and maps of the results."
 # Captions of the figures of rough flats.
 _FLAT_CAPTIONS = {
     "curve.png": "Contact area relative to the nominal one, beside theory, mean gap, "
@@ -99,22 +104,16 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
         )
     if scene.scan is not None:
         captions["contact.png"] += " The first line of the scan is at the top."
-    template = files("ase_roughcontact.cli").joinpath("report.html").read_text("utf-8")
-    environment = Environment(autoescape=True, trim_blocks=True)
-    return environment.from_string(template).render(
-        title=folder.resolve().name,
-        version=version("ase-roughcontact"),
+    return _rendered(
+        folder,
+        rows="steps",
         warnings=_warnings(scene, steps),
         inputs=report.inputs(reference),
         results={
             **report.results(reference, steps),
             **report.unknown_counted(unknown, len(steps)),
         },
-        figures=[
-            (base64.b64encode((folder / name).read_bytes()).decode(), caption)
-            for name, caption in captions.items()
-            if (folder / name).is_file()
-        ],
+        captions=captions,
         heads=[
             (name.replace("_", " "), units[name], each.description)
             for name, each in shown.items()
@@ -123,7 +122,95 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
             (not step.converged, [_cell(step, name, units[name]) for name in shown])
             for step in steps
         ],
+    )
+
+
+def page_of_places(reference: Reference, places: Sequence[Place], folder: Path) -> str:
+    """Return the page of a map of places on a scan.
+
+    Parameters
+    ----------
+    reference : Reference
+        Theory for the scene.
+    places : sequence of Place
+    folder : path
+        Folder with ``scene.toml`` and ``places.png``, which becomes part of the page.
+
+    Returns
+    -------
+    str
+        HTML, without references to other files.
+    """
+    scene, total = reference.scene, len(places)
+    limits = Counter(
+        limit for place in places for limit in filter(None, place.validity.split("; "))
+    )
+    results, units = scene.path.results, result_units()
+    shown = {name: results[name].description for name in results if name in units}
+    attributes = {k: unit for k, unit in PLACE_UNITS.items() if k != "area_error"}
+    heads = [(name.replace("_", " "), unit, "") for name, unit in attributes.items()]
+    heads += [(k.replace("_", " "), units[k], text) for k, text in shown.items()]
+    return _rendered(
+        folder,
+        rows="places",
+        warnings=[
+            *scene.warnings,
+            *(f"{_position(each)}: {each.message}" for each in places if each.message),
+            *(
+                f"{limit}: in {count} of {total} places"
+                for limit, count in limits.items()
+            ),
+        ],
+        inputs=report.inputs(reference),
+        results={},
+        captions={"places.png": _PLACES_CAPTION},
+        heads=heads,
+        steps=[
+            (
+                not place.converged,
+                [_place_cell(place, k, unit) for k, unit in attributes.items()]
+                + [_text(place.value(k) / UNITS[units[k]]) for k in shown],
+            )
+            for place in places
+        ],
+    )
+
+
+def _position(place: Place) -> str:
+    nm = UNITS["nm"]
+    return f"Place at ({place.x / nm:.4g}, {place.y / nm:.4g}) nm"
+
+
+def _place_cell(place: Place, name: str, unit: str) -> tuple[str, str]:
+    """Return an attribute of a place and its error as text."""
+    text, _ = _text(place.value(name) / UNITS[unit])
+    error = place.area_error / UNITS[unit] if name == "area" else 0.0
+    if not math.isnan(place.area) and math.isnan(error):
+        return text, "not known"
+    return text, number(error, 2) if error > _MIN_RELATIVE_ERROR * place.area else ""
+
+
+def _text(value: float) -> tuple[str, str]:
+    """Return a number without an error as text."""
+    if math.isnan(value):
+        return "not known", ""
+    return number(value).replace("-", "\N{MINUS SIGN}"), ""
+
+
+def _rendered(folder: Path, captions: Mapping[str, str], **values: Any) -> str:
+    """Return the page of a folder, with its figures that have captions."""
+    template = files("ase_roughcontact.cli").joinpath("report.html").read_text("utf-8")
+    environment = Environment(autoescape=True, trim_blocks=True)
+    return environment.from_string(template).render(
+        title=folder.resolve().name,
+        version=version("ase-roughcontact"),
+        figures=[
+            (base64.b64encode((folder / name).read_bytes()).decode(), caption)
+            for name, caption in captions.items()
+            if (folder / name).is_file()
+        ],
         scene=(folder / "scene.toml").read_text(encoding="utf-8"),
+        **values,
     )
 
 
@@ -150,9 +237,9 @@ def _cell(step: LoadStep, name: str, unit: str) -> tuple[str, str]:
     value = getattr(step, name) / UNITS[unit] if unit else getattr(step, name)
     error_column = _ERROR_OF_COLUMN.get(name)
     error = getattr(step, error_column) / UNITS[unit] if error_column else 0.0
+    text, _ = _text(value)
     if math.isnan(value):
-        return "not known", ""
-    text = number(value).replace("-", "\N{MINUS SIGN}")
+        return text, ""
     if math.isnan(error):
         return text, "not known"
     return text, number(error, 2) if error > _MIN_RELATIVE_ERROR * abs(value) else ""

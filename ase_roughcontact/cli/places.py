@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.printing import cells, note, show, write
+from ase_roughcontact._util.printing import cells, note, number, show, write
 from ase_roughcontact._util.rounding import LENGTH_ROUNDING
 from ase_roughcontact._util.tables import TableRows
 from ase_roughcontact._util.units import UNITS
@@ -17,7 +17,7 @@ from ase_roughcontact.cli.messages import print_error
 from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, as_map, run_places
 from ase_roughcontact.scene import Scene
 
-# Headings of the columns of the table.
+# Headings of the columns of the table; the last column has marks.
 _HEADINGS = (
     "x (nm)",
     "y (nm)",
@@ -25,22 +25,35 @@ _HEADINGS = (
     "area (nm²)",
     "pull-off force (nN)",
     "depth (nm)",
+    "",
 )
 # Width of a column.
 _COLUMN_WIDTH = 10
+# Width of the column of areas, which have errors.
+_AREA_WIDTH = 16
+# Widths of all columns.
+_WIDTHS = [*[_COLUMN_WIDTH] * 3, _AREA_WIDTH, *[_COLUMN_WIDTH] * 2, 1]
+# Relative error of an area that is not printed, as it is below the last digit.
+_MIN_RELATIVE_ERROR = 5e-5
 # Number of points of the scan along its longer side in the figure.
 _SCAN_POINTS = 256
-# Labels of the attributes in the figure.
-_MAP_LABELS = {"area": "contact area", "pull_off_force": "pull-off force"}
+# Labels and units of the attributes and results in the figure.
+_MAPS = {
+    "area": ("contact area", "nm²"),
+    "pull_off_force": ("pull-off force", "nN"),
+    "dissipated_energy": ("dissipated energy", "eV"),
+}
 
 
 def places(options: argparse.Namespace) -> int:
     """Run a scene with the tip at a grid of places on its scan, in parallel.
 
-    Draws the scan and maps of the contact area and of the pull-off force,
-    DIR/places.png, and writes them in nm and nN, DIR/places.csv. The margin of
-    [topography] keeps the places away from the edges. An interrupted run is resumed by
-    running it again.
+    Draws the scan and maps of the contact area, the pull-off force and, of loops, the
+    dissipated energy, DIR/places.png, and writes them with all results of the path,
+    DIR/places.csv. Places outside of the validity of the model have a star. The margin
+    of [topography] keeps the places away from the edges. An interrupted run is resumed
+    by running it again, which tries places without a result again. "report DIR" writes
+    all on one page.
 
     Exit status: 0 all places have a result, 1 some have none, 2 the scene or the folder
     is invalid.
@@ -48,19 +61,24 @@ def places(options: argparse.Namespace) -> int:
     scene = checked_scene(options)
     found: list[Place] = []
     failed = 0
-    rows = TableRows(_HEADINGS, [_COLUMN_WIDTH] * len(_HEADINGS))
+    limits: set[str] = set()
+    rows = TableRows(_HEADINGS, _WIDTHS)
     for place in run_places(scene, options.grid, options.out, workers=options.workers):
         found.append(place)
         failed += not place.converged
         if not options.quiet:
             show(rows.row(_row(place)))
+            new = [k for k in place.validity.split("; ") if k and k not in limits]
+            limits.update(new)
+            if new:
+                show(note(f"* LIMITS: {', '.join(new)}", _COLUMN_WIDTH, "yellow"))
             if place.message:
                 style = "yellow" if place.converged else "red"
                 show(note(place.message, _COLUMN_WIDTH, style))
     files = [options.out / "places.csv"]
     if any(place.converged for place in found):
         files.append(options.out / "places.png")
-        _draw(found, scene, files[-1])
+        draw_places(found, scene, files[-1])
     if not options.quiet:
         write("\n".join(map(str, files)))
     if failed:
@@ -69,17 +87,22 @@ def places(options: argparse.Namespace) -> int:
 
 
 def _row(place: Place) -> list[str]:
-    units = PLACE_UNITS.items()
-    return cells(getattr(place, name) / UNITS[unit] for name, unit in units)
+    numbers = {k: getattr(place, k) / UNITS[unit] for k, unit in PLACE_UNITS.items()}
+    error = numbers.pop("area_error")
+    values = dict(zip(numbers, cells(numbers.values()), strict=True))
+    if error > _MIN_RELATIVE_ERROR * numbers["area"]:
+        values["area"] += f" ± {number(error, 2)}"
+    return [*values.values(), "*" * bool(place.validity)]
 
 
-def _draw(found: list[Place], scene: Scene, file: Path) -> None:
-    """Draw the scan, and maps of the area and of the pull-off force if there is any."""
+def draw_places(found: list[Place], scene: Scene, file: Path) -> None:
+    """Draw the scan, and maps of area, pull-off force and dissipated energy if any."""
     from ase_roughcontact import plot
     from ase_roughcontact.plot.files import written
     from ase_roughcontact.plot.style import letter
 
-    shown = [name for name in _MAP_LABELS if np.nansum(as_map(found, name)[2]) > 0.0]
+    known = {*PLACE_UNITS, *(name for place in found for name in place.results)}
+    shown = [k for k in _MAPS if k in known and np.nansum(as_map(found, k)[2]) > 0.0]
     count = len(shown) + 1
     with written(file, 2.4, width=2.6 * count) as figure:
         panels = first, *others = figure.subplots(1, count, sharex=True, sharey=True)
@@ -89,11 +112,11 @@ def _draw(found: list[Place], scene: Scene, file: Path) -> None:
         first.plot(x, y, ".", color=plot.ORANGE, ms=3, label="places")
         first.set_ylabel("$y$ (nm)")
         for axes, name in zip(others, shown, strict=True):
-            unit = PLACE_UNITS[name]
+            label, unit = _MAPS[name]
             x, y, values = as_map(found, name)
             cells = x / UNITS["nm"], y / UNITS["nm"], values.T / UNITS[unit]
             image = axes.pcolormesh(*cells, shading="nearest")
-            figure.colorbar(image, label=f"{_MAP_LABELS[name]} ({unit})")
+            figure.colorbar(image, label=f"{label} ({unit})")
         first.invert_yaxis()  # the first line of the scan is at the top
         for axes in panels:
             axes.set(xlabel="$x$ (nm)", aspect="equal")

@@ -22,7 +22,8 @@ from ase_roughcontact.cli.common import (
     step_line,
 )
 from ase_roughcontact.cli.messages import ERRORS, print_error
-from ase_roughcontact.ensemble.progress import ProgressMeter, TimeMeter, expected_costs
+from ase_roughcontact.ensemble import read_places
+from ase_roughcontact.ensemble.progress import ProgressMeter, TimeMeter, step_costs
 from ase_roughcontact.loading.trajectory import read_frames, steps_with_frames
 from ase_roughcontact.paths.restart import read_restart, read_steps
 from ase_roughcontact.results.record import LoadStep
@@ -115,7 +116,7 @@ def _relax(
     if count is not None:
         # more steps than the scene has belong to another scene, which `run` refuses
         restored = min(restored, count)
-        costs["path"] = expected_costs(scene)
+        costs["path"] = step_costs(scene)
     meter = ProgressMeter(costs)
     for number in range(restored):
         meter.finish("path", number)
@@ -197,19 +198,25 @@ def draw_figures(options: argparse.Namespace) -> int:
 
 
 def write_report(options: argparse.Namespace) -> int:
-    """Write DIR/report.html, the results of a run on one page.
+    """Write DIR/report.html, the results of a run or of places on one page.
 
     Input, warnings, figures and numbers of a finished or interrupted run are on a page
     that needs no other file.
     """
-    from ase_roughcontact.cli.page import page  # imports jinja2
+    from ase_roughcontact.cli.page import page, page_of_places  # imports jinja2
 
-    folder, scene, steps = _results_of(options)
-    reference = reference_for(scene)
-    _draw_pictures(reference, steps, folder)
+    table = options.folder / "places.csv"
+    if table.is_file():
+        folder, scene = options.folder, Scene.of_results(options.folder)
+        text = page_of_places(reference_for(scene), read_places(table), folder)
+    else:
+        folder, scene, steps = _results_of(options)
+        reference = reference_for(scene)
+        _draw_pictures(reference, steps, folder)
+        text = page(reference, steps, folder)
     file = folder / "report.html"
     with replaced(file) as name:
-        Path(name).write_text(page(reference, steps, folder), encoding="utf-8")
+        Path(name).write_text(text, encoding="utf-8")
     write(str(file))
     return 0
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, as_completed
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -14,10 +14,14 @@ import numpy as np
 
 from ase_roughcontact._util.checked_rows import CHECKSUM, checked_rows, with_checksum
 from ase_roughcontact._util.files import locked, table_writer
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.workers import worker_pool
+from ase_roughcontact.ensemble.foreseen import warn_of_problems
+from ase_roughcontact.results.limits import exceeded_names
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.file import SceneFile, read_text
+from ase_roughcontact.scene.path_kind import PATHS
+from ase_roughcontact.scene.path_result import results_of
 from ase_roughcontact.scene.results import check_folder, check_inputs, write_inputs
 
 #: Attributes of a place that are numbers, and their units in the file.
@@ -28,11 +32,12 @@ PLACE_UNITS = {
     "area": "nm²",
     "pull_off_force": "nN",
     "penetration": "nm",
+    "area_error": "nm²",
 }
 # Columns of the file that may have the area.
 _AREA_COLUMNS = "contact_area", "continuum_area"
 # Columns without a unit.
-_COLUMNS_WITHOUT_UNIT = "converged", "message", CHECKSUM
+_COLUMNS_WITHOUT_UNIT = "converged", "message", "validity", CHECKSUM
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,13 @@ class Place:
     message : str
         Reason why there is no result, such as a place too close to an edge, or why the
         pull-off force is a lower bound; otherwise empty.
+    area_error : float
+        Estimated error of the area (Å^2), without effects of the pixels and the noise
+        of the scan.
+    validity : str
+        Names of the limits of the model that states exceed; empty if none.
+    results : dict of float
+        Further results of the kind of path, see `PathKind.results`.
     """
 
     x: float
@@ -64,6 +76,25 @@ class Place:
     penetration: float = math.nan
     converged: bool = False
     message: str = ""
+    area_error: float = math.nan
+    validity: str = ""
+    results: Mapping[str, float] = field(default_factory=dict)
+
+    def value(self, name: str) -> float:
+        """Return an attribute that is a number, or a result."""
+        if name in PLACE_UNITS:
+            return float(getattr(self, name))
+        return self.results.get(name, math.nan)
+
+
+def result_units() -> dict[str, str]:
+    """Return the units of results in the file, by name, of all kinds of path."""
+    return {
+        name: printed_unit(result.unit)
+        for kind in PATHS.values()
+        for name, result in kind.results.items()
+        if name not in PLACE_UNITS
+    }
 
 
 def run_places(
@@ -76,7 +107,8 @@ def run_places(
     """Run a scene with the tip at a grid of places on the scan.
 
     The places are `HeightMap.places`, with the `margin` of ``[topography]``. A run that
-    was interrupted goes on where it ended.
+    was interrupted goes on where it ended, and tries places without a converged result
+    again.
 
     Parameters
     ----------
@@ -104,6 +136,11 @@ def run_places(
         result, or the folder contains another scene.
     RuntimeError
         If another run is writing the folder.
+
+    Warns
+    -----
+    UserWarning
+        If places will probably have no result, as they are too close to an edge.
     """
     folder = Path(folder)
     places, table = _grid(scene, shape), folder / "places.csv"
@@ -113,11 +150,17 @@ def run_places(
         found = _earlier_places(scene, folder)
         yield from (found[place] for place in places if place in found)
         missing = [place for place in places if place not in found]
-        row_of = partial(_row, area=scene.area_column)
+        warn_of_problems(
+            (_place_name(place), scene.with_values(_center(*place)))
+            for place in missing
+        )
         units = {
             _column_of(k, scene.area_column): unit for k, unit in PLACE_UNITS.items()
         }
-        heads = {name: f"{name} ({unit})" for name, unit in units.items()}
+        results = {k: v for k, v in result_units().items() if k in scene.path.results}
+        row_of = partial(_row, area=scene.area_column, results=results)
+        units |= results
+        heads = {k: f"{k} ({unit})" if unit else k for k, unit in units.items()}
         heads |= {name: name for name in _COLUMNS_WITHOUT_UNIT}
         rows = table_writer(table, heads, map(row_of, found.values()))
         with worker_pool(executor, workers) as running, rows as write:
@@ -162,37 +205,46 @@ def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
     return [(round(i, 6), round(j, 6)) for i in x.tolist() for j in y.tolist()]
 
 
-def _earlier_places(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
-    """Return the places of an earlier run of the scene in a folder.
+def _place_name(place: tuple[float, float]) -> str:
+    """Return the position of a place as text."""
+    x, y = (each / UNITS["nm"] for each in place)
+    return f"the place at ({x:.4g}, {y:.4g}) nm"
 
-    With other `max_steps` or another optimizer, places that failed are left out.
+
+def _center(x: float, y: float) -> dict[str, tuple[str, str]]:
+    """Return the key of a scene that moves the tip to a place."""
+    return {"topography.center": (f"{x!r} Å", f"{y!r} Å")}
+
+
+def _earlier_places(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
+    """Return the converged places of an earlier run of the scene in a folder.
+
+    The earlier run may have had other `max_steps` or another optimizer.
     """
     results, file = folder / "places.csv", folder / "scene.toml"
     if not results.exists():
         check_folder(scene, folder)
         write_inputs(scene, file)
         return {}
-    solver = scene.solver
     same = scene  # as in the file, apart from the solver
     with suppress(ValueError):  # `check_folder` raises it with its reason
         old = SceneFile.parse(read_text(file), str(file), copied=True).solver
         changes = {"max_steps": old.max_steps, "optimizer": old.optimizer}
         same = scene.with_values({f"solver.{k}": v for k, v in changes.items()})
     check_folder(same, folder)
-    places = read_places(results)
-    if same.solver != solver:
-        places = [place for place in places if place.converged]
+    places = [place for place in read_places(results) if place.converged]
+    if same.solver != scene.solver:
         write_inputs(scene, file)
     return {(place.x, place.y): place for place in places}
 
 
 def _calculate(scene: Scene, x: float, y: float) -> Place:
     """Return the result at a place; an error becomes the message of the place."""
-    center = (f"{x!r} Å", f"{y!r} Å")
     try:
-        here = scene.with_values({"topography.center": center})
+        here = scene.with_values(_center(x, y))
         states = tuple(here.relax(validity="ignore", scan_errors=False))
         last, tension = here.path.extremes(here.bodies, states)
+        results = results_of(here.path, here.bodies, states)
     except (ValueError, RuntimeError, MemoryError) as error:
         return Place(x, y, message=str(error))
     failed = next((state for state in states if not state.converged), None)
@@ -207,6 +259,9 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
         penetration=last.penetration,
         converged=failed is None,
         message="; ".join(messages),
+        area_error=last.area_error,
+        validity="; ".join(exceeded_names(state.validity for state in states)),
+        results={k: v for k, v in results.items() if k not in PLACE_UNITS},
     )
 
 
@@ -215,14 +270,16 @@ def _column_of(attribute: str, area: str) -> str:
     return area if attribute == "area" else attribute
 
 
-def _row(place: Place, area: str) -> dict[str, str]:
-    """Return the row of a place, with its checksum."""
+def _row(place: Place, area: str, results: Mapping[str, str]) -> dict[str, str]:
+    """Return the row of a place, with its checksum; results have units by name."""
     row = {
         _column_of(attribute, area): f"{getattr(place, attribute) / UNITS[unit]:.12g}"
         for attribute, unit in PLACE_UNITS.items()
     }
+    for name, unit in results.items():  # NaN of a place without a result
+        row[name] = f"{place.results.get(name, math.nan) / UNITS[unit]:.12g}"
     row |= {"converged": str(place.converged), "message": place.message}
-    return with_checksum(row)
+    return with_checksum(row | {"validity": place.validity})
 
 
 def _place(row: dict[str, str]) -> Place:
@@ -232,6 +289,8 @@ def _place(row: dict[str, str]) -> Place:
         attribute: UNITS[unit] * float(row.get(_column_of(attribute, area), "nan"))
         for attribute, unit in PLACE_UNITS.items()
     }
+    units = {name: unit for name, unit in result_units().items() if name in row}
+    results = {name: UNITS[unit] * float(row[name]) for name, unit in units.items()}
     x, y = (round(numbers.pop(name), 6) for name in ("x", "y"))  # as in `_grid`
     return Place(
         x,
@@ -239,6 +298,8 @@ def _place(row: dict[str, str]) -> Place:
         **numbers,
         converged=row.get("converged") == "True",
         message=row.get("message") or "",
+        validity=row.get("validity") or "",
+        results=results,
     )
 
 
@@ -250,7 +311,7 @@ def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.n
     places : list of Place
         The places.
     name : str
-        Name of the attribute.
+        Name of the attribute, or of a result.
 
     Returns
     -------
@@ -262,5 +323,5 @@ def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.n
     x, i = np.unique([place.x for place in places], return_inverse=True)
     y, j = np.unique([place.y for place in places], return_inverse=True)
     values = np.full((len(x), len(y)), np.nan)
-    values[i, j] = [getattr(place, name) for place in places]
+    values[i, j] = [place.value(name) for place in places]
     return x, y, values

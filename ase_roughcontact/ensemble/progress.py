@@ -219,10 +219,9 @@ def is_whole(scene: Scene) -> bool:
 
 
 def expected_costs(scene: Scene) -> dict[int, float]:
-    """Return the expected costs of the load steps of a scene, in arbitrary units.
+    """Return the expected costs of a case, in arbitrary units; see `step_costs`.
 
-    Keys are the numbers of the steps; a path that is calculated as a whole has the
-    number `WHOLE`.
+    A path that is calculated as a whole has the number `WHOLE`.
 
     Raises
     ------
@@ -232,14 +231,14 @@ def expected_costs(scene: Scene) -> dict[int, float]:
     scene.check()
     if is_whole(scene):
         count = scene.path.expected_count(scene.bodies)
-        return {WHOLE: count * sum(_step_costs(scene.planned))}
-    return dict(enumerate(_step_costs(scene)))
+        return {WHOLE: count * sum(step_costs(scene.planned).values())}
+    return step_costs(scene)
 
 
-def _step_costs(scene: Scene) -> list[float]:
-    """Return the expected costs of known targets."""
+def step_costs(scene: Scene) -> dict[int, float]:
+    """Return the expected costs of the steps of known targets, by their numbers."""
     if scene.shape:
         areas = np.full(scene.targets.shape, float(math.prod(scene.shape)))
     else:
         areas = scene.expected_areas / scene.spacing**2
-    return (_BASE_COST + areas).tolist()
+    return dict(enumerate((_BASE_COST + areas).tolist()))

@@ -18,6 +18,7 @@ from ase_roughcontact.ensemble.database import (
     database_address,
     without_password,
 )
+from ase_roughcontact.ensemble.foreseen import warn_of_problems
 from ase_roughcontact.ensemble.progress import (
     WHOLE,
     Progress,
@@ -85,6 +86,12 @@ def run_ensemble(
         If a worker or a scheduler died, or the lock of the run was removed. All
         finished steps are in the database.
 
+    Warns
+    -----
+    UserWarning
+        If cases will probably fail, as a window or the domain of the roughness is too
+        small, with the remedy.
+
     Notes
     -----
     Cases with the largest expected cost start first. A case that fails is stored as
@@ -132,18 +139,23 @@ def run_ensemble(
         tasks[case_of(scene)] = scene, costs
     shared = EnsembleDatabase(database_address(database))
     shared.create()
-    return _run(shared, tasks, pool, interval)
+    names, done = case_names({k: each for k, (each, _) in tasks.items()}), shared.done()
+    missing = {case: scene for case, (scene, _) in tasks.items() if case not in done}
+    warn_of_problems((names[case], scene) for case, scene in missing.items())
+    return _run(shared, tasks, names, pool, interval)
 
 
 def _run(
     database: EnsembleDatabase,
     tasks: Mapping[str, tuple[Scene, Mapping[int, float]]],
+    names: Mapping[str, str],
     pool: AbstractContextManager[Executor],
     interval: float,
 ) -> Generator[Progress, None, None]:
     """Submit cases, and report progress until all are complete or failed.
 
-    Tasks are scenes and expected costs of the wanted steps, by case.
+    Tasks are scenes and expected costs of the wanted steps, by case; names are for
+    messages.
     """
     run = f"run-{uuid.uuid4().hex}"
     submitted: dict[Future, str] = {}
@@ -151,7 +163,6 @@ def _run(
     stored: defaultdict[str, set[int]] = defaultdict(set)  # steps by case
     costs = {case: costs for case, (_, costs) in tasks.items()}
     largest_first = sorted(costs, key=lambda case: -sum(costs[case].values()))
-    names = case_names({case: scene for case, (scene, _) in tasks.items()})
     meter = ProgressMeter({case: costs[case] for case in largest_first}, names)
     whole = any(WHOLE in steps for steps in costs.values())
     with ExitStack() as stack:

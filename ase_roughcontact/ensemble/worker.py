@@ -23,7 +23,7 @@ from ase_roughcontact.ensemble.columns import (
 )
 from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.ensemble.progress import WHOLE, is_whole
-from ase_roughcontact.results.limits import failed_checks
+from ase_roughcontact.results.limits import exceeded_names
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.scene import Scene
 
@@ -100,10 +100,7 @@ def calculate_case(
 def _counted(database: EnsembleDatabase, case: str) -> dict[str, Any]:
     """Return the numbers of stored and of unconverged steps, and exceeded limits."""
     rows = list(database.select(case=case))
-    limits = dict[str, None]()
-    for row in rows:
-        checks = failed_checks(row.get("validity", "")).values()
-        limits |= dict.fromkeys(check.name for check in checks)
+    limits = exceeded_names(row.get("validity", "") for row in rows)
     return {
         "steps": len(rows),
         "unconverged": sum(not row.converged for row in rows),

@@ -7,7 +7,7 @@ is an entry of `CHECKS`. The column `validity` of a step lists the limits it exc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -131,6 +131,22 @@ def failed_checks(validity: str) -> dict[str, Check]:
     checks = {check.name: check for check in CHECKS}
     entries = validity.split(_SEPARATOR) if validity else []
     return {entry: checks[entry.partition(" = ")[0]] for entry in entries}
+
+
+def exceeded_names(validities: Iterable[str]) -> list[str]:
+    """Return the names of all limits in several columns `validity`, each once.
+
+    Parameters
+    ----------
+    validities : iterable of str
+        Columns of the steps of a path, as `violations` returns them.
+
+    Returns
+    -------
+    list of str
+    """
+    checks = (check for text in validities for check in failed_checks(text).values())
+    return list(dict.fromkeys(check.name for check in checks))
 
 
 def _mean_pressure(step: RelaxedStep) -> float:

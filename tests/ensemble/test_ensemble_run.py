@@ -79,10 +79,12 @@ def test_a_failed_case_stops_no_other_and_is_tried_again(tmp_path):
     # deeper than the roughness is wide
     deep = replace(SCENE, path=replace(SCENE.path, last=100.0))
     for _ in range(2):
-        progress = finish([deep, SCENE], database)
+        with pytest.warns(UserWarning, match="1 of . .*100.0.* domain of"):
+            progress = finish([deep, SCENE], database)
         assert progress.steps == 4
         assert list(progress.failures) == [case_of(deep)]
         assert "Error: atoms can touch beyond" in progress.failures[case_of(deep)]
+        assert list(progress.named_failures) == ["path.last = 100.0"]
         assert str(progress) == "4/6 steps, 1 failed, about 0:00:00 left"
     (row,) = rows(database, record="case", state="failed")
     assert row.case == case_of(deep)

@@ -82,12 +82,44 @@ def test_a_loop_gives_the_pull_off_force_of_each_place(scene_of, tmp_path):
     (place,) = run_places(scene, (1, 1), tmp_path / "out", Here())
     there = scene.with_values({"topography.center": ("2 nm", "2 nm")})
     loop = relax_loop(there, validity="ignore")
+    assert place.results["dissipated_energy"] == loop.dissipated_energy
     assert place.pull_off_force == pytest.approx(loop.pull_off_force)
     assert place.area == loop.turn.contact_area
     assert place.normal_force == loop.turn.normal_force
     assert place.penetration == pytest.approx(0.7)
     (stored,) = read_places(tmp_path / "out" / "places.csv")
     assert stored.penetration == pytest.approx(0.7)
+    assert stored.results == pytest.approx(place.results, nan_ok=True)
+
+
+def test_a_place_has_the_marks_and_the_error_of_a_run_with_that_center(
+    scene_of, tmp_path
+):
+    scene = scene_of(STEPS)
+    (place,) = run_places(scene, (1, 1), tmp_path / "out", Here())
+    there = scene.with_values({"topography.center": ("2 nm", "2 nm")})
+    first, last = there.relax(validity="ignore", scan_errors=False)
+    names = {
+        entry.partition(" = ")[0]
+        for step in (first, last)
+        for entry in filter(None, step.validity.split("; "))
+    }
+    assert names and set(place.validity.split("; ")) == names
+    assert place.area_error == last.area_error > 0.0
+    (stored,) = read_places(tmp_path / "out" / "places.csv")
+    assert stored.validity == place.validity
+    assert stored.area_error == pytest.approx(place.area_error)
+
+
+def test_the_report_of_places_counts_them_and_their_marks(scene_of, tmp_path, capsys):
+    folder = tmp_path / "out"
+    list(run_places(scene_of(STEPS), (2, 1), folder, Here()))
+    assert main(["report", str(folder)]) == 0
+    page = (folder / "report.html").read_text()
+    assert ", 2 places" in page and "converged within" not in page
+    assert "in 2 of 2 places" in page
+    (first, _) = sorted(read_places(folder / "places.csv"), key=attrgetter("x"))
+    assert f"{first.normal_force / UNITS['nN']:.4g}"[:4] in page
 
 
 def test_a_place_says_that_its_pull_off_force_is_a_lower_bound(scene_of, tmp_path):
@@ -180,7 +212,8 @@ def test_a_place_is_one_more_row_of_the_table(scene_of, tmp_path):
 
 def test_a_place_beyond_the_scan_has_a_message(scene_of, tmp_path):
     scene = scene_of(STEPS).with_values({"topography.margin": 0.0})
-    (place,) = run_places(scene, (1, 1), tmp_path / "out", Here())
+    with pytest.warns(UserWarning, match="1 of 1 .*margin"):
+        (place,) = run_places(scene, (1, 1), tmp_path / "out", Here())
     assert not place.converged and np.isnan(place.area)
     assert "choose a smaller window, or a center further inside" in place.message
 
@@ -201,7 +234,11 @@ def test_the_command_draws_scan_and_maps(scene_of, tmp_path, capsys, monkeypatch
     options = ["--grid", "2x1", "--workers", "1", "--out", out]
     assert main(["places", scene, *options]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "contact" not in lines[2] and len(lines) == 6
+    rows = [
+        line for line in lines if " nm" not in line and line.split()[1:2] == ["2.000"]
+    ]
+    assert len(rows) == 2 and all(line.endswith("*") for line in rows)
+    assert any(line.split()[:2] == ["*", "LIMITS:"] for line in lines)
     assert (tmp_path / "out" / "places.png").exists()
     (figure,) = figures
     panels, bars = figure.axes[:3], figure.axes[3:]

@@ -1,0 +1,54 @@
+"""Cases of which it is foreseen that they can't be calculated, before they run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ase_roughcontact._util.callers import warn
+from ase_roughcontact.paths.plan import plan_path
+from ase_roughcontact.scene import Scene
+
+
+def foreseen_problem(scene: Scene) -> str:
+    """Return why the deepest known target of a path can't be calculated, with advice.
+
+    The roughness is generated for this, but nothing is relaxed. Adhesion may extend a
+    contact beyond the planned window.
+
+    Parameters
+    ----------
+    scene : Scene
+        Valid scene.
+
+    Returns
+    -------
+    str
+        The reason, such as atoms that can touch beyond the domain of the roughness, and
+        the remedy; empty if no problem is foreseen.
+    """
+    try:
+        known = scene.planned
+        deepest = known.path.deepest_of(known.targets.tolist())
+        on_grid = known.problem, known.start, known.control
+        plan = plan_path(*on_grid, [deepest], known.window)
+    except (ValueError, MemoryError) as error:
+        return str(error)
+    return ": ".join(filter(None, [plan.steps[0].problem, plan.advice]))
+
+
+def warn_of_problems(named: Iterable[tuple[str, Scene]]) -> None:
+    """Warn of cases that probably fail, with the first one, the reason and the remedy.
+
+    Parameters
+    ----------
+    named : iterable of (str, Scene)
+        Names of cases by their values, and the scenes.
+    """
+    total, found = 0, dict[str, str]()
+    for name, scene in named:
+        total += 1
+        if problem := foreseen_problem(scene):
+            found[name] = problem
+    if found:
+        (name, problem), *_ = found.items()
+        warn(f"{len(found)} of {total} will probably fail, first {name}: {problem}")
