@@ -14,8 +14,8 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.formats.table import Calibration, CurveTable
 
-# Relative change of a calibration above which it is reported: less is rounding.
-_ROUNDING = 1e-3
+# Smallest relative change of a calibration that is reported.
+_MIN_REPORTED_CHANGE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -28,16 +28,16 @@ class Recalibration:
         Spring constant (eV/Å^2) of the recalibrated curve, if it is known.
     sensitivity : float or None
         Deflection per V (Å), if it is known.
-    of_deflection, of_force : float
+    deflection_factor, force_factor : float
         Factors by which deflections and forces change.
     remarks : tuple of str
-        What was changed.
+        Remarks on the changes.
     """
 
     stiffness: float | None
     sensitivity: float | None
-    of_deflection: float
-    of_force: float
+    deflection_factor: float
+    force_factor: float
     remarks: tuple[str, ...]
 
     def of(self, found: dict[str, FloatArray]) -> dict[str, FloatArray]:
@@ -50,17 +50,17 @@ class Recalibration:
         """
         new = dict(found)
         if "force" in found:
-            new["force"] = self.of_force * found["force"]
+            new["force"] = self.force_factor * found["force"]
         if "deflection" in found:
-            new["deflection"] = self.of_deflection * found["deflection"]
-        if "depth" in found and self.of_deflection != 1.0:
+            new["deflection"] = self.deflection_factor * found["deflection"]
+        if "depth" in found and self.deflection_factor != 1.0:
             if "deflection" in found:
                 bend = new["deflection"]
             elif "force" in found and self.stiffness is not None:
                 bend = new["force"] / self.stiffness
             else:
                 return new
-            new["depth"] = found["depth"] + bend * (1.0 / self.of_deflection - 1.0)
+            new["depth"] = found["depth"] + bend * (1.0 / self.deflection_factor - 1.0)
         return new
 
 
@@ -85,35 +85,35 @@ def recalibration(
         calculated with a sensitivity that is not in the file.
     """
     remarks = []
-    of_deflection, of_stiffness = 1.0, 1.0
+    deflection_factor, stiffness_factor = 1.0, 1.0
     units = {column.unit for part in table.segments for column in part.columns}
     if given.sensitivity and table.sensitivity:
-        of_deflection = given.sensitivity / table.sensitivity
+        deflection_factor = given.sensitivity / table.sensitivity
         remarks += _changed(
             "sensitivity", table.sensitivity, given.sensitivity, "nm", "nm/V"
         )
     elif given.sensitivity and given.per == "V" and not units & {"V", "mV"}:
         raise ValueError(
-            f"{file} does not say with which sensitivity its deflections and forces "
-            "were made, so that another one can't replace it: leave out --sensitivity"
+            f"{file} has deflections and forces by a sensitivity that is not in the "
+            "file, so that it can't be replaced: leave out --sensitivity"
         )
     if given.stiffness and table.stiffness:
-        of_stiffness = given.stiffness / table.stiffness
+        stiffness_factor = given.stiffness / table.stiffness
         remarks += _changed(
             "spring constant", table.stiffness, given.stiffness, "N/m", "N/m"
         )
     return Recalibration(
         given.stiffness or table.stiffness,
         given.sensitivity or table.sensitivity,
-        of_deflection,
-        of_deflection * of_stiffness,
+        deflection_factor,
+        deflection_factor * stiffness_factor,
         tuple(remarks),
     )
 
 
 def _changed(name: str, old: float, new: float, unit: str, shown: str) -> list[str]:
     """Return a remark if a given value differs from the value in the file."""
-    if math.isclose(old, new, rel_tol=_ROUNDING):
+    if math.isclose(old, new, rel_tol=_MIN_REPORTED_CHANGE):
         return []
     new, old = new / UNITS[unit], old / UNITS[unit]
     return [f"{name} {new:.4g} {shown} in place of {old:.4g} {shown} in the file"]

@@ -10,22 +10,23 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve, MeasuredBranch
 
-# Number of equal extreme forces in a row that show a saturated signal.
-_EQUAL = 10
-# Least reported differences of free forces, relative to the noise, and relative to the
-# range of the forces.
-_ABOVE_NOISE, _OF_RANGE = 5.0, 0.05
+# Smallest number of equal extreme forces in a row that show a saturated signal.
+_MIN_SATURATED_POINTS = 10
+# Smallest reported difference of free forces, relative to the noise.
+_MIN_NOISE_RATIO = 5.0
+# Smallest reported difference of free forces, relative to the range of the forces.
+_MIN_RANGE_RATIO = 0.05
 # Part of the base of a branch, furthest from the surface, where the tip is free.
-_FREE = 0.2
-# Change of the force at the slope of the furthest tenth, relative to the range of the
-# forces of the branch, above which the tip is in contact there.
-_STEEP = 0.5
-# Part of the largest force above which a tip is well in contact.
-_LOADED = 0.5
-# Slope of the deflection with the base above which its sensitivity is too large.
-_STEEPER = 1.03
-# Number of points from which a slope is fitted.
-_FEWEST = 10
+_FREE_PART = 0.2
+# Largest change of the force of a free tip at the slope of the furthest tenth, relative
+# to the range of the forces of the branch.
+_MAX_FREE_CHANGE = 0.5
+# Smallest force of a tip that is well in contact, relative to the largest force.
+_MIN_LOADED_FORCE = 0.5
+# Largest slope of the deflection with the base, by a sensitivity that is not too large.
+_MAX_DEFLECTION_SLOPE = 1.03
+# Smallest number of points to which a slope is fitted.
+_MIN_POINTS = 10
 
 
 def curve_checks(curve: ForceCurve) -> list[str]:
@@ -43,9 +44,9 @@ def curve_checks(curve: ForceCurve) -> list[str]:
         the `doubts` of the curve; empty without any.
     """
     checks = [*curve.doubts, *_saturated(curve)]
-    branches = [branch for branch in curve.branches if _count(branch) > _FEWEST]
+    branches = [branch for branch in curve.branches if _count(branch) > _MIN_POINTS]
     for branch in branches:
-        checks += _steeper(curve, branch)
+        checks += _steep_deflection(curve, branch)
     missing = [line for branch in branches for line in _not_free(curve, branch)]
     return checks + (missing or _baseline(curve, branches))
 
@@ -65,11 +66,11 @@ def contact_point(curve: ForceCurve) -> int | None:
     branch = curve.branches[0]
     numbers = np.arange(branch.points.start, branch.points.stop)
     inward = numbers if branch.direction < 0.0 else numbers[::-1]
-    free = max(int(_FREE * len(inward)), 2)
+    free = max(int(_FREE_PART * len(inward)), 2)
     base, force = curve.base[inward], curve.force[inward]
     middle = float(base[:free].mean())
     line = np.polyfit(base[:free] - middle, force[:free], 1)
-    off = abs(force - np.polyval(line, base - middle)) > _ABOVE_NOISE * curve.noise
+    off = abs(force - np.polyval(line, base - middle)) > _MIN_NOISE_RATIO * curve.noise
     within = np.flatnonzero(~off)
     after = int(within[-1]) + 1 if within.size else 0
     return int(inward[after]) if after < len(inward) else None
@@ -88,11 +89,11 @@ def _saturated(curve: ForceCurve) -> list[str]:
     checks = []
     step = 1e-9 * float(np.ptp(curve.force))
     for extreme in (curve.force.max(), curve.force.min()):
-        is_free = abs(extreme - curve.far_force) < _ABOVE_NOISE * curve.noise
+        is_free = abs(extreme - curve.far_force) < _MIN_NOISE_RATIO * curve.noise
         equal = np.concatenate([[False], abs(curve.force - extreme) <= step, [False]])
         ends = np.flatnonzero(np.diff(equal.astype(int)))
         longest = int(np.max(np.diff(ends)[::2], initial=0))
-        if longest >= _EQUAL and not is_free:
+        if longest >= _MIN_SATURATED_POINTS and not is_free:
             checks.append(
                 f"the force is {extreme / UNITS['nN']:.4g} nN on {longest} points in a "
                 "row: the photodiode seems saturated there; leave them out"
@@ -100,18 +101,18 @@ def _saturated(curve: ForceCurve) -> list[str]:
     return checks
 
 
-def _steeper(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:
+def _steep_deflection(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:
     """Return a check of a deflection that changes more than the height of the base."""
     if math.isinf(curve.stiffness):
         return []
     base, force = curve.base[branch.points], curve.force[branch.points]
     load = force - curve.far_force
-    loaded = load > _LOADED * load.max()
-    if loaded.sum() < _FEWEST or not np.ptp(base[loaded]) > 0.0:
+    loaded = load > _MIN_LOADED_FORCE * load.max()
+    if loaded.sum() < _MIN_POINTS or not np.ptp(base[loaded]) > 0.0:
         return []
     slope = _slope(base[loaded], force[loaded])
     ratio = -slope / curve.stiffness
-    if ratio < _STEEPER:
+    if ratio < _MAX_DEFLECTION_SLOPE:
         return []
     return [
         f"on the {_name(branch)} the deflection changes by {ratio:.3g} nm per nm of "
@@ -122,9 +123,9 @@ def _steeper(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:
 
 def _not_free(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:
     """Return a check of a branch that is in contact where it is furthest away."""
-    base, force = _furthest(curve, branch, 0.5 * _FREE)
+    base, force = _furthest(curve, branch, 0.5 * _FREE_PART)
     change = abs(_slope(base, force)) * float(np.ptp(curve.base[branch.points]))
-    if change < _STEEP * np.ptp(curve.force[branch.points]):
+    if change < _MAX_FREE_CHANGE * np.ptp(curve.force[branch.points]):
         return []
     return [
         f"the force still changes where the base of the {_name(branch)} is highest: "
@@ -135,9 +136,11 @@ def _not_free(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:
 def _baseline(curve: ForceCurve, branches: list[MeasuredBranch]) -> list[str]:
     """Return checks of free forces that drift, or differ between the branches."""
     checks, free = [], []
-    least = max(_ABOVE_NOISE * curve.noise, _OF_RANGE * float(np.ptp(curve.force)))
+    least = max(
+        _MIN_NOISE_RATIO * curve.noise, _MIN_RANGE_RATIO * float(np.ptp(curve.force))
+    )
     for branch in branches:
-        base, force = _furthest(curve, branch, _FREE)
+        base, force = _furthest(curve, branch, _FREE_PART)
         free.append(float(np.median(force)))
         whole = float(np.ptp(curve.base[branch.points]))
         change = _slope(base, force) * whole
@@ -160,7 +163,7 @@ def _furthest(
 ) -> tuple[FloatArray, FloatArray]:
     """Return bases and forces of the part of a branch furthest from the surface."""
     base, force = curve.base[branch.points], curve.force[branch.points]
-    order = np.argsort(base)[-max(int(part * len(base)), _FEWEST) :]
+    order = np.argsort(base)[-max(int(part * len(base)), _MIN_POINTS) :]
     return base[order], force[order]
 
 

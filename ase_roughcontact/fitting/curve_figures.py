@@ -24,7 +24,7 @@ from ase_roughcontact.plot.style import (
 
 _NM, _NN = UNITS["nm"], UNITS["nN"]
 # Number of points of a drawn model.
-_DRAWN = 500
+_DRAWN_POINTS = 500
 
 
 def draw_curve(curve: ForceCurve, file: Path) -> None:
@@ -74,7 +74,7 @@ def draw_indentation(fit: IndentationFit, file: Path) -> None:
         contact = int(np.argmin(abs(fit.indentation)))
         _mark(upper, fit.curve, contact, "o", "contact point")
         _draw_points(middle, indentation, fit.force / _NN, fit.compared)
-        depths = np.linspace(-0.3 * indentation.max(), indentation.max(), _DRAWN)
+        depths = np.linspace(-0.3 * indentation.max(), indentation.max(), _DRAWN_POINTS)
         middle.plot(depths, fit.model(depths * _NM) / _NN, color=BLUE, lw=1.5)
         residual = (fit.fitted - fit.curve.force) / _NN
         lower.plot(

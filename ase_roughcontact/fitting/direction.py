@@ -16,12 +16,14 @@ from scipy.ndimage import median_filter
 
 from ase_roughcontact._util.validation import FloatArray
 
-# Part of the range of the heights by which a series turns beyond both of its ends.
-_TURNS = 0.1
+# Smallest distance of a turn from both ends of a series, relative to the range of the
+# heights.
+_MIN_TURN = 0.1
 # Number of points of a running median, which suppresses outliers.
-_SMOOTH = 3
-# Part of its range by which a segment runs to one side.
-_RUNS = 0.5
+_MEDIAN_POINTS = 3
+# Smallest distance of the ends of a segment that has a direction, relative to the range
+# of its heights.
+_MIN_CHANGE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,14 +90,14 @@ def is_reversed(kind: str | None, distance: FloatArray) -> bool:
 def _falls(height: FloatArray) -> bool | None:
     """Return whether heights fall from the first to the last; None for neither."""
     change = height[-1] - height[0] if len(height) else 0.0
-    return bool(change < 0.0) if abs(change) > _RUNS * np.ptp(height) else None
+    return bool(change < 0.0) if abs(change) > _MIN_CHANGE * np.ptp(height) else None
 
 
 def _by_turn(height: FloatArray) -> bool | None:
     """Return the direction from where a series turns; None if it does not."""
     below = min(height[0], height[-1]) - height.min()
     above = height.max() - max(height[0], height[-1])
-    if max(below, above) < _TURNS * np.ptp(height):
+    if max(below, above) < _MIN_TURN * np.ptp(height):
         return None
     return bool(below > above)
 
@@ -105,6 +107,6 @@ def _by_force(segments: Sequence[Heights]) -> bool:
     height = np.concatenate([segment.height for segment in segments])
     force = np.concatenate([segment.force for segment in segments])
     order = np.argsort(height)
-    smooth = median_filter(force[order], _SMOOTH, mode="nearest")
+    smooth = median_filter(force[order], _MEDIAN_POINTS, mode="nearest")
     nearest = height[order][int(np.argmax(smooth))]
     return bool(nearest <= 0.5 * (height.min() + height.max()))

@@ -15,10 +15,10 @@ from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, legend_below, letter
 
 _NN = UNITS["nN"]
-# Part of the largest tension above which points belong to the part under tension.
-_TENSION = 0.5
-# Least margin beside this part, relative to the curve.
-_LEAST_MARGIN = 0.03
+# Smallest tension of points of the part under tension, relative to the largest one.
+_MIN_TENSION = 0.5
+# Smallest margin beside this part, relative to the curve.
+_MIN_MARGIN = 0.03
 
 
 def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
@@ -81,9 +81,9 @@ def _cut_to_tension(axes: Any, fit: Fit) -> None:
     distance, force = fit.distance / UNITS["nm"], fit.force / _NN
     free = fit.far_force / _NN
     tension = free - force.min()
-    part = distance[force < free - _TENSION * tension]
+    part = distance[force < free - _MIN_TENSION * tension]
     if part.size:
-        margin = max(2.0 * np.ptp(part), _LEAST_MARGIN * np.ptp(distance))
+        margin = max(2.0 * np.ptp(part), _MIN_MARGIN * np.ptp(distance))
         ends = part.min() - margin, part.max() + margin
         axes.set_xlim(np.clip(ends, distance.min(), distance.max()))
         lowest = min(line.get_ydata().min() for line in axes.lines)

@@ -15,27 +15,26 @@ from ase_roughcontact._util.validation import FloatArray, lookup
 from ase_roughcontact.fitting.force_curve import BASELINE, ForceCurve
 from ase_roughcontact.fitting.least_squares import FAR_ABOVE, Callback, Fit, solve
 from ase_roughcontact.fitting.parameters import FREE
+from ase_roughcontact.fitting.residual_runs import MIN_SIGNIFICANCE
 from ase_roughcontact.fitting.residuals import Residuals
 from ase_roughcontact.scene.scene import Scene
 
-# Columns that may have a wrong sign, and factors of heights of the base and of forces.
-_SIGNS = (
+# Changes of signs: columns with another sign, and factors of the heights of the base
+# and of the forces.
+_SIGN_CHANGES = (
     ("", 1.0, 1.0),
     ("the force", 1.0, -1.0),
     ("the distance", -1.0, 1.0),
     ("force and distance", -1.0, -1.0),
 )
-# Ratio of the mean square residuals after and before a change of sign, below which the
-# sign was wrong.
-_BETTER = 0.1
-# Mean of residuals of one sign in a row, relative to its standard error, above which it
-# is not noise.
-_SYSTEMATIC = 6.0
-# Residual of the height of the base at a jump, less the error by the grid, relative to
-# its standard error, above which there is a warning: 1.7 is half a step of the base.
-_OFF_AT_JUMP = 4.0
-# Distance of the points at a jump, relative to other points, above which it is a gap.
-_GAP = 5.0
+# Largest ratio of the mean square residuals after and before a change of sign, at which
+# the sign was wrong.
+_MAX_RATIO_AFTER_CHANGE = 0.1
+# Largest residual of the height of the base at a jump without a warning, less the error
+# by the grid, relative to its standard error: 1.7 is half a step of the base.
+_MAX_JUMP_RESIDUAL = 4.0
+# Largest distance of the points at a jump, relative to other points, that is not a gap.
+_MAX_RELATIVE_DISTANCE = 5.0
 
 
 def fit_curve(
@@ -110,39 +109,40 @@ def fit_curve(
         raise ValueError(message) from error
     fit = replace(fit, far_force=curve.far_force, line=model.line(trial))
     size = np.maximum(abs(trial.residuals) - abs(changes["grid"][:, 0]), 0.0)
-    of_jumps = (np.sign(trial.residuals) * size)[-2:]
-    found = [*fit.warnings, *curve.doubts, *_warnings(curve, fit, model.error)]
-    found += _jump_warnings(curve, of_jumps, trial.compared[-2:])
-    return replace(fit, warnings=tuple(found))
+    jump_residuals = (np.sign(trial.residuals) * size)[-2:]
+    doubts = [*fit.warnings, *curve.doubts]
+    doubts += _warnings(curve, fit, model.error)
+    doubts += _jump_warnings(curve, jump_residuals, trial.compared[-2:])
+    return replace(fit, warnings=tuple(doubts))
 
 
 def _wrong_sign(scene: Scene, curve: ForceCurve, free: Sequence[str]) -> str:
     """Return which columns have the wrong sign, by a trial of each; may be empty."""
     misfits = {}
-    for name, of_base, of_force in _SIGNS:
-        base, force = of_base * curve.base, of_force * curve.force
+    for name, base_factor, force_factor in _SIGN_CHANGES:
+        base, force = base_factor * curve.base, force_factor * curve.force
         with suppress(ValueError, RuntimeError):
             turned = ForceCurve(-base - force / curve.stiffness, force, curve.stiffness)
             model = Residuals(scene, turned, free)
             trial = model.trial(model.start)
             misfits[name] = float(np.mean(trial.residuals[trial.compared] ** 2))
     best = min(misfits, key=misfits.__getitem__, default="")
-    return best if best and misfits[best] < _BETTER * misfits.get("", math.inf) else ""
+    limit = _MAX_RATIO_AFTER_CHANGE * misfits.get("", math.inf)
+    return best if best and misfits[best] < limit else ""
 
 
-def _warnings(curve: ForceCurve, fit: Fit, error_of_force: float) -> Iterator[str]:
+def _warnings(curve: ForceCurve, fit: Fit, force_error: float) -> Iterator[str]:
     """Yield warnings of forces outside of the model, and of a missing baseline."""
     nN, nm = UNITS["nN"], UNITS["nm"]
     runs = _systematic(curve, fit.fitted - curve.force, fit.compared)
     mean, points, sigmas = max(runs, key=lambda each: each[2])
-    if sigmas > _SYSTEMATIC and abs(mean) > error_of_force:
+    if sigmas > MIN_SIGNIFICANCE and abs(mean) > force_error:
         first, last = sorted(curve.base[points[[0, -1]]] / nm)
         yield (
             f"the fit is {mean / nN:+.3g} nN off on {len(points)} points in a "
-            f"row, with the base at {first:.4g} to {last:.4g} nm: there the curve is "
-            "not that of the scene. Fit a baseline (force_offset, force_slope), choose "
-            "a wall of another range or kind, or leave out forces that are not in the "
-            "model, such as capillary ones; the errors do not contain this"
+            f"row, with the base at {first:.4g} to {last:.4g} nm: fit a baseline "
+            "(force_offset, force_slope) or another wall, or leave out other forces, "
+            "such as capillary forces; the errors do not contain this"
         )
     error = fit.noise / math.sqrt(len(curve.far))
     is_free = abs(fit.fitted[curve.far]).max() < curve.noise
@@ -176,22 +176,21 @@ def _jump_warnings(
         name = "snap-in" if branch.direction < 0.0 else "pull-off"
         base = curve.base[branch.points] / UNITS["nm"]
         steps = abs(np.diff(base))
-        if known and steps[branch.jump] > _GAP * np.median(steps):
+        if known and steps[branch.jump] > _MAX_RELATIVE_DISTANCE * np.median(steps):
             first, last = sorted(base[branch.jump :][:2])
             yield (
                 f"the {name} is in a gap of the measured points, with the base at "
-                f"{first:.4g} to {last:.4g} nm: the fit, and that of a smooth sphere, "
-                "know it no better than that"
+                f"{first:.4g} to {last:.4g} nm: no fit can locate it more precisely"
             )
-        if abs(residual) > _OFF_AT_JUMP:
+        if abs(residual) > _MAX_JUMP_RESIDUAL:
             side = "above" if residual > 0.0 else "below"
             instead = ""
             if branch.direction < 0.0 and len(curve.branches) > 1:
                 instead = "; or fit the retraction alone: --branch retraction"
             yield (
                 f"the {name} of the fit is {abs(residual):.1f} standard errors {side} "
-                "the measured one: the range of the attraction is another one (--free "
-                "attraction_range, or a wall of another kind), or another force acts, "
-                "such as a capillary one in contact, which the work of adhesion then "
-                f"contains; the errors do not contain this{instead}"
+                "the measured one: fit the range of the attraction (--free "
+                "attraction_range) or another wall, or leave out a capillary force, "
+                "which the work of adhesion would contain; the errors do not contain "
+                f"this{instead}"
             )

@@ -30,7 +30,7 @@ from ase_roughcontact.path_kinds.loop.instabilities import (
 from ase_roughcontact.results.record import LoadStep
 
 # Largest ratio of derivatives at a fixed base and a fixed tip, infinite at a jump.
-_LARGEST_GAIN = 20.0
+_MAX_GAIN = 20.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,10 +106,10 @@ class FollowedBranch:
             _with_derivatives(part, derivatives) for part in stable_parts(states, jumps)
         ]
         if direction > 0.0:  # the tip may be free where the base is further away
-            parts[-1] = np.concatenate([parts[-1], _free(parts, stiffness)])
+            parts[-1] = np.concatenate([parts[-1], _free_row(parts, stiffness)])
         ends = np.cumsum([len(part) for part in parts])[:-1]
         height, force, slope, *rows = np.concatenate(parts).T
-        gain = 1.0 / np.maximum(1.0 - slope / stiffness, 1.0 / _LARGEST_GAIN)
+        gain = 1.0 / np.maximum(1.0 - slope / stiffness, 1.0 / _MAX_GAIN)
         columns = np.column_stack([force, slope * gain, *(row * gain for row in rows)])
         along = direction * (height - force / stiffness)
         reached, columns, last, landed = follow(along, columns, ends)
@@ -150,7 +150,7 @@ class FollowedBranch:
         return values
 
 
-def _free(parts: Sequence[FloatArray], stiffness: float) -> FloatArray:
+def _free_row(parts: Sequence[FloatArray], stiffness: float) -> FloatArray:
     """Return a row of a free tip as far away as a cantilever can pull it off."""
     force = min(float(part[:, 1].min()) for part in parts)
     row = np.zeros((1, parts[-1].shape[1]))

@@ -16,27 +16,28 @@ from ase_roughcontact.fitting.formats.table import Position
 #: Parameters of the baseline of a curve, and their units.
 BASELINE = {"force_offset": "nN", "force_slope": "nN/nm"}
 # Part of the points, furthest from the surface, with the force of a free tip.
-_FAR = 0.1
+_FREE_PART = 0.1
 # Standard deviation of the second differences of white noise, relative to the noise.
-_SECOND_DIFFERENCE = math.sqrt(6.0)
+_SECOND_DIFFERENCE_RATIO = math.sqrt(6.0)
 # Median of the absolute value of Gaussian noise of standard deviation one.
-_MEDIAN = 0.6745
-# Change of the force near the turn, relative to the noise, that shows a wrong sign.
-_FALLS = 8.0
+_GAUSSIAN_MEDIAN = 0.6745
+# Smallest change of the force near the turn, relative to the noise, that shows a wrong
+# sign.
+_MIN_CHANGE_AT_TURN = 8.0
 # Number of points over which the force at the turn is averaged.
-_NEAR = 10
-# Tension relative to the noise that shows an adhesive contact.
-_PULLS = 5.0
-# Least range of the base that is divided by (Å).
-_TINY = 1e-12
+_TURN_POINTS = 10
+# Smallest tension of an adhesive contact, relative to the noise.
+_MIN_TENSION = 5.0
+# Smallest standard deviation of heights of the base, for a division (Å).
+_MIN_DEVIATION = 1e-12
 # Part of the range of the base at either end; an approach leads from end to end.
-_END = 0.25
-# Change of the force between two points, relative to the noise, that is a jump.
-_JUMP = 8.0
+_END_PART = 0.25
+# Smallest change of the force between two points that is a jump, relative to the noise.
+_MIN_JUMP = 8.0
 # Number of points of a drawn branch.
-_DRAWN = 2000
-# Least noise that is assumed, relative to the range of the forces.
-_SMALLEST_NOISE = 1e-4
+_DRAWN_POINTS = 2000
+# Smallest noise that is assumed, relative to the range of the forces.
+_MIN_NOISE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,10 +157,10 @@ class ForceCurve:
     def doubt_of_sign(self) -> str:
         """Reason to doubt the signs of forces and heights; empty without any."""
         upward = np.argsort(self.base)
-        near = float(np.median(self.force[upward[:_NEAR]]))
+        near = float(np.median(self.force[upward[:_TURN_POINTS]]))
         rise = self._rise_at_turn(upward)
-        is_low = near < self.far_force - _FALLS * self.noise
-        if rise < 0.0 or not (is_low or rise > _FALLS * self.noise):
+        is_low = near < self.far_force - _MIN_CHANGE_AT_TURN * self.noise
+        if rise < 0.0 or not (is_low or rise > _MIN_CHANGE_AT_TURN * self.noise):
             return ""
         far, low = (f"{force / UNITS['nN']:.3g}" for force in (self.far_force, near))
         return (
@@ -181,10 +182,10 @@ class ForceCurve:
         upward : ndarray of int, shape (k,)
             Points in the order of the base.
         """
-        count = _NEAR
-        while count <= max(self._tenth, _NEAR):
+        count = _TURN_POINTS
+        while count <= max(self._tenth, _TURN_POINTS):
             base, force = self.base[upward[:count]], self.force[upward[:count]]
-            rise = float(np.cov(base, force)[0, 1]) / max(base.std(), _TINY)
+            rise = float(np.cov(base, force)[0, 1]) / max(base.std(), _MIN_DEVIATION)
             if abs(rise) > self.noise:
                 return rise
             count *= 2
@@ -196,13 +197,13 @@ class ForceCurve:
         level = (self.base - self.base.min()) / max(
             np.ptp(self.base), np.finfo(float).tiny
         )
-        ends = (level > 1.0 - _END).astype(int) - (level < _END).astype(int)
+        ends = (level > 1.0 - _END_PART).astype(int) - (level < _END_PART).astype(int)
         ends = ends[ends != 0]
         return int(np.sum((ends[:-1] > 0) & (ends[1:] < 0)))
 
     @property
     def _tenth(self) -> int:
-        return math.ceil(_FAR * len(self.force))
+        return math.ceil(_FREE_PART * len(self.force))
 
     def less(self, baseline: FloatArray) -> ForceCurve:
         """Return the curve without a baseline of the deflection.
@@ -258,29 +259,31 @@ class ForceCurve:
         if branch is None or branch.direction < 0.0:
             return math.nan
         base, force = self.base[branch.points], self.force[branch.points]
-        far = np.argsort(base)[-math.ceil(_FAR * len(base)) :]
+        far = np.argsort(base)[-math.ceil(_FREE_PART * len(base)) :]
         tension = float(np.median(force[far]) - force.min())
-        return tension if tension > _PULLS * self.noise else 0.0
+        return tension if tension > _MIN_TENSION * self.noise else 0.0
 
     @property
     def drawn(self) -> ForceCurve:
         """Curve of many points on each branch without force, to draw a model."""
-        base = [
-            np.linspace(part.min(), part.max(), _DRAWN)[:: int(branch.direction)]
-            for branch in self.branches
-            for part in [self.base[branch.points]]
-        ]
-        depth = -np.concatenate(base)
-        turn = sum(branch.direction < 0.0 for branch in self.branches) * _DRAWN
+        bases, turn = [], 0
+        for branch in self.branches:
+            measured = self.base[branch.points]
+            base = np.linspace(measured.min(), measured.max(), _DRAWN_POINTS)
+            if branch.direction < 0.0:
+                base = base[::-1]
+                turn += _DRAWN_POINTS
+            bases.append(base)
+        depth = -np.concatenate(bases)
         return ForceCurve(depth, np.zeros_like(depth), self.stiffness, turn)
 
     @cached_property
     def deepest(self) -> float:
         """Depth of the tip where the base is lowest (Å), without most of the noise."""
         turn = int(np.argmin(self.base))
-        near = slice(max(turn - _NEAR, 0), turn + 1)
-        if turn < _NEAR:
-            near = slice(turn, turn + _NEAR + 1)
+        near = slice(max(turn - _TURN_POINTS, 0), turn + 1)
+        if turn < _TURN_POINTS:
+            near = slice(turn, turn + _TURN_POINTS + 1)
         base = self.base[near] - self.base[turn]
         line = np.polynomial.Polynomial.fit(base, self.force[near], 1)
         return float(-self.base[turn] - line(0.0) / self.stiffness)
@@ -300,10 +303,10 @@ class ForceCurve:
         if first is None:
             lowest = int(np.argmin(self.base))
             first = lowest + 1 if lowest else 0
-        ends = (slice(0, first), -1.0), (slice(first, len(self.base)), 1.0)
+        approach, retraction = slice(0, first), slice(first, len(self.base))
         return [
             MeasuredBranch(points, direction, self._jump(points, direction))
-            for points, direction in ends
+            for points, direction in ((approach, -1.0), (retraction, 1.0))
             if points.stop - points.start > 1
         ]
 
@@ -315,11 +318,11 @@ class ForceCurve:
         """
         change = direction * np.diff(self.force[points])
         largest = int(np.argmax(change))
-        return largest if change[largest] > _JUMP * self.noise else None
+        return largest if change[largest] > _MIN_JUMP * self.noise else None
 
 
 def noise_of(values: FloatArray) -> float:
     """Return the standard deviation of the noise of values, from second differences."""
     median = np.median(abs(np.diff(values, 2))) if values.size > 2 else 0.0
-    noise = median / _MEDIAN / _SECOND_DIFFERENCE
-    return float(max(noise, _SMALLEST_NOISE * np.ptp(values)))
+    noise = median / _GAUSSIAN_MEDIAN / _SECOND_DIFFERENCE_RATIO
+    return float(max(noise, _MIN_NOISE * np.ptp(values)))

@@ -27,18 +27,20 @@ from ase_roughcontact.fitting.residual_runs import (
 )
 from ase_roughcontact.theory.indenters import Indenter
 
-# Number of contact points of a scan, and of depths at which the model is tabulated.
-_SCAN, _GRID = 60, 1000
-# Least number of points in contact and before it.
-_FEWEST = 5
+# Number of contact points that are tried first.
+_TRIED_CONTACTS = 60
+# Number of depths at which the model is tabulated.
+_TABULATED_DEPTHS = 1000
+# Smallest number of points in contact, and before it.
+_MIN_POINTS = 5
 # Largest number of times that the compared points are chosen anew.
-_CHOICES = 10
+_MAX_SELECTIONS = 10
 # Change of parameters for derivatives, relative to their scale.
-_CHANGE = 1e-6
-# Range of the forces relative to their noise that shows a contact.
-_RISES = 10.0
-# Part of the radius of a paraboloid up to which the contact may reach.
-_WIDE = 0.3
+_DIFFERENCE_STEP = 1e-6
+# Smallest range of the forces relative to their noise that shows a contact.
+_MIN_FORCE_RANGE = 10.0
+# Largest contact radius of a paraboloid, relative to its radius.
+_MAX_CONTACT_RADIUS = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +190,7 @@ def fit_indentation(
     compared = np.ones(len(part.force), bool)
     values, converged = model.solve(compared, model.first(compared))
     chosen = model.below(values) <= deepest
-    for _ in range(_CHOICES):
+    for _ in range(_MAX_SELECTIONS):
         if np.array_equal(chosen, compared):
             break
         compared = chosen
@@ -224,7 +226,7 @@ class _Model:
         below = -self._curve.base - contact
         largest = max(float(below.max()), 1e-12 * self._extent)
         # closer near the contact, where the force begins
-        depth = largest * np.linspace(0.0, 1.0, _GRID) ** 2
+        depth = largest * np.linspace(0.0, 1.0, _TABULATED_DEPTHS) ** 2
         force = modulus * self._indenter.force_on_layer(depth, self._thickness)
         along = depth + force / self._curve.stiffness
         return baseline + np.where(below > 0.0, np.interp(below, along, force), 0.0)
@@ -234,14 +236,14 @@ class _Model:
         depth, force = self._curve.depth[compared], self._curve.force[compared]
         height = self._height[compared]
         order = np.sort(depth)
-        if len(order) < 2 * _FEWEST:
+        if len(order) < 2 * _MIN_POINTS:
             raise ValueError(
-                f"an indentation fit needs at least {2 * _FEWEST} points, got "
+                f"an indentation fit needs at least {2 * _MIN_POINTS} points, got "
                 f"{len(order)}: give a longer curve, or a larger depth"
             )
-        low, high = order[_FEWEST - 1], order[-_FEWEST]
+        low, high = order[_MIN_POINTS - 1], order[-_MIN_POINTS]
         best, least = None, math.inf
-        for contact in np.linspace(low, high, _SCAN, endpoint=False):
+        for contact in np.linspace(low, high, _TRIED_CONTACTS, endpoint=False):
             shape = self._indenter.force_on_layer(depth - contact, self._thickness)
             columns = np.column_stack([shape, np.ones_like(depth), height])
             columns = columns[:, : self._count - 1]
@@ -251,7 +253,7 @@ class _Model:
             squares = float(np.sum((columns @ found - force) ** 2))
             if found[0] > 0.0 and squares < least:
                 best, least = np.insert(found, 1, contact), squares
-        rises = np.ptp(force) > _RISES * self._curve.noise
+        rises = np.ptp(force) > _MIN_FORCE_RANGE * self._curve.noise
         if best is None or not rises:
             raise ValueError(
                 "no contact is found: the force does not rise with the depth; look at "
@@ -279,7 +281,9 @@ class _Model:
             return (self.forces(values(x))[compared] - force) / self._curve.noise
 
         start = np.append(0.0, first[1:] / scales)[: self._count]
-        found = least_squares(residuals, start, x_scale="jac", diff_step=_CHANGE)
+        found = least_squares(
+            residuals, start, x_scale="jac", diff_step=_DIFFERENCE_STEP
+        )
         return values(found.x), bool(found.success)
 
     def _scales(self, values: FloatArray) -> FloatArray:
@@ -296,9 +300,9 @@ class _Model:
         scales = self._scales(values)
         rows = []
         for i, scale in enumerate(scales[: self._count]):
-            change = _CHANGE * scale * np.eye(len(values))[i]
+            change = _DIFFERENCE_STEP * scale * np.eye(len(values))[i]
             slopes = self.forces(values + change) - self.forces(values - change)
-            rows.append(slopes[compared] / (2.0 * _CHANGE))
+            rows.append(slopes[compared] / (2.0 * _DIFFERENCE_STEP))
         residual = (fitted - self._curve.force)[compared]
         degrees = max(len(residual) - self._count, 1)
         noise = math.sqrt(float(residual @ residual) / degrees)
@@ -330,7 +334,7 @@ def _warnings(fit: IndentationFit) -> list[str]:
     warnings = []
     inside = fit.indentation[fit.compared]
     before, within = int(np.sum(inside <= 0.0)), int(np.sum(inside > 0.0))
-    if min(before, within) < _FEWEST:
+    if min(before, within) < _MIN_POINTS:
         where = "before" if before < within else "in"
         warnings.append(
             f"only {min(before, within)} points are {where} contact, so that the "
@@ -341,7 +345,7 @@ def _warnings(fit: IndentationFit) -> list[str]:
         warnings.append("the modulus is not larger than three standard errors")
     tip = getattr(fit.indenter, "tip_radius", math.inf)
     radius = float(fit.indenter.radius(deepest))
-    if fit.indenter.name == "paraboloid" and radius > _WIDE * tip:
+    if fit.indenter.name == "paraboloid" and radius > _MAX_CONTACT_RADIUS * tip:
         warnings.append(
             f"the contact radius is {radius / tip:.2g} of the radius of the "
             'paraboloid: give --indenter "sphere ..."'

@@ -17,20 +17,21 @@ from ase_roughcontact._util.validation import FloatArray
 #: Ratio of a difference to the expected error above which there is a warning.
 FAR_ABOVE = 3.0
 # Relative change of parameters, and of the sum of squares, at which a fit ends.
-_CONVERGED = 1e-5
-# Distance to the solution by linear extrapolation, relative to the standard errors, at
-# which a fit ends.
-_CLOSE = 0.1
+_RELATIVE_TOLERANCE = 1e-5
+# Largest distance to the solution by linear extrapolation, relative to the standard
+# errors, at which a fit ends.
+_MAX_DISTANCE = 0.1
 # Number of trials in a row without a smaller sum of squares after which a fit ends.
-_MOST_IN_VAIN = 5
-# Relative decrease of the sum of squares that is progress.
-_PROGRESS = 1e-3
-# Correlation from which two parameters can't be distinguished.
-_CORRELATED = 0.99
-# Part of a parameter that the residuals do not determine, above which it has no error.
-_FREE = 1e-6
+_MAX_STALLED = 5
+# Smallest relative decrease of the sum of squares that is progress.
+_MIN_DECREASE = 1e-3
+#: Largest correlation of two parameters that can be distinguished.
+MAX_CORRELATION = 0.99
+# Largest part of a parameter that the residuals do not determine, with which the
+# parameter has an error.
+_MAX_UNDETERMINED_PART = 1e-6
 # Change of the unknowns for derivatives of the parameters.
-_CHANGE = 1e-6
+_DIFFERENCE_STEP = 1e-6
 #: Standard uncertainty of the logarithm of the range of the attraction, which a scene
 #: assumes: a factor of two.
 RANGE_UNCERTAINTY = math.log(2.0)
@@ -64,7 +65,7 @@ class Fit(Printed):
     force, fitted : ndarray, shape (k,)
         Measured and fitted forces, with the baseline (eV/Å).
     compared : ndarray of bool, shape (k,)
-        Points that are compared: not those at a jump.
+        Points that are compared: all but the points at a jump.
     noise : float
         Standard deviation of the residuals of the compared points (eV/Å).
     converged : bool
@@ -116,20 +117,20 @@ class Fit(Printed):
             if unit in PRESSURES:
                 unit = pressure_unit(self.values[i] * UNITS[unit])
             scale = UNITS[self.units[i]] / UNITS[unit]
-            parts = (scale * errors[i] for errors in self.contributions.values())
             value, error = scale * self.values[i], scale * self.errors[i]
             row = [name, number(value, 5), number(error, 2), unit]
-            rows.append([*row, *(number(part, 2) for part in parts)])
-        return [
-            *(() if self.converged else ("NOT CONVERGED",)),
-            table(heads, [*rows, [*noise, *("" for _ in self.contributions)]], left=1),
-            *(
-                f"correlation of {a} and {b}: {self.correlation[i, j]:.3f}"
-                for i, a in enumerate(self.names)
-                for j, b in enumerate(self.names[:i])
-            ),
-            *(f"warning: {warning}" for warning in self.warnings),
-        ]
+            for errors in self.contributions.values():
+                row.append(number(scale * errors[i], 2))
+            rows.append(row)
+        rows.append(noise + [""] * len(self.contributions))
+        parts: list[Any] = [] if self.converged else ["NOT CONVERGED"]
+        parts.append(table(heads, rows, left=1))
+        for i, first in enumerate(self.names):
+            for j, second in enumerate(self.names[:i]):
+                correlation = f"{self.correlation[i, j]:.3f}"
+                parts.append(f"correlation of {first} and {second}: {correlation}")
+        parts += [f"warning: {warning}" for warning in self.warnings]
+        return parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +165,7 @@ class _Trials:
 
     def __init__(self, model: Any, callback: Callback | None) -> None:
         self._model, self._callback = model, callback
-        self._least, self._in_vain = math.inf, 0
+        self._least, self._stalled = math.inf, 0
         self.distance, self.doubts = math.inf, list[str]()
         self._last: Trial | None = None
 
@@ -185,14 +186,14 @@ class _Trials:
             named = dict(zip(self._model.names, values, strict=True))
             self._callback(named, math.sqrt(np.mean(residuals**2)))
         squares = float(residuals @ residuals)
-        progress = squares < (1.0 - _PROGRESS) * self._least
-        self._in_vain = 0 if progress else self._in_vain + 1
+        progress = squares < (1.0 - _MIN_DECREASE) * self._least
+        self._stalled = 0 if progress else self._stalled + 1
         if squares < self._least:
             change = trial.jacobian @ (np.linalg.pinv(trial.jacobian) @ residuals)
             variance = squares / _degrees(trial)
             self._least, self.best = squares, trial
             self.distance = math.sqrt(change @ change / variance) if variance else 0.0
-        if self.distance < _CLOSE or self._in_vain >= _MOST_IN_VAIN:
+        if self.distance < _MAX_DISTANCE or self._stalled >= _MAX_STALLED:
             raise StopIteration
         return residuals
 
@@ -247,8 +248,8 @@ def solve(
             jac=trials.jacobian,
             bounds=model.bounds,
             x_scale="jac",
-            xtol=_CONVERGED,
-            ftol=_CONVERGED,
+            xtol=_RELATIVE_TOLERANCE,
+            ftol=_RELATIVE_TOLERANCE,
         )
         converged = bool(solution.success)
     except StopIteration:
@@ -290,16 +291,16 @@ def solve(
 
 def _scales(model: Any, x: FloatArray) -> FloatArray:
     """Return the derivatives of the parameters to the unknowns."""
-    steps = _CHANGE * np.eye(len(x))
+    steps = _DIFFERENCE_STEP * np.eye(len(x))
     rows = [model.values(x + step) - model.values(x - step) for step in steps]
-    return np.transpose(rows) / (2.0 * _CHANGE)
+    return np.transpose(rows) / (2.0 * _DIFFERENCE_STEP)
 
 
 def _undetermined(scales: FloatArray, jacobian: FloatArray) -> np.ndarray:
     """Return which parameters can change without a change of the residuals."""
     free = np.eye(jacobian.shape[1]) - np.linalg.pinv(jacobian) @ jacobian
     changes: np.ndarray = abs(scales @ free).max(axis=1)
-    return changes > _FREE * abs(scales).max(axis=1)
+    return changes > _MAX_UNDETERMINED_PART * abs(scales).max(axis=1)
 
 
 def _correlation(covariance: FloatArray, deviation: FloatArray) -> FloatArray:
@@ -334,7 +335,7 @@ def _warnings(model: Any, fit: Fit) -> Iterator[str]:
             f"{model.reasons}; the errors of the parameters are not valid"
         )
     for i, j in zip(*np.tril_indices(len(fit.names), -1), strict=True):
-        if abs(fit.correlation[i, j]) > _CORRELATED:
+        if abs(fit.correlation[i, j]) > MAX_CORRELATION:
             yield (
                 f"{fit.names[i]} and {fit.names[j]} can't both be determined, the "
                 f"correlation of their errors is {fit.correlation[i, j]:.4f}: fix one "

@@ -21,8 +21,8 @@ from ase_roughcontact.fitting.formats.table import (
     Segment,
 )
 
-# Relative difference up to which stiffnesses of the cantilever are the same.
-_SAME_STIFFNESS = 0.02
+# Largest relative difference of equal stiffnesses of the cantilever.
+_MAX_STIFFNESS_DIFFERENCE = 0.02
 #: Names of columns by quantity, the best ones first. An indentation is zero before the
 #: contact, and therefore the last choice.
 NAMES = {
@@ -328,12 +328,12 @@ def checked_stiffness(file: PathName, found: float, stiffness: float | None) -> 
     """
     if stiffness is None:
         return found
-    if not math.isclose(found, stiffness, rel_tol=_SAME_STIFFNESS):
+    if not math.isclose(found, stiffness, rel_tol=_MAX_STIFFNESS_DIFFERENCE):
         unit = UNITS["N/m"]
         raise ValueError(
             f"{file}: forces over deflections give a cantilever of {found / unit:.4g} "
             f"N/m, the scene or its header {stiffness / unit:.4g} N/m: correct "
-            "cantilever in [path], or what is wrong in the file"
+            "cantilever in [path], or the file"
         )
     return stiffness
 
@@ -345,14 +345,13 @@ def _without_units(file: PathName, columns: Sequence[Column]) -> str:
             f"{file}: {columns[0].head} needs the sensitivity of the instrument: "
             '--sensitivity "50 nm/V"'
         )
-    texts = [
-        f"{column.head} has "
-        + (f"the unknown unit {column.unit!r}" if column.unit else "no unit")
-        for column in columns
-    ]
+    texts = []
+    for column in columns:
+        unit = f"the unknown unit {column.unit!r}" if column.unit else "no unit"
+        texts.append(f"{column.head} has {unit}")
     return (
-        f"{file}: {', '.join(texts)}. Write it behind the names in the first line, "
-        '"Height (nm)", or give names and units of all columns: --columns "height '
-        '(nm), deflection (nm)"; lengths may be in nm, um or m, forces in pN, nN or N, '
-        "deflections also in V"
+        f"{file}: {', '.join(texts)}. Write units behind the names in the first line, "
+        'such as "Height (nm)", or give names and units of all columns: --columns '
+        '"height (nm), deflection (nm)"; lengths may be in nm, um or m, forces in pN, '
+        "nN or N, deflections also in V"
     )

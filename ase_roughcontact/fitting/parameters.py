@@ -43,9 +43,9 @@ FREE_UNITS = {
     "height_offset": "nm",
 }
 # Relative change of a parameter for differences of explicit functions.
-_CHANGE = 1e-6
+_DIFFERENCE_STEP = 1e-6
 # Relative residual of the adjoint equations.
-_RESIDUAL = 1e-8
+_ADJOINT_RESIDUAL = 1e-8
 
 
 def value_of(scene: Scene, name: str) -> float:
@@ -72,14 +72,14 @@ def value_of(scene: Scene, name: str) -> float:
         )
     values = {
         "work_of_adhesion": scene.wall.work_of_adhesion,
-        "contact_modulus": _of_sample(scene),
+        "contact_modulus": _sample_modulus(scene),
         "radius": scene.radius,
         "attraction_range": scene.wall.attraction_range,
     }
     return values[name] / UNITS[FREE[name][1]]
 
 
-def _of_sample(scene: Scene) -> float:
+def _sample_modulus(scene: Scene) -> float:
     """Return E* of the sample alone, without the compliance of the tip (eV/Å^3)."""
     if not scene.tip_material:
         return scene.contact_modulus
@@ -129,7 +129,8 @@ class ForceDerivatives:
         self, scene: Scene, free: Sequence[str], with_range: bool = False
     ) -> None:
         self._changes = [_Change(scene, name).of for name in free]
-        self._changes += [_by_range] * with_range
+        if with_range:
+            self._changes.append(_change_by_range)
 
     def of(self, relaxed: RelaxedStep) -> FloatArray:
         """Return the derivatives at a relaxed state.
@@ -146,7 +147,7 @@ class ForceDerivatives:
             (eV/Å per unit); NaN at an instability.
         """
         contact, state = relaxed.contact, relaxed.fields
-        response = height_response(contact, state, _RESIDUAL)
+        response = height_response(contact, state, _ADJOINT_RESIDUAL)
         changes = (change(relaxed, state.gap) for change in self._changes)
         row = [force_derivative(contact, state, response, **each) for each in changes]
         return np.array(row)
@@ -157,10 +158,10 @@ class _Change:
 
     def __init__(self, scene: Scene, name: str) -> None:
         value = value_of(scene, name)
-        self._step = 2.0 * _CHANGE * value
+        self._step = 2.0 * _DIFFERENCE_STEP * value
         self._scenes = [
             changed(scene, {name: value * factor})
-            for factor in (1.0 - _CHANGE, 1.0 + _CHANGE)
+            for factor in (1.0 - _DIFFERENCE_STEP, 1.0 + _DIFFERENCE_STEP)
         ]
 
     def of(self, relaxed: RelaxedStep, gap: FloatArray) -> dict[str, Any]:
@@ -185,7 +186,7 @@ class _Change:
         return 0.0 if low == high else (function(high) - function(low)) / self._step
 
 
-def _by_range(relaxed: RelaxedStep, gap: FloatArray) -> dict[str, Any]:
+def _change_by_range(relaxed: RelaxedStep, gap: FloatArray) -> dict[str, Any]:
     r"""Return the derivative of the wall to the logarithm of its range, at one work.
 
     The attraction of the range :math:`s D` has the pressure :math:`P(g/s)/s` at the gap

@@ -30,15 +30,14 @@ from ase_roughcontact.fitting.residual_runs import (
 )
 from ase_roughcontact.theory.indenters import Indenter
 
-# Number of points to which a curve is averaged.
-_POINTS = 800
-# Number of contact points, and of times in a row, that are tried first.
-_SCAN, _TIMES = 40, 8
+# Largest number of points to which a curve is averaged.
+_MAX_POINTS = 800
+# Number of contact points that are tried first.
+_TRIED_CONTACTS = 40
+# Number of relaxation times of the solid that is tried first.
+_TRIED_TIMES = 8
 # Change of the unknowns for differences.
-_CHANGE = 1e-5
-# Largest ratio of a relaxation time to the duration, and least ratio to the spacing of
-# the times, that the points determine.
-_LONGEST, _SHORTEST = 1.0, 1.0
+_DIFFERENCE_STEP = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +146,7 @@ def fit_relaxation(
     model = _Model(time, curve, indenter, terms)
     first = model.first()
     found = least_squares(
-        model.residuals, first, x_scale="jac", diff_step=_CHANGE, max_nfev=200
+        model.residuals, first, x_scale="jac", diff_step=_DIFFERENCE_STEP, max_nfev=200
     )
     return model.result(found.x, bool(found.success))
 
@@ -162,7 +161,7 @@ class _Model:
     def __init__(
         self, time: FloatArray, curve: ForceCurve, indenter: Indenter, terms: int
     ) -> None:
-        parts = np.array_split(np.arange(len(time)), min(_POINTS, len(time)))
+        parts = np.array_split(np.arange(len(time)), min(_MAX_POINTS, len(time)))
 
         def averaged(values: FloatArray) -> FloatArray:
             return np.array([values[part].mean() for part in parts])
@@ -213,11 +212,11 @@ class _Model:
 
     def first(self) -> FloatArray:
         """Return first values: contact points and times are tried in turn."""
-        grid = self._time[-1] * np.geomspace(1.0 / len(self._time), 1.0, _TIMES)
+        grid = self._time[-1] * np.geomspace(1.0 / len(self._time), 1.0, _TRIED_TIMES)
         free = float(np.median(self._force[: max(len(self._force) // 20, 2)]))
         least, best = math.inf, None
         low, high = self._depth.min(), self._depth.max()
-        for contact in np.linspace(low, high, _SCAN, endpoint=False):
+        for contact in np.linspace(low, high, _TRIED_CONTACTS, endpoint=False):
             responses = self._responses(contact, grid)
             scale = max(float(abs(responses).max()), 1e-300)
             moduli, misfit = nnls(responses / scale, self._force - free)
@@ -233,7 +232,7 @@ class _Model:
         # times in equal parts of the sum of the relaxing moduli
         part = np.cumsum(moduli[1:]) / max(float(moduli[1:].sum()), 1e-300)
         middle = (np.arange(self._terms) + 0.5) / self._terms
-        times = grid[np.minimum(np.searchsorted(part, middle), _TIMES - 1)]
+        times = grid[np.minimum(np.searchsorted(part, middle), _TRIED_TIMES - 1)]
         relaxing = max(float(moduli[1:].sum()), 0.05 * total) / self._terms
         relaxed = max(float(moduli[0]), 0.05 * total)
         logarithms = np.log([relaxed, *[relaxing] * self._terms]) - math.log(
@@ -249,9 +248,9 @@ class _Model:
         fitted = self.forces(x)
         residual = fitted - self._force
         noise = math.sqrt(float(residual @ residual) / max(len(residual) - len(x), 1))
-        steps = _CHANGE * np.eye(len(x))
+        steps = _DIFFERENCE_STEP * np.eye(len(x))
         slopes = [self.forces(x + step) - self.forces(x - step) for step in steps]
-        inverse = np.linalg.pinv(np.transpose(slopes) / (2.0 * _CHANGE))
+        inverse = np.linalg.pinv(np.transpose(slopes) / (2.0 * _DIFFERENCE_STEP))
         alike = points_per_value(residual)
         errors = noise * np.sqrt(alike * np.sum(inverse**2, axis=1))
         order = np.argsort(times)
@@ -278,12 +277,13 @@ class _Model:
         """Return reasons to doubt a fit."""
         warnings = []
         spacing = float(np.median(np.diff(self._time)))
+        duration = float(self._time[-1])
         for time in fit.relaxation_times:
-            if time > _LONGEST * self._time[-1] or time < _SHORTEST * spacing:
+            if not spacing <= time <= duration:
                 warnings.append(
-                    f"the relaxation time of {time:.3g} s is outside of what was "
-                    f"measured, {spacing:.2g} to {self._time[-1]:.3g} s: fit fewer "
-                    "terms, or hold longer"
+                    f"the relaxation time of {time:.3g} s is outside of the measured "
+                    f"times, {spacing:.2g} to {duration:.3g} s: fit fewer terms, or "
+                    "hold longer"
                 )
         if 3.0 * fit.contact_modulus_error > fit.contact_modulus:
             warnings.append(

@@ -9,9 +9,11 @@ import numpy as np
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 
-# Least mean of residuals of one sign in a row that is reported, relative to its
-# standard error, and relative to the largest force.
-_SYSTEMATIC, _MATTERS = 6.0, 0.01
+#: Smallest mean of residuals of one sign in a row, relative to its standard error, that
+#: is not noise.
+MIN_SIGNIFICANCE = 6.0
+# Smallest reported mean of such residuals, relative to the largest force.
+_MIN_RELATIVE_MEAN = 0.01
 
 
 def points_per_value(residual: FloatArray) -> float:
@@ -54,8 +56,8 @@ def systematic_residuals(
     runs = np.split(residual, changes + 1)
     run = max(runs, key=lambda each: abs(each.mean()) * math.sqrt(len(each)))
     mean = float(run.mean())
-    is_noise = abs(mean) * math.sqrt(len(run)) < _SYSTEMATIC * noise
-    if is_noise or abs(mean) < _MATTERS * largest:
+    is_noise = abs(mean) * math.sqrt(len(run)) < MIN_SIGNIFICANCE * noise
+    if is_noise or abs(mean) < _MIN_RELATIVE_MEAN * largest:
         return []
     return [
         f"the fit is {mean / UNITS['nN']:+.3g} nN off on {len(run)} points in a row: "

@@ -42,12 +42,14 @@ from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.windows.regrid import GridChange
 
 _NN, _NM = UNITS["nN"], UNITS["nm"]
-# Part of a measured jump above which a calculated jump is its counterpart.
-_COUNTERPART = 0.3
-# Least penetration of a wall that only repels, in spacings.
-_SHALLOWEST = 1e-3
-# Limits of a parameter of the scene relative to its first value.
-_LEAST, _MOST = 0.05, 20.0
+# Smallest calculated jump, relative to the measured jump, that is its counterpart.
+_MIN_RELATIVE_JUMP = 0.3
+# Smallest penetration of a wall that only repels, in spacings.
+_MIN_PENETRATION = 1e-3
+# Smallest value of a parameter of the scene, relative to its first value.
+_MIN_FACTOR = 0.05
+# Largest value of a parameter of the scene, relative to its first value.
+_MAX_FACTOR = 20.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,14 +97,15 @@ class Residuals:
         path: Any = scene.path if isinstance(scene.path, Loop) else Loop
         self._tolerance: float = path.tolerance
         self.error = self._tolerance * float(abs(curve.force).max())
-        self._free, self._lines = (
-            [name for name in free if name in names] for names in (FREE, BASELINE)
-        )
+        self._free = [name for name in free if name in FREE]
+        self._lines = [name for name in free if name in BASELINE]
         self.names = *self._free, *self._lines, "height_offset"
         self.units = tuple(FREE_UNITS[name] for name in self.names)
         counts = len(self._free), len(self._lines) + 1
         self.start = np.repeat([1.0, 0.0], counts)
-        self.bounds = np.repeat([[_LEAST, -np.inf], [_MOST, np.inf]], counts, axis=1)
+        self.bounds = np.repeat(
+            [[_MIN_FACTOR, -np.inf], [_MAX_FACTOR, np.inf]], counts, axis=1
+        )
         first = [value_of(scene, name) for name in self._free]
         self._scale = np.append(first, np.ones(counts[1]))
         offsets = {"force_offset": curve.far_force / _NN}
@@ -118,7 +121,7 @@ class Residuals:
         values, curve, count = self.values(x), self._curve, len(self._curve.force)
         followed = self._followed(values, scene or self._scene)
         forces, base = self._corrected(values).force, curve.base + values[-1] * _NM
-        # force, its derivative to the height of the base, and those to the parameters
+        # force, and its derivatives to the height of the base and to the parameters
         rows = np.zeros((count + 2, followed[1.0].columns.shape[1]))
         unit, target = np.full(count + 2, curve.noise), np.append(forces, [0.0, 0.0])
         compared = np.append(np.ones(count, bool), [False, False])
@@ -209,7 +212,7 @@ class Residuals:
         scene = changed(scene, dict(zip(free, values, strict=False)))
         lowest = values[-1] * _NM - self._corrected(values).deepest
         # at least into the range of the wall, or to a contact with a hard one
-        least = _SHALLOWEST * scene.spacing - 0.5 * scene.wall.reach
+        least = _MIN_PENETRATION * scene.spacing - 0.5 * scene.wall.reach
         deepest = max(float(scene.first_contact - lowest), least)
         path = Loop(deepest, tolerance=self._tolerance)
         trial = replace(scene, path=path)
@@ -222,9 +225,13 @@ class Residuals:
             states.append(step.record)
             rows[step.record.step] = derivatives.of(step.left)
         loop, stiffness = path.result(trial.bodies, states), self._curve.stiffness
-        down = loop.approach, loop.approach_jumps, rows, stiffness, -1.0
-        up = loop.retraction, loop.retraction_jumps, rows, stiffness, 1.0
-        return {-1.0: FollowedBranch.of(*down), 1.0: FollowedBranch.of(*up)}
+        approach = FollowedBranch.of(
+            loop.approach, loop.approach_jumps, rows, stiffness, -1.0
+        )
+        retraction = FollowedBranch.of(
+            loop.retraction, loop.retraction_jumps, rows, stiffness, 1.0
+        )
+        return {-1.0: approach, 1.0: retraction}
 
 
 def on_finer_grid(scene: Scene) -> tuple[Scene, float]:
@@ -250,7 +257,7 @@ def _are_counterparts(
     if measured.jump is None:
         return False
     before, after = force[measured.jump : measured.jump + 2]
-    return bool(abs(jump.change) > _COUNTERPART * abs(after - before))
+    return bool(abs(jump.change) > _MIN_RELATIVE_JUMP * abs(after - before))
 
 
 def _on_one_side(base: FloatArray, measured: MeasuredBranch, jump: float) -> np.ndarray:

@@ -15,11 +15,11 @@ from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.theory import SphereTheory, sphere_theory
 
 # Largest contact radius of the smooth sphere, relative to Hertz's radius.
-_EXTENT = 2.0
+_MAX_RELATIVE_RADIUS = 2.0
 # Largest work of adhesion (J/m²).
-_LARGEST = 9.0
+_MAX_WORK = 9.0
 # First works of adhesion of the fit, relative to the work of adhesion of the scene.
-_STARTS = np.geomspace(0.05, 20.0, 25)
+_FIRST_WORKS = np.geomspace(0.05, 20.0, 25)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,12 +81,19 @@ def smooth_fit(
     if not scene.wall.attractive:
         raise ValueError("a fit of the work of adhesion needs a wall with attraction")
     base, force = curve.base, curve.force
-    size = _EXTENT * np.sqrt(scene.radius * np.ptp(curve.depth)) + scene.spacing
+    size = (
+        _MAX_RELATIVE_RADIUS * np.sqrt(scene.radius * np.ptp(curve.depth))
+        + scene.spacing
+    )
 
     def theory(work: float) -> SphereTheory:
-        wall = changed(scene, {"work_of_adhesion": min(abs(work), _LARGEST)}).wall
-        adhesion = wall.work_of_adhesion, wall.attraction_range
-        return sphere_theory(scene.radius, scene.contact_modulus, *adhesion)
+        wall = changed(scene, {"work_of_adhesion": min(abs(work), _MAX_WORK)}).wall
+        return sphere_theory(
+            scene.radius,
+            scene.contact_modulus,
+            wall.work_of_adhesion,
+            wall.attraction_range,
+        )
 
     lines = curve.baseline(baseline)
     corrected = curve
@@ -105,9 +112,11 @@ def smooth_fit(
 
     largest = int(np.argmax(force))
     trials = []
-    for work in np.minimum(value_of(scene, "work_of_adhesion") * _STARTS, _LARGEST):
-        branch = _increasing(*theory(work).curve(size)[::-1])
-        zero = np.interp(corrected.force[largest], *branch)
+    for work in np.minimum(
+        value_of(scene, "work_of_adhesion") * _FIRST_WORKS, _MAX_WORK
+    ):
+        depths, theory_forces = theory(work).curve(size)
+        zero = np.interp(corrected.force[largest], *_increasing(theory_forces, depths))
         trials.append(np.array([work, corrected.depth[largest] - zero]))
     best = min(trials, key=squares)
     # a method without derivatives: they are not defined at a jump
@@ -118,7 +127,7 @@ def smooth_fit(
         "fatol": curve.noise**2,
     }
     found = minimize(squares, best, method="Nelder-Mead", options=options).x
-    work = float(min(abs(found[0]), _LARGEST))
+    work = float(min(abs(found[0]), _MAX_WORK))
     drawn = curve.drawn
     line = drawn.base, forces(found, drawn)
     return SmoothFit(work, theory(work).name, forces(found), line)

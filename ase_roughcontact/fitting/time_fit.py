@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.units import FORCES, UNITS
 from ase_roughcontact._util.validation import FloatArray, finite_array, lookup
 from ase_roughcontact.contact.control import LOAD
@@ -45,12 +46,10 @@ from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.scene.scene import Scene
 
 # Ratio of tolerances by which the error of the time steps is estimated.
-_SHORTER = 10.0
-# Rounding of times, relative.
-_ROUNDING = 1e-12
+_TOLERANCE_RATIO = 10.0
 # Change of the unknowns for differences: its effect is larger than the effect of
 # another choice of the time steps.
-_CHANGE = 0.02
+_DIFFERENCE_STEP = 0.02
 
 
 def fit_in_time(
@@ -117,7 +116,7 @@ class TimeModel:
         Steps that did not converge.
     """
 
-    reasons = "the path is not that of the measurement, or the solid needs more terms"
+    reasons = "the path is not the measured one, or the solid needs more terms"
     bounds = -np.inf, np.inf
     abscissa, ordinate = ("time", "s"), ("normal force $N$", "nN")
 
@@ -152,16 +151,18 @@ class TimeModel:
         for name in free:
             lookup(name, SERIES | FREE | offsets, "free parameter")
         # first values of the parameters of the scene, and units of the offsets
-        first = {k: _first_values(scene, k) for k in free if k not in offsets}
-        self._positive = sum(map(len, first.values()))
-        first |= {
-            name: np.array([scale])
-            for name, scale in offsets.items()
-            if name in (*free, "height_offset")
+        first = {
+            name: _first_values(scene, name) for name in free if name not in offsets
         }
-        heads = {head: k for k, v in first.items() for head in _heads(k, len(v))}
-        self._first, self.names = first, tuple(heads)
-        self.units = tuple(FREE_UNITS[name] for name in heads.values())
+        self._positive = sum(len(values) for values in first.values())
+        for name, scale in offsets.items():
+            if name in free or name == "height_offset":
+                first[name] = np.array([scale])
+        names, units = list[str](), list[str]()
+        for name, values in first.items():
+            names += _heads(name, len(values))
+            units += [FREE_UNITS[name]] * len(values)
+        self._first, self.names, self.units = first, tuple(names), tuple(units)
         if time.shape != measured.shape or len(time) < len(self.names) + 2:
             raise ValueError(
                 f"a fit of {len(self.names)} parameters needs at least "
@@ -179,8 +180,10 @@ class TimeModel:
     def trial(self, x: FloatArray) -> Trial:
         """Return the trial for some unknowns."""
         curve = self._curve(x)
-        others = [self._curve(x + change) for change in _CHANGE * np.eye(len(x))]
-        slopes = np.transpose([other - curve for other in others]) / _CHANGE
+        others = [
+            self._curve(x + change) for change in _DIFFERENCE_STEP * np.eye(len(x))
+        ]
+        slopes = np.transpose([other - curve for other in others]) / _DIFFERENCE_STEP
         residuals = (curve - self.measured[1]) / self.noise
         compared = np.ones(len(curve), bool)
         return Trial(x, residuals, slopes / self.noise, compared, curve)
@@ -190,25 +193,29 @@ class TimeModel:
 
         def wider(scene: Scene) -> Scene:
             name = "attraction_range"
-            return changed(scene, {name: (1.0 + _CHANGE) * value_of(scene, name)})
+            return changed(
+                scene, {name: (1.0 + _DIFFERENCE_STEP) * value_of(scene, name)}
+            )
 
         def finer(scene: Scene) -> Scene:
             return on_finer_grid(scene)[0]
 
         def shorter(scene: Scene) -> Scene:
-            return scene.with_values({"path.tolerance": self._tolerance / _SHORTER})
+            return scene.with_values(
+                {"path.tolerance": self._tolerance / _TOLERANCE_RATIO}
+            )
 
         variants = dict[str, tuple[Callable[[Scene], Scene], float]]()
         if self._scene.wall.attractive and "attraction_range" not in self._first:
-            variants["range"] = wider, RANGE_UNCERTAINTY / math.log1p(_CHANGE)
+            variants["range"] = wider, RANGE_UNCERTAINTY / math.log1p(_DIFFERENCE_STEP)
         if not self._scene.substrate.of_atoms:
             variants["grid"] = finer, on_finer_grid(self._scene)[1]
         variants["time steps"] = shorter, 1.0
-        return {
-            name: part / self.noise * (self._curve(x, change) - trial.fitted)[:, None]
-            for x in [trial.unknowns]
-            for name, (change, part) in variants.items()
-        }
+        changes = dict[str, FloatArray]()
+        for name, (change, factor) in variants.items():
+            difference = self._curve(trial.unknowns, change) - trial.fitted
+            changes[name] = factor / self.noise * difference[:, None]
+        return changes
 
     def _given(self, x: FloatArray) -> dict[str, FloatArray]:
         """Return the values of each parameter by its name."""
@@ -251,8 +258,8 @@ class TimeModel:
         curve = np.full_like(time, values[0])
         for begin, _, part in given.timed_parts():  # with kinks and jumps between them
             end = begin + part.duration
-            first = np.searchsorted(times, begin * (1.0 + _ROUNDING), "right") - 1
-            last = np.searchsorted(times, end * (1.0 - _ROUNDING), "left") + 1
+            first = np.searchsorted(times, begin * (1.0 + ROUNDING), "right") - 1
+            last = np.searchsorted(times, end * (1.0 - ROUNDING), "left") + 1
             inside = (time >= begin) & (time <= end)
             if part.duration:
                 piece = slice(first, last)

@@ -15,15 +15,23 @@ from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import COLOURS, GREY
 from ase_roughcontact.tradeoff.result import Tradeoff
 
+# Markers of the sources of errors.
 _MARKERS = "osD^v<>P"
 # Smallest error that is distinguished from zero, relative to the wanted error.
-_SMALLEST = 1e-3
-# Size of the markers of the first source, and increase of the size for each further
-# source, drawn behind it, so that no marker hides another; label distances (points).
-_SIZE, _LARGER, _DISTANCES = 5.0, 0.8, (8.0, 14.0, 22.0)
+_MIN_RELATIVE_ERROR = 1e-3
+# Size of the markers of the first source (points).
+_MARKER_SIZE = 5.0
+# Increase of the size for each further source (points). It is drawn behind the others,
+# so that no marker hides another.
+_MARKER_GROWTH = 0.8
+# Distances of a label from its point, the preferred ones first (points).
+_LABEL_DISTANCES = (8.0, 14.0, 22.0)
 # Directions from a point to its label, the preferred ones first.
-_DIRECTIONS = (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)
-_HORIZONTAL, _VERTICAL = ("center", "left", "right"), ("center", "bottom", "top")
+_DIRECTIONS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
+# Horizontal alignments of a label by its direction along x: 0, 1 and -1.
+_HORIZONTAL = ("center", "left", "right")
+# Vertical alignments of a label by its direction along y: 0, 1 and -1.
+_VERTICAL = ("center", "bottom", "top")
 
 
 def draw_tradeoff(study: Tradeoff, file: Path) -> None:
@@ -67,9 +75,8 @@ def plot_tradeoff(
     matplotlib Axes
     """
     sources = [source for source, *_ in choices]
-    given_errors, given_costs = (
-        np.array([choice[i] for choice in choices]) for i in (2, 3)
-    )
+    given_errors = np.array([error for _, _, error, _ in choices])
+    given_costs = np.array([cost for _, _, _, cost in choices])
     errors = _above_edge(given_errors, wanted)
     costs = _above_edge(given_costs)
     axes.set(xscale="log", yscale="log")
@@ -78,7 +85,7 @@ def plot_tradeoff(
         members = [n for n, each in enumerate(sources) if each == source]
         marker = _MARKERS[kind % len(_MARKERS)]
         points = costs[members], errors[members]
-        size, order = _SIZE + _LARGER * kind, 3.0 - 0.1 * kind
+        size, order = _MARKER_SIZE + _MARKER_GROWTH * kind, 3.0 - 0.1 * kind
         axes.plot(*points, marker, ms=size, label=source, zorder=order, **style)
         along = sorted(set(front).intersection(members), key=lambda n: costs[n])
         if len(along) > 1:
@@ -99,7 +106,7 @@ def plot_tradeoff(
 
 def _above_edge(values: np.ndarray, wanted: float | None = None) -> np.ndarray:
     """Return values; small values are replaced by a tenth of the smallest other one."""
-    shown = values > _SMALLEST * (wanted or 0.0)
+    shown = values > _MIN_RELATIVE_ERROR * (wanted or 0.0)
     edge = min(values[shown].min(initial=math.inf), wanted or math.inf) / 10.0
     return np.where(shown, values, edge if edge < math.inf else 1.0)
 
@@ -122,13 +129,13 @@ def _annotate(axes: Any, labels: dict[tuple[float, float], str]) -> None:
     for point, label in labels.items():
         options = {"textcoords": "offset points", "fontsize": 7, "in_layout": False}
         note = axes.annotate(label, point, (0.0, 0.0), **options)
-        for distance, (right, up) in product(_DISTANCES, _DIRECTIONS):
+        for distance, (right, up) in product(_LABEL_DISTANCES, _DIRECTIONS):
             note.set_position((distance * right, distance * up))
             note.set(ha=_HORIZONTAL[right], va=_VERTICAL[up])
             box = note.get_window_extent()
             inside = np.allclose(Bbox.intersection(axes.bbox, box) or 0.0, box)
             crossed = any(curve.intersects_bbox(box, filled=False) for curve in curves)
-            hidden = box.padded(_SIZE).count_contains(markers)
+            hidden = box.padded(_MARKER_SIZE).count_contains(markers)
             if inside and not (crossed or hidden or box.count_overlaps(taken)):
                 break
         taken.append(box)

@@ -12,23 +12,24 @@ from ase_roughcontact._util.units import UNITS
 
 #: Sources of errors that are numerical, which a plan may combine.
 NUMERICAL = ("tolerance", "grid", "steps", "optimizer", "cutoff", "boundary")
-# Choices beside the numerical ones that also add to the error of a single run.
-_BESIDE = {"realisations": ("1",), "model": ("atoms / continuum",)}
-# Names of the errors of these choices, and advice.
-_NEXT = {
+# Choices beside the numerical ones that also add to the error of a single run: labels
+# by source.
+_OTHER_CHOICES = {"realisations": ("1",), "model": ("atoms / continuum",)}
+# Names of the errors of these choices, and advice, by source.
+_ADVICE = {
     "realisations": (
         "the scatter of single realisations",
         "Next: add these lines to the scene, and average over surfaces: "
         "ase-roughcontact ensemble SCENE --error {error}",
     ),
     "model": (
-        "that of counted atoms where the continuum is meant",
+        "the error of counted atoms where the continuum is meant",
         'Next: give [substrate] model = "continuum", and run tradeoff again; if each '
         "point is an atom, the count is the answer.",
     ),
 }
 # Advice after a plan with an error above the errors of these choices.
-_RUN = "Next: add these lines to the scene: ase-roughcontact run SCENE"
+_RUN_ADVICE = "Next: add these lines to the scene: ase-roughcontact run SCENE"
 #: Part of the wanted error that a plan may have on the steps used for planning.
 SAFETY = 0.7
 
@@ -123,10 +124,10 @@ class Tradeoff(Printed):
     def realisations(self) -> int:
         """Number of surfaces for a mean with the wanted error, too; 0 if unknown."""
         single = [c.error for c in self.choices if c.source == "realisations"]
-        left = self.wanted**2 - sum(c.error for c in self.plan) ** 2
-        if not single or not self.plan or left <= 0.0:
+        remaining = self.wanted**2 - sum(c.error for c in self.plan) ** 2
+        if not single or not self.plan or remaining <= 0.0:
             return 0
-        return math.ceil(max(single) ** 2 / left)
+        return math.ceil(max(single) ** 2 / remaining)
 
     @property
     def toml(self) -> str:
@@ -154,6 +155,7 @@ class Tradeoff(Printed):
     def parts(self) -> list[Any]:
         """The table of choices, its explanation, and the plan."""
         heads = ["source", "choice", f"{self.of} error", "cost (1e6)", "time (s)"]
+        heads += ["memory (GB)", ""]
         rows = [
             (
                 c.source,
@@ -166,47 +168,54 @@ class Tradeoff(Printed):
             )
             for c in self.choices
         ]
-        of_what = ", relative to the penetration" if self.of == "height" else ""
-        return [
-            table([*heads, "memory (GB)", ""], rows, left=2),
+        reference = ", relative to the penetration" if self.of == "height" else ""
+        parts = [
+            table(heads, rows, left=2),
             "",
             f"Errors: largest relative error of the {self.of} of {len(self.steps)} "
-            f"steps{of_what}, with all other numerical choices as accurate as "
+            f"steps{reference}, with all other numerical choices as accurate as "
             "possible: of grids and theory against a grid finer than any choice, all "
             "others on one grid. <: below the estimated error of the finest grid.",
             "Cost: FFT pairs times points of the grid. *: no other choice of this "
             "source is both cheaper and more accurate. "
             f"Steps: {', '.join(self.steps)}.",
-            *(f"Left out: {text}." for text in self.left_out),
-            "",
-            *(self._of_plan() if self.plan else [self._why_no_plan()]),
-            *self._of_largest(),
         ]
+        parts += [f"Left out: {text}." for text in self.left_out]
+        parts.append("")
+        parts += self._plan_lines() if self.plan else [self._why_no_plan()]
+        parts += self._largest_error_lines()
+        return parts
 
-    def _of_largest(self) -> list[str]:
+    def _largest_error_lines(self) -> list[str]:
         """Return the source of the largest error beside the plan, and advice."""
-        beside = [c for c in self.choices if c.label in _BESIDE.get(c.source, ())]
-        of_plan = sum(choice.error for choice in self.plan)
-        largest = max(beside, key=lambda choice: choice.error, default=None)
-        if largest is None or largest.error <= max(of_plan, self.wanted):
-            return [_RUN] if self.plan else []
-        times = f", {largest.error / of_plan:.2g} times the plan's" if of_plan else ""
-        what, advice = _NEXT[largest.source]
+        others = [
+            c for c in self.choices if c.label in _OTHER_CHOICES.get(c.source, ())
+        ]
+        plan_error = sum(choice.error for choice in self.plan)
+        largest = max(others, key=lambda choice: choice.error, default=None)
+        if largest is None or largest.error <= max(plan_error, self.wanted):
+            return [_RUN_ADVICE] if self.plan else []
+        times = ""
+        if plan_error:
+            times = f", {largest.error / plan_error:.2g} times the plan's"
+        name, advice = _ADVICE[largest.source]
         return [
-            f"The largest error is {what}: {largest.error:.2g}{times}.",
+            f"The largest error is {name}: {largest.error:.2g}{times}.",
             advice.format(error=f"{self.wanted:g}"),
         ]
 
-    def _of_plan(self) -> list[str]:
+    def _plan_lines(self) -> list[str]:
         count = self.realisations
         surface = "another surface" if count else "another case"
         verdict = "kept" if self.kept else "NOT KEPT, ask for a smaller error"
-        return [
+        lines = [
             f"Cheapest plan for an error of {self.wanted:g}:",
             f"\n{self.toml}\n",
             f"On {surface} its error was at most {self.checked:.2e}: {verdict}.",
-            *([f"For the mean over surfaces: {count} realisations."] if count else []),
         ]
+        if count:
+            lines.append(f"For the mean over surfaces: {count} realisations.")
+        return lines
 
     def _why_no_plan(self) -> str:
         groups = ([c for c in self.choices if c.source == name] for name in NUMERICAL)

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import chain, product
+from typing import Any
 
 import numpy as np
 
@@ -34,8 +35,8 @@ from ase_roughcontact.tradeoff.variants import (
     with_optimizers,
 )
 
-# Numbers of realisations.
-_COUNTS = (1, 4, 16, 64)
+# Numbers of realisations of the choices.
+_REALISATIONS = (1, 4, 16, 64)
 # Columns of each answer, and of the quantity that its errors are relative to; empty for
 # the area, as its column depends on the scene.
 _COLUMNS = {
@@ -44,7 +45,7 @@ _COLUMNS = {
     "height": ("height", "penetration"),
 }
 # Sources that change the grid: their errors are relative to the finest grid.
-_AGAINST_FINEST = ("scene", "grid")
+_GRID_SOURCES = ("scene", "grid")
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,26 @@ class _Answers:
     def error(self, exact: _Answers) -> float:
         """Return the largest relative difference from accurate answers."""
         return exact._relative(self.values - exact.values)
+
+    def choice(
+        self,
+        source: str,
+        label: str,
+        error: float,
+        settings: dict[str, Any] | None = None,
+        is_bound: bool = False,
+    ) -> Choice:
+        """Return the choice with these costs; see `Choice`."""
+        return Choice(
+            source,
+            label,
+            error,
+            self.cost,
+            self.seconds,
+            self.memory,
+            settings or {},
+            is_bound,
+        )
 
     @property
     def estimate(self) -> float:
@@ -148,8 +169,8 @@ def tradeoff(
         raise ValueError(_without_steps(scene))
     if not is_loop and _COLUMNS[of][0] in scene.control.prescribed:
         raise ValueError(
-            f"the path prescribes the {of}, which has no error: ask for that of the "
-            f"area or the {'height' if of == 'force' else 'force'}"
+            f"the path prescribes the {of}, which has no error: ask for the error of "
+            f"the area or of the {'height' if of == 'force' else 'force'}"
         )
     best = most_accurate(scene)
     scene, finest, best = with_one_field(scene, finest_grid(best), best)
@@ -175,17 +196,18 @@ def tradeoff(
             left_out.append(f"{source} {label}: steps have not converged")
             continue
         difference, bound = found.error(exact), 0.0
-        if source in _AGAINST_FINEST:
+        if source in _GRID_SOURCES:
             difference, bound = found.error(truth), truth.estimate
-        costs = found.cost, found.seconds, found.memory, settings
-        error_of = max(difference, bound)
-        choices.append(Choice(source, label, error_of, *costs, difference < bound))
-    for found_more, why in (
-        _of_model(best, targets, of, points),
-        _of_optimizers(scene, targets, of),
-    ):
-        choices += found_more
-        left_out += why
+        largest = max(difference, bound)
+        choices.append(
+            found.choice(source, label, largest, settings, difference < bound)
+        )
+    model_choices, reasons = _model_choices(best, targets, of, points)
+    choices += model_choices
+    left_out += reasons
+    optimizer_choices, reasons = _optimizer_choices(scene, targets, of)
+    choices += optimizer_choices
+    left_out += reasons
     if of == "area":
         choices += _theory(best, targets, truth)
     choices += _realisations(scene, targets, of)
@@ -207,7 +229,7 @@ def _without_steps(scene: Scene) -> str:
     targets = np.unique(scene.planned.targets) / UNITS[deepest.unit]
     values = ", ".join(f"{target:.4g}" for target in targets)
     return (
-        f'states of kind = "{scene.path.kind}" depend on those before: measure its '
+        f'states of kind = "{scene.path.kind}" depend on earlier states: measure the '
         f'deepest state, kind = "steps", control = "{deepest.control}", values = '
         f"[{values}], without relaxation_moduli, relaxation_times and [friction]"
     )
@@ -234,8 +256,9 @@ def _problem(scene: Scene, targets: Sequence[float], points: int) -> str:
     """Return why a choice is not calculated; empty if it is."""
     try:
         planned = scene.planned
-        path = planned.start, planned.control, targets, planned.window
-        steps = plan_path(planned.problem, *path).steps
+        steps = plan_path(
+            planned.problem, planned.start, planned.control, targets, planned.window
+        ).steps
     except ValueError as error:
         return str(error)
     if problem := next(filter(None, (step.problem for step in steps)), ""):
@@ -244,7 +267,7 @@ def _problem(scene: Scene, targets: Sequence[float], points: int) -> str:
     return f"a grid of {largest:.2g} points" if largest > points else ""
 
 
-def _of_model(
+def _model_choices(
     best: Scene, targets: Sequence[float], of: str, points: int
 ) -> tuple[list[Choice], list[str]]:
     """Return the error of counted atoms against the continuum, or why it is unknown."""
@@ -256,29 +279,28 @@ def _of_model(
         return [], [f"model {label}: {problem}"]
     counted, truth = (_answers(each, targets, of) for each in (best, continuum))
     difference, bound = counted.error(truth), truth.estimate
-    costs = counted.cost, counted.seconds, counted.memory
     error = max(difference, bound)
-    return [Choice("model", label, error, *costs, {}, difference < bound)], []
+    return [counted.choice("model", label, error, is_bound=difference < bound)], []
 
 
-def _of_optimizers(
+def _optimizer_choices(
     scene: Scene, targets: Sequence[float], of: str
 ) -> tuple[list[Choice], list[str]]:
     """Return the choices of an optimizer of ASE, on the grid as given.
 
     The second list names the choices that have not converged.
     """
-    accurate, variants_of = with_optimizers(scene)
-    if not variants_of:
+    accurate, optimizers = with_optimizers(scene)
+    if not optimizers:
         return [], []
     exact, choices, left_out = _answers(accurate, targets, of), [], []
-    for label, settings in variants_of:
+    for label, settings in optimizers:
         found = exact
         if settings["solver.optimizer"] is not None:
             found = _answers(accurate.with_values(settings), targets, of)
-        costs = found.cost, found.seconds, found.memory, settings
         if found.converged:
-            choices.append(Choice("optimizer", label, found.error(exact), *costs))
+            error = found.error(exact)
+            choices.append(found.choice("optimizer", label, error, settings))
         else:
             left_out.append(f"optimizer {label}: steps have not converged")
     return choices, left_out
@@ -311,7 +333,7 @@ def _realisations(scene: Scene, targets: Sequence[float], of: str) -> list[Choic
     memory = max(each.memory for each in found)
     return [
         Choice("realisations", str(n), spread / n**0.5, n * cost, n * time, memory)
-        for n in _COUNTS
+        for n in _REALISATIONS
     ]
 
 

@@ -21,24 +21,32 @@ from ase_roughcontact.topography import SelfAffine
 PILOT = 4
 #: Optimizers of this package, which need no tolerance of their own.
 SOLVERS = NewtonKrylov, ActiveSet
-# Sides of periodic cells in diameters of a smooth contact. They are multiples of this
-# number of atoms, so that any grid divides them.
-_CELLS, _MULTIPLE = (2, 4), 16
+# Sides of periodic cells, in diameters of a smooth contact.
+_CELL_SIDES = (2, 4)
+# Number of atoms of which these sides are multiples, so that any grid divides them.
+_SIDE_MULTIPLE = 16
 # Errors for which a grid is chosen, between the errors of the levels.
-_BETWEEN = (0.03, 0.02, 0.005)
-# Relative errors of the energy balance of a loop, the smallest one the most accurate.
-_LOOPS, _FINEST_LOOP = (1e-2, 1e-3), 1e-4
+_GRID_ERRORS = (0.03, 0.02, 0.005)
+# Relative errors of the energy balance of a loop.
+_LOOP_TOLERANCES = (1e-2, 1e-3)
+# Relative error of the energy balance in the most accurate scene of a loop.
+_MIN_LOOP_TOLERANCE = 1e-4
 # Tolerances of optimizers of ASE, in units of E* a0^2.
-_FMAX = (1e-3, 1e-4, 1e-5)
-# Loose and tight tolerance of the model of atoms.
-_LOOSE, _TIGHT = 1e-1, 1e-8
+_FORCE_TOLERANCES = (1e-3, 1e-4, 1e-5)
+# Loose accuracy of the model of atoms.
+_LOOSE_ACCURACY = 1e-1
+# Accuracy of the model of atoms in the most accurate scene.
+_TIGHT_ACCURACY = 1e-8
 # Error of the continuum for which the finest grid is chosen: half the error of "high".
-_FINEST = LEVELS["high"] / 2.0
-# _ACCURATE: tolerance of the solver against which optimizers are compared.
-# _OTHER: radius at which the plan of a loop is checked, relative to the given radius.
-_ACCURATE, _OTHER = 1e-3, 1.1
-# Cutoffs of the 9-3 wall in units of the spacing, and in the most accurate scene.
-_CUTOFFS, _LARGEST_CUTOFF = (3.0, 5.0, 10.0, 20.0), 30.0
+_FINEST_GRID_ERROR = LEVELS["high"] / 2.0
+# Accuracy of the solver with which optimizers are compared.
+_REFERENCE_ACCURACY = 1e-3
+# Radius at which the plan of a loop is checked, relative to the given radius.
+_CHECKED_RADIUS = 1.1
+# Cutoffs of the 9-3 wall, in units of the spacing.
+_CUTOFFS = (3.0, 5.0, 10.0, 20.0)
+# Cutoff of the 9-3 wall in the most accurate scene, in units of the spacing.
+_MAX_CUTOFF = 30.0
 
 
 def most_accurate(scene: Scene) -> Scene:
@@ -46,15 +54,15 @@ def most_accurate(scene: Scene) -> Scene:
     values: dict[str, Any] = {
         "solver.optimizer": None,
         "solver.fmax": None,
-        "solver.accuracy": "high" if scene.is_continuum else _TIGHT,
+        "solver.accuracy": "high" if scene.is_continuum else _TIGHT_ACCURACY,
     }
     is_given = "cutoff" in scene.interaction.entries()
     if "cutoff" in scene.wall.parameters and not is_given:
-        values["interaction.cutoff"] = _LARGEST_CUTOFF
+        values["interaction.cutoff"] = _MAX_CUTOFF
     if scene.substrate.periodic and scene.radius < math.inf:
         values |= {"substrate.periodic": False, "substrate.shape": "auto"}
     if scene.path.is_loop:
-        values["path.tolerance"] = _FINEST_LOOP
+        values["path.tolerance"] = _MIN_LOOP_TOLERANCE
     return scene.with_values(values).with_grid(None)
 
 
@@ -74,14 +82,14 @@ def with_optimizers(scene: Scene) -> tuple[Scene, list[tuple[str, dict[str, Any]
     The choices are labels and settings; a solver of this package has no choices.
     """
     solved: dict[str, Any] = {"solver.optimizer": None, "solver.fmax": None}
-    accurate = scene.with_values({**solved, "solver.accuracy": _ACCURATE})
+    accurate = scene.with_values({**solved, "solver.accuracy": _REFERENCE_ACCURACY})
     if scene.is_continuum:
         accurate = accurate.with_grid(scene.grid_change)
     name = scene.solver.optimizer
     if name is None or scene.optimizer in SOLVERS:
         return accurate, []
     choices = [("built-in solver", solved)]
-    for fmax in _FMAX:
+    for fmax in _FORCE_TOLERANCES:
         settings = {"solver.optimizer": name, "solver.fmax": fmax}
         choices.append((f"{name}, fmax = {fmax:g}", settings))
     return accurate, choices
@@ -94,7 +102,7 @@ def finest_grid(best: Scene) -> Scene:
     """
     if not best.is_continuum:
         return best
-    finest = best.with_values({"solver.accuracy": _FINEST})
+    finest = best.with_values({"solver.accuracy": _FINEST_GRID_ERROR})
     try:
         finest.check()
     except MemoryError:
@@ -109,7 +117,9 @@ def with_one_field(*scenes: Scene) -> tuple[Scene, ...]:
     if not isinstance(field, SelfAffine):
         return scenes
     domain = f"{field.side / scenes[-1].spacing:.12g} a0"
-    return tuple(s.with_values({"heterogeneity.domain": domain}) for s in scenes)
+    return tuple(
+        scene.with_values({"heterogeneity.domain": domain}) for scene in scenes
+    )
 
 
 def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
@@ -117,16 +127,16 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
     if best.is_continuum:
         for level in LEVELS:
             yield "grid", level, {"solver.accuracy": level}
-        for error in _BETWEEN:
+        for error in _GRID_ERRORS:
             yield "grid", f"{100 * error:g} %", {"solver.accuracy": error}
     else:
-        for error in (_LOOSE, OF_ATOMS):
+        for error in (_LOOSE_ACCURACY, OF_ATOMS):
             yield "tolerance", f"{error:g}", {"solver.accuracy": error}
     if best.path.is_loop:
-        for tolerance in _LOOPS:
+        for tolerance in _LOOP_TOLERANCES:
             yield "steps", f"{tolerance:g}", {"path.tolerance": tolerance}
     free: dict[str, Any] = {"substrate.periodic": False, "substrate.shape": "auto"}
-    if best.interaction.entries().get("cutoff") == _LARGEST_CUTOFF:
+    if best.interaction.entries().get("cutoff") == _MAX_CUTOFF:
         for cutoff in _CUTOFFS:
             yield "cutoff", f"{cutoff:g} a0", {"interaction.cutoff": cutoff}
     if best.radius < math.inf:
@@ -134,8 +144,8 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
     if best.radius < math.inf and best.control == LOAD:
         largest = float(best.bodies.hertz_area(best.targets.max()))
         diameter = 2.0 * math.sqrt(largest / math.pi) / best.spacing
-        for ratio in _CELLS:
-            side = _MULTIPLE * math.ceil(ratio * diameter / _MULTIPLE)
+        for ratio in _CELL_SIDES:
+            side = _SIDE_MULTIPLE * math.ceil(ratio * diameter / _SIDE_MULTIPLE)
             cells = {"substrate.periodic": True, "substrate.shape": (side, side)}
             yield "boundary", f"cell of {ratio} diameters", cells
     other = best.wall.compared_with
@@ -151,6 +161,8 @@ def unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[floa
         modulus = _OTHER * scene.contact_modulus / UNITS["GPa"]
         return scene.settled.with_values({"substrate.contact_modulus": modulus}), []
     if scene.path.is_loop:
-        return scene.with_values({"sphere.radius": f"{_OTHER * scene.radius} Å"}), []
+        return scene.with_values(
+            {"sphere.radius": f"{_CHECKED_RADIUS * scene.radius} Å"}
+        ), []
     between = np.unique([*targets, 0.9 * targets[-1]])
     return scene, list((between[1:] + between[:-1]) / 2.0)

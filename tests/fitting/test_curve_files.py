@@ -189,7 +189,7 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
     np.testing.assert_allclose(read_curve(file, None, 0.3).force, [3.0, 6.0, 0.0])
     file.write_text("distance (nm),force (nN)\n5,1\n4,2\n6,0\n")
     np.testing.assert_allclose(read_curve(file, None, 0.3).base, [50.0, 40.0, 60.0])
-    with pytest.raises(ValueError, match=r"\(deflection = force/stiffness\)"):
+    with pytest.raises(ValueError, match='cantilever = "5 N/m"'):
         read_curve(file)
     # noise, and another zero of the forces, do not change the stiffness: 1 N/m
     rows = "0,-1,-1.0\n0,-1,0\n0,1,1.0\n0,1,2.0\n"
@@ -197,7 +197,7 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
     assert read_curve(file).stiffness == pytest.approx(UNITS["N/m"])
     near = 1.018 * UNITS["N/m"]
     assert read_curve(file, None, near).stiffness == pytest.approx(near)
-    message = r"give a cantilever of 1 N/m, the scene .* 1\.04 N/m: correct cantilever"
+    message = r"cantilever of 1 N/m, .* 1\.04 N/m"
     with pytest.raises(ValueError, match=message):
         read_curve(file, None, 1.04 * UNITS["N/m"])
 
@@ -209,7 +209,7 @@ def test_a_table_has_depths_and_forces(tmp_path):
     np.testing.assert_allclose([curve.depth, curve.force], [[1.5, 2.0], [0.2, 0.3]])
     for rows, line, cell in (("1,2\n\n2,NaN\n", 6, "'NaN'"), ("5\n", 4, "None")):
         file.write_text(f"# tip 3\n\ndepth (nm),force (nN)\n{rows}")
-        message = rf"line {line}: force \(nN\) must be a finite number, got {cell}"
+        message = rf"line {line}: force \(nN\) .* {cell}"
         with pytest.raises(ValueError, match=message):
             read_curve(file)
 
@@ -224,14 +224,14 @@ def test_missing_names_units_and_sensitivities_are_asked_for(tmp_path):
     file, stiffness = tmp_path / "curve.csv", STIFFNESS * UNITS["N/m"]
     numbers = "0,0\n-1,1\n-2,2\n"
     for text, message in (
-        ("Height,Deflection (nm)\n", r"Height has no unit\. Write it behind .*Height"),
-        ("Height (nm),Defl (ft)\n", r"Defl \(ft\) has the unknown unit 'ft'"),
+        ("Height,Deflection (nm)\n", "Height has no unit"),
+        ("Height (nm),Defl (ft)\n", "unknown unit 'ft'"),
         ("Height (nm),Deflection (V)\n", r'\(V\) needs the sens.*--sensitivity "50 nm'),
-        ("", "begins with numbers, not with names of columns: give them, such as"),
+        ("", "names of columns"),
         ("Z,pulse\n", r"Z has no unit"),
-        ("Z (nm),F (nN)\n1,5,2\n", r"line 2: 3 values for the 2 columns Z .* decimal"),
-        ("Z (nm),Z (nm)\n", r"Z \(nm\) is there twice: .* --columns \"Height_nm_Ex"),
-        ("time,pulse\n", r"needs the columns .* got time, pulse: rename them, or give"),
+        ("Z (nm),F (nN)\n1,5,2\n", "line 2: 3 values for the 2 columns"),
+        ("Z (nm),Z (nm)\n", r"Z \(nm\) twice: .* --columns \"Height_nm_Ex"),
+        ("time,pulse\n", "got time, pulse"),
     ):
         file.write_text(text + numbers)
         with pytest.raises(ValueError, match=message):
@@ -248,5 +248,5 @@ def test_missing_names_units_and_sensitivities_are_asked_for(tmp_path):
 def test_a_file_that_is_not_text_needs_a_package_that_reads_it(tmp_path):
     pytest.importorskip("afmformats")
     (tmp_path / "curve.h5").write_bytes(b"\0\1\2")
-    with pytest.raises(ValueError, match="cannot read a force curve from"):
+    with pytest.raises(ValueError, match=r"curve\.h5"):
         read_curve(tmp_path / "curve.h5")

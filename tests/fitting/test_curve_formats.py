@@ -254,9 +254,9 @@ def test_a_missing_calibration_is_asked_for(tmp_path):
         "Retract T-B(V)": PULL / 40.0,
     }
     formats.afm_workshop(file := tmp_path / "curve.csv", columns)
-    with pytest.raises(ValueError, match=r"no sensitivity and no spring constant"):
+    with pytest.raises(ValueError, match="sensitivity and no spring"):
         read_curve(file)
-    with pytest.raises(ValueError, match="has no spring constant"):
+    with pytest.raises(ValueError, match="spring constant"):
         read_curve(file, sensitivity="40 nm/V")
     curve = read_curve(file, None, STIFFNESS * N_M, "40 nm/V")
     np.testing.assert_allclose(curve.force, np.append(PUSH, PULL) * NN, atol=1e-6)
@@ -308,7 +308,7 @@ def test_an_archive_has_curves_by_names_and_numbers(tmp_path):
     with zipfile.ZipFile(file := tmp_path / "all.zip", "w") as archive:
         archive.write(tmp_path / "c2.csv", "b/c2.csv")
         archive.write(tmp_path / "c1.csv", "a/c1.csv")
-    with pytest.raises(ValueError, match=r"contains 2 files \(a/c1.csv, b/c2.csv\)"):
+    with pytest.raises(ValueError, match=r"2 files \(a/c1.csv, b/c2.csv\)"):
         read_curve(file, stiffness=N_M)
     for curve in (2, "b/c2.csv"):
         read = read_curve(file, stiffness=N_M, curve=curve)
@@ -320,7 +320,7 @@ def test_an_archive_has_curves_by_names_and_numbers(tmp_path):
 def test_errors_in_an_archive_name_the_file_in_it(tmp_path):
     with zipfile.ZipFile(file := tmp_path / "all.zip", "w") as archive:
         archive.writestr("c.csv", "0,0\n1,1\n")
-    with pytest.raises(ValueError, match=r"all.zip/c.csv begins with numbers"):
+    with pytest.raises(ValueError, match=r"all.zip/c.csv"):
         read_curve(file, stiffness=N_M)
 
 
@@ -330,7 +330,7 @@ def test_heads_may_have_line_breaks(tmp_path):
     curve = read_curve(file, stiffness=N_M)
     np.testing.assert_allclose(curve.base / NM, [0.0, 1.0, -2.0], atol=1e-9)
     file.write_text(text)
-    with pytest.raises(ValueError, match=r"line 6: force \(nN\) must be a finite"):
+    with pytest.raises(ValueError, match=r"line 6: force \(nN\)"):
         read_curve(file, stiffness=N_M)
 
 
@@ -401,7 +401,7 @@ def test_heights_that_are_not_finite_are_an_error(tmp_path):
     missing = np.full(501, np.nan), APPROACH[1]
     keys = {"spring constant": STIFFNESS, "sensitivity": 60e-9}
     formats.afm_hdf5(file := tmp_path / "c.h5", "force-distance", [missing], **keys)
-    with pytest.raises(ValueError, match=r"501 of 501 values of height \(measured\)"):
+    with pytest.raises(ValueError, match=r"501 of 501 .* height \(measured\)"):
         read_curve(file)
 
 
@@ -410,5 +410,5 @@ def test_formats_of_instruments_without_their_packages_name_the_extra(
 ):
     monkeypatch.setitem(sys.modules, "afmformats", None)
     (file := tmp_path / "curve.jpk-force").write_bytes(b"PK\0\0")
-    with pytest.raises(ImportError, match=r"install the extra curves"):
+    with pytest.raises(ImportError, match="extra curves"):
         read_curve(file)

@@ -385,13 +385,13 @@ def test_a_wrong_sign_is_reported_before_the_first_trial(measured):
     )
     for wrong in (away, reversed_force(measured)):
         (doubt,) = wrong.doubts
-        assert "is it negative in tension, the distance positive away" in doubt
+        assert "negative in tension" in doubt
     for name, wrong in (("distance", away), ("force", reversed_force(measured))):
-        with pytest.raises(ValueError, match=f"in tension, .*sign of the {name}: "):
+        with pytest.raises(ValueError, match=f"sign of the {name}"):
             fit_curve(scene(), wrong)
     small, trials = scene().with_values({"substrate.shape": (2, 2)}), []
-    reported = pytest.warns(UserWarning, match="negative in tension")
-    failed = pytest.raises(ValueError, match=r"in tension, .* ended with: .*edge")
+    reported = pytest.warns(UserWarning, match="tension")
+    failed = pytest.raises(ValueError, match=r"ended with: .*edge")
     with reported, failed:
         fit_curve(small, reversed_force(measured), callback=trials.append)
     assert not trials
@@ -452,16 +452,18 @@ def test_a_fit_warns_of_what_is_not_in_the_scene(measured, change, free, message
         assert any(re.match(message, warning) for warning in found.warnings)
 
 
-@pytest.mark.parametrize(("largest", "told"), [(0.5, True), (0.9999, False)])
-def test_a_fit_tells_of_correlated_parameters(largest, told, monkeypatch):
+@pytest.mark.parametrize(("largest", "doubtful"), [(0.5, True), (0.9999, False)])
+def test_a_fit_warns_of_correlated_parameters(largest, doubtful, monkeypatch):
     # 0.87 to 0.998, which depends on single atoms
-    monkeypatch.setattr("ase_roughcontact.fitting.least_squares._CORRELATED", largest)
+    monkeypatch.setattr(
+        "ase_roughcontact.fitting.least_squares.MAX_CORRELATION", largest
+    )
     repelled = scene().with_values({"interaction": InteractionConfig("repulsive")})
     curve = curve_of(repelled, noise=0.1 * NOISE, points=15)
     found = fit_curve(repelled, curve, ["contact_modulus", "radius"])
     assert found.converged
     warned = ["can't both be determined" in warning for warning in found.warnings]
-    assert any(warned) == told
+    assert any(warned) == doubtful
 
 
 @pytest.mark.parametrize(
@@ -530,16 +532,16 @@ def test_wrong_fits_are_refused(measured):
     def fit(depth, free):
         fit_curve(scene(), ForceCurve(depth, np.zeros(3)), free)
 
-    with pytest.raises(ValueError, match="needs at least 4 points, got 3"):
+    with pytest.raises(ValueError, match="4 points, got 3"):
         fit([1.0, 2.0, 3.0], ["radius", "contact_modulus"])
-    with pytest.raises(ValueError, match="unknown free parameter 'hurst'"):
+    with pytest.raises(ValueError, match="'hurst'"):
         fit([1.0, 2.0, 3.0], ["hurst"])
-    with pytest.raises(ValueError, match=r"of one length, got shapes \(2,\) and"):
+    with pytest.raises(ValueError, match=r"shapes \(2,\) and"):
         fit([1.0, 2.0], ["radius"])
     hard = scene().with_values({"interaction": InteractionConfig(kind="hard")})
-    with pytest.raises(ValueError, match="as the wall of the scene only repels"):
+    with pytest.raises(ValueError, match='kind = "adhesive"'):
         fit_curve(hard, measured)
-    with pytest.raises(ValueError, match="the 5 measured values are all equal"):
+    with pytest.raises(ValueError, match="5 measured values"):
         fit_curve(hard, ForceCurve(np.arange(5.0), np.full(5, 3.0)), ["radius"])
 
 

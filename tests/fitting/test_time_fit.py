@@ -119,20 +119,20 @@ def test_a_path_that_is_not_that_of_the_measurement_is_doubted():
     time, force = measured(TRUE, "normal_force", 1e-3)
     scene = TRUE.with_values({"path.rate": 10.0})
     fit = fit_in_time(scene, time, force, ["contact_modulus"])
-    assert any("not that of the measurement" in each for each in fit.warnings)
+    assert any("the path" in each for each in fit.warnings)
 
 
 @pytest.mark.parametrize(
     ("keys", "time", "free", "message"),
     [
         ({}, [0.0, 1.0, 9.0, 2.0, 2.1, 2.2], ["relaxation_times"], "lasts from 0 to 9"),
-        ({}, [0.0, 1.0], ["relaxation_times"], "needs at least 4 points"),
+        ({}, [0.0, 1.0], ["relaxation_times"], "4 points"),
         ({}, [0.0, 1.0], ["hardness"], "free parameter"),
         (
             {"substrate.relaxation_moduli": [1.0]},
             [0.0, 1.0, 1.1, 1.2, 1.3],
             ["relaxation_moduli"],
-            "a fluid can't be free",
+            "below 1",
         ),
     ],
 )
@@ -152,17 +152,17 @@ def test_a_deflection_in_volts_over_time_is_a_force(tmp_path):
         time, force = read_in_time(file, "force", branch, stiffness, "50 nm/V")
         assert time == pytest.approx(times)
         assert force == pytest.approx(150.0 * NN * np.array(volts))
-    with pytest.raises(ValueError, match="needs the sensitivity"):
+    with pytest.raises(ValueError, match="--sensitivity"):
         read_in_time(file, "force", stiffness=stiffness)
 
 
 def test_equal_values_are_refused():
     time = np.linspace(0.0, 2.0, 10)
-    with pytest.raises(ValueError, match="the 10 measured values are all equal"):
+    with pytest.raises(ValueError, match="10 measured values"):
         fit_in_time(TRUE, time, np.zeros(10), ["contact_modulus"])
 
 
 def test_a_table_without_times_is_refused(tmp_path):
     (file := tmp_path / "curve.csv").write_text("depth (nm),force (nN)\n1,2\n2,3\n")
-    with pytest.raises(ValueError, match=r"needs the columns time \(s\) and force"):
+    with pytest.raises(ValueError, match=r"time \(s\) and force"):
         read_in_time(file, "force")

@@ -137,7 +137,7 @@ def test_steps_out_of_contact_have_no_relative_error():
     away = scene().with_values({"path.control": "height", "path.values": (50.0, -1.0)})
     found = tradeoff(away, 0.5)
     assert np.all(np.isfinite([choice.error for choice in found.choices]))
-    with pytest.raises(ValueError, match="no step is in contact"):
+    with pytest.raises(ValueError, match="in contact"):
         tradeoff(away.with_values({"path.values": (50.0,)}), 0.5)
 
 
@@ -145,18 +145,18 @@ def test_steps_out_of_contact_have_no_relative_error():
     "given, message",
     [
         ({"error": 0.0}, "error must"),
-        ({"error": 5.0}, "error must be a relative error below 1"),
+        ({"error": 5.0}, "below 1"),
         ({"steps": 0}, "steps must"),
         ({"points": 0}, "points must"),
         ({"of": "depth"}, "unknown answer"),
-        ({"of": "force"}, "the path prescribes the force"),
+        ({"of": "force"}, "area or of the height"),
     ],
 )
 def test_arguments_that_make_no_sense_are_errors(given, message):
     with pytest.raises(ValueError, match=message):
         tradeoff(scene(), **given)
     for control in ("height", "penetration"):
-        with pytest.raises(ValueError, match="the path prescribes the height"):
+        with pytest.raises(ValueError, match="area or of the force"):
             tradeoff(scene().with_values({"path.control": control}), of="height")
 
 

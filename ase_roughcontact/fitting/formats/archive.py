@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 
 from ase_roughcontact._util.files import PathName
 
-# Number of files that a message names.
-_NAMED = 4
+# Largest number of files that a message names.
+_MAX_NAMED = 4
 
 
 def is_archive(file: PathName) -> bool:
@@ -88,7 +88,9 @@ def _chosen(file: PathName, names: list[str], curve: int | str | None) -> str:
         return names[curve - 1]
     if isinstance(curve, str) and curve in names:
         return curve
-    listed = ", ".join(names[:_NAMED]) + (", ..." if len(names) > _NAMED else "")
+    listed = ", ".join(names[:_MAX_NAMED]) + (
+        ", ..." if len(names) > _MAX_NAMED else ""
+    )
     given = "" if curve is None else f", got {curve}"
     raise ValueError(
         f"{file} contains {len(names)} files ({listed}): choose one by --curve, its "

@@ -30,6 +30,7 @@ _CHANNELS = {
     "defl": "deflection",
     "deflection": "deflection",
 }
+# Kinds of segments by their directions.
 _KINDS = {1.0: "approach", -1.0: "retraction", 0.0: "hold"}
 
 

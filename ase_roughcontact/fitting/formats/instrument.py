@@ -103,8 +103,8 @@ def _loaded(afmformats: Any, file: PathName, calibration: Calibration) -> list[A
             given["spring constant"] = calibration.stiffness / UNITS["N/m"]
         if calibration.sensitivity:
             given["sensitivity"] = calibration.sensitivity / UNITS["m"]
-        lacking = {key: given[key] for key in error.meta_keys if key in given}
-        curves = afmformats.load_data(file, meta_override=lacking)
+        override = {key: given[key] for key in error.meta_keys if key in given}
+        curves = afmformats.load_data(file, meta_override=override)
     return list(curves)
 
 

@@ -24,9 +24,11 @@ from ase_roughcontact.fitting.formats.table import Position, chosen_curve
 
 # Endings of the names of maps.
 _SUFFIXES = (".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series")
-# Files and folders that the curves share, and those of a curve.
+# Files and folders that the curves share.
 _SHARED = re.compile(r"header\.properties|shared-data/.*|index/")
+# Folder of a curve, with its number.
 _CURVE = re.compile(r"index/(\d+)/")
+# Header of a curve.
 _HEADER = re.compile(r"index/\d+/header\.properties")
 # Position in the header of a curve (m).
 _POSITION = re.compile(rb"\.header\.position\.([xy])=(\S+)")

@@ -35,9 +35,11 @@ _STARTS = (b"\\*Force file list", b"\\*EC File list", b"?*Force file list")
 _END = b"\\*File list end"
 # A line of the head: a key, which may begin with a group ("@4:"), and a value.
 _LINE = re.compile(r"\\(@?(?:\d:)?[^:]+):\s*(.*)")
+# A number of the head.
 _NUMBER = r"([-+]?[\d.]+(?:[eE][-+]?\d+)?)"
 # Name of the sensitivity, signal per integer, value.
 _SCALE = re.compile(rf"V \[([^]]*)\] \({_NUMBER} \S+/LSB\)\s*{_NUMBER}")
+# Value of a sensitivity, and unit per V.
 _SENSITIVITY = re.compile(rf"V\s+{_NUMBER}\s*(?:(\S+)/V)?")
 # Sides of an image, with the unit.
 _SIZE = re.compile(rf"{_NUMBER} {_NUMBER} (\S+)")
@@ -49,6 +51,7 @@ _CHANNELS = {
 }
 # Unit of sensitivities that are written without one.
 _USUAL_UNIT = "nm"
+# Advice for files that can't be read.
 _EXPORT = "export it as text in NanoScope Analysis, with header, ramp and deflection"
 
 Head = Sequence[tuple[str, Mapping[str, str]]]
@@ -256,4 +259,5 @@ def _ramp(
     return columns
 
 
+# Beginnings of the keys of the velocities of approach and retraction.
 _VELOCITIES = "Forward", "Reverse"

@@ -31,10 +31,10 @@ from ase_roughcontact.fitting.formats.table import Calibration, CurveTable, Posi
 from ase_roughcontact.fitting.formats.text import read_text
 from ase_roughcontact.fitting.formats.uff import UFF_START, read_uff
 
-# First lines of texts that afmformats reads, of itself and of AFM workshop.
-_TEXTS_OF_AFMFORMATS = ("# afmformats ", "Force-Distance Curve")
+# First words of texts that afmformats reads: its own and the texts of AFM workshop.
+_AFMFORMATS_STARTS = ("# afmformats ", "Force-Distance Curve")
 # Endings of the names of files with one curve each.
-_SINGLE = (".jpk-force", ".ibw", ".csv", ".txt")
+_SINGLE_CURVE_ENDINGS = (".jpk-force", ".ibw", ".csv", ".txt")
 
 
 def read_table(
@@ -72,7 +72,7 @@ def read_table(
         with unpacked(file, curve) as path:
             return read_table(path, heads, None, calibration)
     found = CurveFile(Path(file), _number(file, curve), heads, calibration)
-    formats = (*FORMATS.values(), *_OF_PACKAGE)
+    formats = (*FORMATS.values(), *_PACKAGE_FORMATS)
     return next(each for each in formats if each.recognises(found)).read(found)
 
 
@@ -93,7 +93,7 @@ def count_curves(file: PathName, calibration: Calibration | None = None) -> int:
         return len(archived_names(file))
     if is_jpk_map(file):
         return count_jpk_curves(file)
-    if not FORMATS and Path(file).suffix.lower() in _SINGLE:
+    if not FORMATS and Path(file).suffix.lower() in _SINGLE_CURVE_ENDINGS:
         return 1
     return read_table(file, curve=1, calibration=calibration).count
 
@@ -134,7 +134,7 @@ def _number(file: PathName, curve: int | str | None) -> int | None:
 
 def _by_afmformats(file: CurveFile) -> bool:
     """Return whether afmformats reads a file; texts of NT-MDT have signals in nA."""
-    is_known = file.text.startswith(_TEXTS_OF_AFMFORMATS)
+    is_known = file.text.startswith(_AFMFORMATS_STARTS)
     return not file.is_text or is_known or file.calibration.per != "V"
 
 
@@ -145,8 +145,8 @@ def _read_jpk_map(file: CurveFile) -> CurveTable:
     return replace(table, count=count_jpk_curves(file.path))
 
 
-# Formats of the package, of which the first one that recognises a file reads it.
-_OF_PACKAGE = (
+# Formats of the package, in order: the first one that recognises a file reads it.
+_PACKAGE_FORMATS = (
     CurveFormat(lambda file: is_jpk_map(file.path), _read_jpk_map),
     CurveFormat(
         lambda file: file.path.suffix.lower() == ".ibw",

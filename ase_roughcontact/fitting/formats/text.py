@@ -28,7 +28,8 @@ _HEAD = re.compile(r"\s*([^([/]*?)\s*(?:[([/]\s*(.*?)\s*[])]?)?\s*")
 _HEADS = re.compile(r"[^\s([/]+(?:\s*[([][^])]*[])]|\s*/\s*\S+)?")
 # Branches in the names of columns of NanoScope: Height_Sensor_nm_Ex, Calc_Ramp_Rt_nm.
 _BRANCHES = {"Ex": "approach", "Rt": "retraction"}
-# Heights by their names: NanoScope's ramp increases towards the surface.
+# Whether heights increase away from the surface, by their names: NanoScope's ramp
+# increases towards it.
 _AWAY = {"distance": True, "calc ramp": False, "ramp": False}
 # A number in a header.
 _NUMBER = r"([-+\d.eE]+)"
@@ -38,6 +39,7 @@ _STIFFNESS = re.compile(rf"^\W*(?:\\Spring Constant:|k \(N/m\)) *\t?{_NUMBER}", 
 _PLACE = re.compile(
     r"^# *([xy]) *\((\w+)\) *[:=] *([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)", re.M
 )
+# Sensitivity in headers of NanoScope.
 _SENSITIVITY = re.compile(rf"\\@Sens\. DeflSens: V {_NUMBER} nm/V")
 
 
@@ -143,7 +145,7 @@ def _check(
         )
     if twice := next((x for i, x in enumerate(names) if x and x in names[:i]), ""):
         raise ValueError(
-            f"{file}: the column {twice} is there twice: name those of approach and "
+            f"{file} has the column {twice} twice: name the columns of approach and "
             'retraction by --columns "Height_nm_Ex, Force_nN_Ex, Height_nm_Rt, '
             'Force_nN_Rt", or write one below the other'
         )

@@ -21,7 +21,7 @@ from ase_roughcontact.fitting.formats.table import (
 #: First characters of a file.
 UFF_START = "HE UFF_code"
 # Largest number of columns: heights, signals of the photodiode, times.
-_MOST_COLUMNS = 10
+_MAX_COLUMNS = 10
 # Names and units of the columns by their titles.
 _COLUMNS = {
     "height": ("height", "m"),
@@ -61,7 +61,7 @@ def read_uff(file: PathName, lines: Mapping[int, str]) -> CurveTable:
             cells = text.split()
             rows.setdefault(int(cells[1]), []).append((line, cells[2:]))
     titles = (
-        head.get(f"Recording_segment_0_col_{i}_title", "") for i in range(_MOST_COLUMNS)
+        head.get(f"Recording_segment_0_col_{i}_title", "") for i in range(_MAX_COLUMNS)
     )
     # of later segments titles may be missing
     names = [_COLUMNS.get(title.lower()) for title in titles]

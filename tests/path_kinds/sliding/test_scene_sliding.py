@@ -367,7 +367,7 @@ def test_a_preview_and_what_needs_single_steps():
     coarse = preview(scene)
     assert isinstance(coarse.path, Sliding)
     assert coarse.grid_change.coarsen > 1
-    with pytest.raises(ValueError, match=r"depend on those before: .*and \[fric"):
+    with pytest.raises(ValueError, match=r"deepest state.* \[friction\]"):
         tradeoff(scene_with(), 0.1)
 
 
