@@ -106,7 +106,7 @@ class ColumnOnRequest:
         if step is None:
             return self
         raise AttributeError(
-            f"{self._name} is calculated where it is asked for: give "
+            f"{self._name} is calculated on request only: give "
             f'Output(columns=[{self._name!r}]), or columns = ["{self._name}"] in '
             "[output] of a scene"
         )

@@ -30,11 +30,12 @@ from ase_roughcontact.results.surroundings_errors import (
 from ase_roughcontact.stepping.relaxation_errors import area_of_force
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
-# Reasons for errors that are not known.
+# Reason for unknown errors of a contact that nearly touches its images.
 _NEAR_IMAGES = (
     "an adhesive contact that nearly touches its images in the periodic cell may be in "
     "another state: give a larger shape"
 )
+# Reason for unknown errors of a state without a contact stiffness.
 _INSTABILITY = (
     "the contact stiffness is not known, as at an instability, where the state is no "
     "minimum"
@@ -76,8 +77,8 @@ class Errors(NamedTuple):
         return Errors(area, force, height, penetration, "; ".join(reasons))
 
 
-# Errors of relaxed steps that several columns ask for.
-_ESTIMATED: WeakKeyDictionary[RelaxedStep, Errors] = WeakKeyDictionary()
+# Errors of relaxed steps, for which several columns ask.
+_errors_by_step: WeakKeyDictionary[RelaxedStep, Errors] = WeakKeyDictionary()
 
 
 def errors_of(step: RelaxedStep) -> Errors:
@@ -85,10 +86,12 @@ def errors_of(step: RelaxedStep) -> Errors:
 
     They are estimated once for each step.
     """
-    if step not in _ESTIMATED:
-        errors, by_scan = estimated_errors(step), step.options.scan_errors
-        _ESTIMATED[step] = errors.plus(by_scan(step)) if by_scan else errors
-    return _ESTIMATED[step]
+    if step not in _errors_by_step:
+        errors, scan_errors = estimated_errors(step), step.options.scan_errors
+        if scan_errors:
+            errors = errors.plus(scan_errors(step))
+        _errors_by_step[step] = errors
+    return _errors_by_step[step]
 
 
 def estimated_errors(step: RelaxedStep) -> Errors:
@@ -112,9 +115,10 @@ def estimated_errors(step: RelaxedStep) -> Errors:
     attractive = step.contact.interaction.attractive
     if attractive and step.part_of_cell > LARGEST_PART_OF_CELL:
         return Errors.not_known(_NEAR_IMAGES)
-    unstable = math.isnan(step.response.force)
-    if reason := _INSTABILITY if unstable else step.relaxation.unknown:
-        return _unknown_errors(step, reason)
+    if math.isnan(step.response.force):
+        return _unknown_errors(step, _INSTABILITY)
+    if step.relaxation.unknown:
+        return _unknown_errors(step, step.relaxation.unknown)
     stiffness = abs(step.response.force)
     # all atoms in contact may be in plastic contact
     compliance = 1.0 / stiffness if stiffness else math.inf
@@ -138,9 +142,9 @@ def estimated_errors(step: RelaxedStep) -> Errors:
 
 def _errors_without_contact(step: RelaxedStep) -> Errors:
     """Return the errors of a step without an interaction."""
-    left, fixed = step.relaxation, step.run.support.fixed
-    force = left.force if fixed else step.run.unbalanced
-    return Errors(left.area, force, 0.0, _given_zero_error(step), left.unknown)
+    errors = step.relaxation
+    force = errors.force if step.run.support.fixed else step.run.unbalanced
+    return Errors(errors.area, force, 0.0, _given_zero_error(step), errors.unknown)
 
 
 def _unknown_errors(step: RelaxedStep, reason: str) -> Errors:

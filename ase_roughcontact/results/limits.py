@@ -23,11 +23,13 @@ from ase_roughcontact.windows.fixed import at_edge
 LEAST_EDGE_ZONE = 7.0
 #: Largest relative error of force or area that a given `fmax` may leave.
 LARGEST_ERROR_BY_FMAX = 0.01
-# Names of the limits by the hardness.
+# Name of the limit of the mean pressure.
 _MEAN_PRESSURE = "mean pressure/hardness"
+# Name of the limit of the largest pressure.
 _LARGEST_PRESSURE = "largest pressure/hardness"
+# Name of the limit of the largest pressure if the hardness is not known.
 _PRESSURE_OVER_BOUND = "largest pressure/bound of the hardness"
-# Separator of the entries of the column.
+# Separator of the entries of the column `validity`.
 _SEPARATOR = "; "
 
 
@@ -76,7 +78,8 @@ class Check:
 
 def violations(step: RelaxedStep) -> str:
     """Return the limits that a relaxed step exceeds, with values; empty if none."""
-    return _SEPARATOR.join(filter(None, (check.violation(step) for check in CHECKS)))
+    entries = [check.violation(step) for check in CHECKS]
+    return _SEPARATOR.join(filter(None, entries))
 
 
 def marked_for_hardness(
@@ -276,8 +279,8 @@ CHECKS = (
     ),
     Check(
         f"{_PRESSURE_OVER_BOUND} > 1",
-        "hardness not known, and no material of the table is harder than "
-        f"{LARGEST_RELATIVE_HARDNESS:.3g} E*: give it, infinity for a rubber",
+        "the hardness is not known, and no listed material is harder than "
+        f"{LARGEST_RELATIVE_HARDNESS:.3g} E*: give a hardness, infinity for a rubber",
         lambda s: float(s.fields.pressure.max()) / s.options.hardness_bound,
     ),
     Check(
@@ -363,14 +366,14 @@ CHECKS = (
     ),
     Check(
         "new area/contact area > 0.1",
-        "coupled atoms stick as if in contact since the beginning of the step, a "
-        "smooth sphere in an area 8 % too small about this limit: load in more steps",
+        "coupled atoms stick as if in contact since the beginning of the step; at this "
+        "limit the area of a smooth sphere is 8 % too small: load in more steps",
         lambda s: s.lateral.new_contact if s.lateral else math.nan,
     ),
     Check(
         "slip/shortest wavelength > 0.1",
-        "heights below the indenter are those before it slides, and the shortest waves "
-        "(of a smooth sphere, its contact) have moved",
+        "heights are taken at the first place of the indenter, but its shortest waves, "
+        "or the contact of a smooth sphere, have moved",
         _slip,
     ),
 )

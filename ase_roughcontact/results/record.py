@@ -56,12 +56,12 @@ _STABLE = Range(
     "surface",
     lambda s: not (s.run.constrained or math.isnan(s.response.force)),
 )
-# a step has its own reason why they are NaN
-_OF_ERRORS = Range(
+# A step has its own reason why its errors are NaN.
+_WITH_ERRORS = Range(
     "states that are a minimum of the energy, see `unknown_errors`",
     lambda s: True,
 )
-_OF_SOLVERS = Range(
+_WITH_SOLVER = Range(
     "the solvers NewtonKrylov and ActiveSet",
     lambda s: s.options.relaxer is None or isinstance(s.options.relaxer, SolverRelaxer),
     constant=True,
@@ -179,32 +179,32 @@ class LoadStep:
         "estimated error of the area that `area_column` names; the true error is below "
         "twice the estimate in nine of ten cases",
         "Å^2",
-        where=_OF_ERRORS,
+        where=_WITH_ERRORS,
     )
     continuum_area_error: float = column(
         _continuum_area_error,
         "estimated error of `continuum_area`; the `area_error` if that is asked for",
         "Å^2",
-        where=_OF_ERRORS,
+        where=_WITH_ERRORS,
     )
     force_error: float = column(
         lambda s: errors_of(s).force,
         "estimated error of the force; under a load the residual of the balance",
         "eV/Å",
-        where=_OF_ERRORS,
+        where=_WITH_ERRORS,
     )
     height_error: float = column(
         lambda s: errors_of(s).height,
         "estimated error of the height; zero at a given height or penetration",
         "Å",
-        where=_OF_ERRORS,
+        where=_WITH_ERRORS,
     )
     penetration_error: float = column(
         lambda s: errors_of(s).penetration,
         "estimated error of the penetration: of the height, and for the continuum of "
         "the lowest point of the indenter; zero at a given penetration",
         "Å",
-        where=_OF_ERRORS,
+        where=_WITH_ERRORS,
     )
     unknown_errors: str = column(
         lambda s: errors_of(s).unknown, "why errors are not known (nan), else empty"
@@ -306,7 +306,7 @@ class LoadStep:
         "estimated peak memory, between 3/4 and 4/3 of the actual one if Python and "
         "its libraries need 165 MB",
         "bytes",
-        where=_OF_SOLVERS,
+        where=_WITH_SOLVER,
     )
     seconds: float = column(
         lambda s: s.seconds, "wall-clock time of the step", "s", "time"
@@ -378,7 +378,7 @@ class LoadStep:
             except AttributeError as error:
                 raise AttributeError(
                     f"column {name!r}: {error}. Its function is called with a "
-                    "RelaxedStep; fields and sums, such as contact_area, are those of "
+                    "RelaxedStep, and fields and sums, such as contact_area, are in "
                     "step.fields"
                 ) from error
         return cls(**values)
@@ -393,10 +393,10 @@ class LoadStep:
     def _why_not_known(self, name: str) -> str:
         column = columns_of(type(self))[name]
         if name in self._missing:
-            return "the run that calculated the step did not have it"
-        if column.where is _OF_ERRORS and self.unknown_errors:
+            return "the run that calculated the step had no such column"
+        if column.where is _WITH_ERRORS and self.unknown_errors:
             return self.unknown_errors
-        if column.where in (EVERYWHERE, _OF_ERRORS):
+        if column.where in (EVERYWHERE, _WITH_ERRORS):
             return "its function returned nan"
         return f"it is defined for {column.where.text}"
 
@@ -420,12 +420,15 @@ class LoadStep:
         KeyError
             If the columns have no number of the step.
         """
-        # one object for NaN, so that equal results compare as equal
-        known = {k: math.nan if v != v else v for k, v in columns.items()}
-        known = {name: known[name] for name in columns_of(cls) if name in known}
-        missing = missing_values(cls)
-        found = cls(**missing | known | {"step": columns["step"]})
-        object.__setattr__(found, "_missing", missing.keys() - known.keys())
+        values = missing_values(cls)
+        missing = values.keys() - columns.keys()
+        for name in values.keys() & columns.keys():
+            value = columns[name]
+            # one object for NaN, so that equal results compare as equal
+            values[name] = math.nan if value != value else value
+        values["step"] = columns["step"]
+        found = cls(**values)
+        object.__setattr__(found, "_missing", missing)
         return found
 
 
@@ -457,8 +460,12 @@ def missing_values(record: type[LoadStep] = LoadStep) -> dict[str, Any]:
 
 def columns_on_request(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
     """Return the columns of a class of results that are calculated on request only."""
-    found = {name: getattr(record, name, None) for name in dir(record)}
-    return {k: v.column for k, v in found.items() if isinstance(v, ColumnOnRequest)}
+    attributes = {name: getattr(record, name, None) for name in dir(record)}
+    return {
+        name: attribute.column
+        for name, attribute in attributes.items()
+        if isinstance(attribute, ColumnOnRequest)
+    }
 
 
 @lru_cache
@@ -467,7 +474,7 @@ def _with_columns(record: Any, added: tuple[str, ...]) -> Any:
     on_request = columns_on_request(record)
     made = make_dataclass(
         record.__name__,
-        [(k, float, field(metadata={"column": on_request[k]})) for k in added],
+        [(name, float, field(metadata={"column": on_request[name]})) for name in added],
         bases=(record,),
         frozen=True,
         namespace={

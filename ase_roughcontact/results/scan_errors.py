@@ -67,23 +67,35 @@ COPIES_LEFT_OUT = (
     f"the time of up to {NOISY + HALVINGS + 1} copies of the scan, which are pressed "
     f"for the errors at {TARGETS} steps, on a grid that is often coarser"
 )
-# Smallest and largest ratio of the changes by two halvings of the pixels.
-_LEAST_RATIO, _LARGEST_RATIO = 0.125, 0.5
-# Largest area without noise over that with it.
-_LARGEST_AREA = 4.0
-# Indices of the quantities in results and errors; number of quantities.
-_AREA, _FORCE, _HEIGHT, _PENETRATION, _COUNT = 0, 1, 2, 3, 4
-# Relative change of area and force by a strain of distances along y.
-_STRAINS = 1.5
+# Smallest ratio of the changes by two halvings of the pixels.
+_MIN_HALVING_RATIO = 0.125
+# Largest ratio of the changes by two halvings of the pixels.
+_MAX_HALVING_RATIO = 0.5
+# Largest ratio of the areas without and with noise.
+_MAX_AREA_RATIO = 4.0
+# Relative change of area and force over the strain of distances along y.
+_STRAIN_FACTOR = 1.5
 # Columns of the results after the area, in the order of `Errors`.
-_AFTER_AREA = ("normal_force", "height", "penetration")
-# The scan and kinds of copies, in reasons for errors that are not known.
-_PRESSED = {
-    "given": "the scan, on the grid for its errors",
+_OTHER_COLUMNS = ("normal_force", "height", "penetration")
+# Number of quantities in results and errors.
+_COUNT = 1 + len(_OTHER_COLUMNS)
+# Index of the area in results and errors.
+_AREA = 0
+# Index of the normal force in results and errors.
+_FORCE = 1
+# Index of the height in results and errors.
+_HEIGHT = 2
+# Index of the penetration in results and errors.
+_PENETRATION = 3
+# Name of the scan, on its grid, in reasons for errors that are not known.
+_SCAN = "the scan, on the grid for its errors"
+# Names of the kinds of copies in reasons for errors that are not known.
+_COPIES = {
     "coarser": "copies of the scan with fewer pixels",
     "noisy": "copies of the scan with more noise",
     "seamless": "a copy of the scan with edges that fit each other",
 }
+# Reason for unknown errors of a scan out of contact.
 _NO_CONTACT = "the scan does not touch at the steps at which its copies are pressed"
 
 
@@ -136,10 +148,16 @@ class ScanErrors:
         known = [each for each in self._at_targets if not each.unknown]
         known.sort(key=lambda each: each.force)
         forces = [each.force for each in known]
-        errors = np.transpose([each.errors for each in known])
-        found = [float(np.interp(force, forces, each)) for each in errors]
-        scales = area, abs(force), 1.0, 1.0
-        return Errors(*np.multiply(found, scales).tolist())
+        area_error, force_error, height_error, penetration_error = (
+            float(np.interp(force, forces, [each.errors[quantity] for each in known]))
+            for quantity in range(_COUNT)
+        )
+        return Errors(
+            area_error * area,
+            force_error * abs(force),
+            height_error,
+            penetration_error,
+        )
 
     @cached_property
     def _at_targets(self) -> list[_AtTarget]:
@@ -148,42 +166,50 @@ class ScanErrors:
         chosen = np.linspace(0, len(self.targets) - 1, TARGETS).round().astype(int)
         # a path may have one target only, as one of sliding
         targets = list(dict.fromkeys(np.asarray(self.targets)[chosen].tolist()))
-        groups = {"given": [rough], **rough.copies()}
-        number, total = count(1), sum(map(len, groups.values()))
-        results: dict[str, list[list[_Result]]] = {kind: [] for kind in groups}
-        for kind, maps in groups.items():
-            for each in maps:
-                _LOGGER.info("errors of the scan: copy %d of %d", next(number), total)
-                results[kind].append(self._results(each, targets))
-        found = []
+        copies: Mapping[str, Sequence[Any]] = rough.copies()
+        total = 1 + sum(len(maps) for maps in copies.values())
+        number = count(1)
+
+        def pressed(surface: Any) -> list[_Result]:
+            _LOGGER.info("errors of the scan: copy %d of %d", next(number), total)
+            return self._results(surface, targets)
+
+        scan_results = pressed(rough)
+        copy_results = {
+            kind: [pressed(surface) for surface in maps]
+            for kind, maps in copies.items()
+        }
+        errors = []
         for i, target in enumerate(targets):
-            at_target = {k: [copy[i] for copy in results[k]] for k in results}
-            if at_target["given"][0].values[_AREA] != 0.0:
-                found.append(self._errors(target, at_target))
-        return found
+            if scan_results[i].values[_AREA] == 0.0:
+                continue
+            of_copies = {
+                kind: [results[i] for results in by_copy]
+                for kind, by_copy in copy_results.items()
+            }
+            errors.append(self._errors(target, scan_results[i], of_copies))
+        return errors
 
     def _errors(
-        self, target: float, results: Mapping[str, Sequence[_Result]]
+        self, target: float, scan: _Result, copies: Mapping[str, Sequence[_Result]]
     ) -> _AtTarget:
         """Return the errors at a target by the results of scan and copies there."""
-        (scan,) = results["given"]
         given = np.array(scan.values)
         force = target if self.control == LOAD else float(given[_FORCE])
         if scan.failure:
-            return _AtTarget(
-                target, force, given, f"{_PRESSED['given']}: {scan.failure}"
-            )
+            return _AtTarget(target, force, given, f"{_SCAN}: {scan.failure}")
         errors, unknown = np.zeros(_COUNT), ""
         for kind, change in _CHANGES.items():
-            if not results[kind]:
+            results = copies[kind]
+            if not results:
                 continue
-            of_kind = change(given, np.array([each.values for each in results[kind]]))
-            if np.isnan(of_kind).any():
-                failures = (each.failure for each in results[kind] if each.failure)
-                unknown = unknown or f"{_PRESSED[kind]}: {next(failures, 'no numbers')}"
-            errors = np.hypot(errors, of_kind)
+            kind_errors = change(given, np.array([each.values for each in results]))
+            if np.isnan(kind_errors).any():
+                failures = (each.failure for each in results if each.failure)
+                unknown = unknown or f"{_COPIES[kind]}: {next(failures, 'no numbers')}"
+            errors = np.hypot(errors, kind_errors)
         errors = np.hypot(errors, self._by_strain(given))
-        for i, name in enumerate(_AFTER_AREA, start=1):
+        for i, name in enumerate(_OTHER_COLUMNS, start=1):
             if name in self.control.prescribed:
                 errors[i] = 0.0
         scales = abs(given[[_AREA, _FORCE]])
@@ -195,7 +221,7 @@ class ScanErrors:
     def _by_strain(self, given: FloatArray) -> FloatArray:
         """Return the errors of results by the strain of a grid of squares."""
         scan: Any = self.problem.topography.rough
-        scales = _STRAINS * abs(given)
+        scales = _STRAIN_FACTOR * abs(given)
         scales[[_HEIGHT, _PENETRATION]] = scan.statistics().rms_height
         strained: FloatArray = abs(scan.measurement.strain) * scales
         return strained
@@ -236,7 +262,7 @@ class _Result:
     def of(cls, step: RelaxedStep) -> _Result:
         if not step.run.converged:
             return cls(failure=f"not converged: {step.run.message}")
-        names, columns = (step.grid_model.area_column, *_AFTER_AREA), columns_of()
+        names, columns = (step.grid_model.area_column, *_OTHER_COLUMNS), columns_of()
         return cls(tuple(columns[name].value(step) for name in names))
 
 
@@ -271,10 +297,10 @@ def _pixels(given: FloatArray, coarser: FloatArray) -> FloatArray:
     half = coarser[0]
     quarter = coarser[1] if len(coarser) > 1 else np.full_like(half, np.nan)
     before = abs(half - quarter)
-    last = np.fmax(abs(given - half), _LEAST_RATIO * before)
+    last = np.fmax(abs(given - half), _MIN_HALVING_RATIO * before)
     last = np.where(np.isnan(half), abs(given - quarter) / 3.0, last)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.fmin(last / before, _LARGEST_RATIO)
+        ratio = np.fmin(last / before, _MAX_HALVING_RATIO)
     return last * ratio / (1.0 - ratio)
 
 
@@ -290,7 +316,7 @@ def _noise(given: FloatArray, noisy: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore"):
         square = given[_AREA] ** -2.0
         without = 2.0 * square - np.mean(noisy[:, _AREA] ** -2.0)
-        without = max(without, square / _LARGEST_AREA**2)
+        without = max(without, square / _MAX_AREA_RATIO**2)
         change[_AREA] = without**-0.5 - given[_AREA]
     return np.hypot(change, noisy.std(axis=0, ddof=1))
 

@@ -16,8 +16,8 @@ from ase_roughcontact.elasticity.named_materials import LARGEST_RELATIVE_HARDNES
 from ase_roughcontact.results.limits import failed_checks
 from ase_roughcontact.windows.regrid import GridChange, lost_text
 
-# Largest relative difference of a spacing from the crystal of the same name.
-_SAME_SPACING = 0.02
+# Largest relative difference of a spacing from the spacing of an element's crystal.
+_MAX_SPACING_DIFFERENCE = 0.02
 
 
 class ValidityWarning(UserWarning):
@@ -182,4 +182,4 @@ def _is_spacing_of(symbol: str, spacing: float) -> bool:
         crystal = fcc_spacing(symbol)
     except ValueError:  # neither fcc nor diamond: any spacing may be meant
         return True
-    return math.isclose(spacing, crystal, rel_tol=_SAME_SPACING)
+    return math.isclose(spacing, crystal, rel_tol=_MAX_SPACING_DIFFERENCE)

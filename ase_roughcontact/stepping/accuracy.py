@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 
+from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
@@ -21,32 +22,36 @@ from ase_roughcontact.windows.regrid import GridChange
 # Largest ratio of the relative error in the normal force to the relative tolerance of
 # the forces on atoms. No ratio is safe at an instability.
 _ERROR_PER_TOLERANCE = 4.0
-# Largest error of the area, and the points on the shortest wave for it, at contact
-# radii above 32 times that wave; a fifth of the error needs twice the points: see
-# examples/benchmarks/answer_errors.py.
-_LARGEST, _FEWEST, _PER_DOUBLING = 0.05, 4.0, 5.0
-# Fewest points on the shortest wave where spots of the contact flow, which are a few
-# points wide: with 4 of them areas of flats were wrong by up to 1.6 times as much as
-# without a hardness, with 6 of them by less.
-_FEWEST_PLASTIC = 6.0
-# Error below which half of it needs twice the points, and the smallest one attempted.
-_LINEAR, _SMALLEST = 2e-3, 5e-4
-# Largest denominator of a spacing in units of a0, and their ratio if both are integers.
-_DENOMINATOR = 8
-# Spacings on the shortest wave of a surface if its wavelengths are not known.
-_UNKNOWN_WAVE = 4.0
-# Largest coarsening under hard, soft and attractive walls. The range of a soft wall is
-# about a spacing of the atoms, and the edge of an adhesive contact must be resolved.
-_COARSEST = {"hard": 8, "soft": 2, "attractive": 1}
-# Tolerance within which a number is whole.
-_ROUNDING = 1e-6
+# Largest relative error of the area of the continuum, at contact radii above 32 times
+# the shortest wave; see examples/benchmarks/answer_errors.py.
+_MAX_ERROR = 0.05
+# Smallest relative error that a grid is chosen for.
+_MIN_ERROR = 5e-4
+# Relative error below which the error is proportional to the spacing.
+_LINEAR_ERROR = 2e-3
+# Ratio of the errors before and after the number of points is doubled, for larger
+# errors.
+_DOUBLING_RATIO = 5.0
+# Number of points on the shortest wave for the largest error.
+_MIN_WAVE_POINTS = 4.0
+# Smallest number of points on the shortest wave where spots of the contact flow, which
+# are a few points wide: with 4 points errors of areas of flats were up to 1.6 times as
+# large as without a hardness, with 6 points they were smaller.
+_MIN_PLASTIC_WAVE_POINTS = 6.0
+# Length of the shortest wave of a surface without known wavelengths, in spacings.
+_DEFAULT_WAVE = 4.0
+# Largest denominator of the ratio of a spacing to the spacing of the atoms.
+_MAX_DENOMINATOR = 8
+# Largest coarsening by kind of wall. The range of a soft wall is about a spacing of the
+# atoms, and the edge of an adhesive contact must be resolved.
+_MAX_COARSENING = {"hard": 8, "soft": 2, "attractive": 1}
 
 #: Relative errors of the area of the continuum by name, at contact radii above 32 times
 #: the shortest wavelength.
 LEVELS = {"fast": 0.05, "normal": 0.01, "high": 0.002}
 #: Relative error of force and area for the model of atoms, where nothing but the
 #: tolerance is numerical.
-OF_ATOMS = 1e-4
+ATOMS_ERROR = 1e-4
 # Part of the error of the continuum that the solver may contribute.
 _SOLVER_PART = 0.1
 # Column of the contact area that answers the question, by the model of the grid.
@@ -83,7 +88,8 @@ class GridModel:
         lookup(self.model, _AREA_COLUMNS, "model")
         if self.given and not self.is_continuum:
             raise ValueError(
-                'refine, coarsen and a spacing of a0/2 need model = "continuum"'
+                'refine, coarsen and a spacing of a0/2 need model = "continuum", got '
+                f'"{self.model}"'
             )
         if isinstance(self.accuracy, str):
             lookup(self.accuracy, LEVELS, "accuracy")
@@ -141,7 +147,7 @@ class GridModel:
         """
         if not isinstance(self.accuracy, str):
             return float(self.accuracy)
-        return LEVELS[self.accuracy] if self.is_continuum else OF_ATOMS
+        return LEVELS[self.accuracy] if self.is_continuum else ATOMS_ERROR
 
     @property
     def tolerance(self) -> float:
@@ -207,18 +213,18 @@ def grid_for(
     ValueError
         If the error is smaller than 5e-4.
     """
-    if error < _SMALLEST:
+    if error < _MIN_ERROR:
         raise ValueError(
-            f"an accuracy of the continuum is at least {_SMALLEST:g}, got {error:g}; "
-            "with a grid of your own (refine, coarsen) it is that of the solver"
+            f"accuracy must be at least {_MIN_ERROR:g} for the continuum, got "
+            f"{error:g}: choose a larger error, or a grid by refine or coarsen"
         )
     wave = topography_of(indenter).rough.shortest_wavelength
     if math.isnan(wave):
-        wave = _UNKNOWN_WAVE * spacing
+        wave = _DEFAULT_WAVE * spacing
     points = points_per_wave(error)
     if wall.plastic:
-        points = max(points, _FEWEST_PLASTIC)
-    coarsest = min(wave / points / spacing, _COARSEST[wall.family])
+        points = max(points, _MIN_PLASTIC_WAVE_POINTS)
+    coarsest = min(wave / points / spacing, _MAX_COARSENING[wall.family])
     for ratio in _ratios(coarsest):
         change = GridChange(ratio.denominator, ratio.numerator)
         with suppress(ValueError):  # unless it divides the window and the period
@@ -226,25 +232,27 @@ def grid_for(
                 change.shape(shape)
             change.surface(indenter, spacing)
             return change
-    return GridChange(math.ceil(1.0 / coarsest - _ROUNDING))
+    return GridChange(math.ceil(1.0 / coarsest - RATIO_ROUNDING))
 
 
 def points_per_wave(error: float) -> float:
     """Return the points on the shortest wave for an error of the continuum's area."""
-    error = min(error, _LARGEST)
-    linear = max(1.0, _LINEAR / error)
-    doublings = math.log(_LARGEST / (error * linear), _PER_DOUBLING)
-    return _FEWEST * 2.0**doublings * linear
+    error = min(error, _MAX_ERROR)
+    linear = max(1.0, _LINEAR_ERROR / error)
+    doublings = math.log(_MAX_ERROR / (error * linear), _DOUBLING_RATIO)
+    return _MIN_WAVE_POINTS * 2.0**doublings * linear
 
 
 def _ratios(largest: float) -> Iterator[Fraction]:
     """Yield fractions of small denominators up to a number, the largest ones first.
 
-    Those below half of it are left out: finer grids cost four times as much.
+    Fractions below half of it are left out: finer grids cost four times as much.
     """
-    found = {
-        Fraction(number, denominator)
-        for denominator in range(1, _DENOMINATOR + 1)
-        for number in range(1, math.floor(largest * denominator + _ROUNDING) + 1)
-    }
-    yield from sorted((each for each in found if each >= largest / 2), reverse=True)
+    ratios = set()
+    for denominator in range(1, _MAX_DENOMINATOR + 1):
+        largest_numerator = math.floor(largest * denominator + RATIO_ROUNDING)
+        for numerator in range(1, largest_numerator + 1):
+            ratio = Fraction(numerator, denominator)
+            if ratio >= largest / 2:
+                ratios.add(ratio)
+    yield from sorted(ratios, reverse=True)

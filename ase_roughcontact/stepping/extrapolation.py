@@ -10,11 +10,11 @@ from ase_roughcontact.contact import State
 from ase_roughcontact.contact.state import EarlierState
 from ase_roughcontact.elasticity.lattice import Box
 
-# Points of a window above which no earlier pressures are kept: they save 2 % of the
-# transforms beyond a start from the last state, which is not worth their memory.
-_LARGEST = 4096 * 4096
+# Largest number of points of a window for which earlier pressures are kept: in larger
+# windows they save 2 % of the transforms, which is not worth their memory.
+_MAX_POINTS = 4096 * 4096
 # Largest distance of a target from the last one, in units of the last step.
-_FARTHEST = 2.0
+_MAX_RELATIVE_DISTANCE = 2.0
 
 
 def with_earlier(state: State, target: float, pressure: np.ndarray) -> State:
@@ -33,7 +33,7 @@ def with_earlier(state: State, target: float, pressure: np.ndarray) -> State:
     State
         The state, without earlier ones on a window that is too large for them.
     """
-    if state.window.size > _LARGEST:
+    if state.window.size > _MAX_POINTS:
         return state
     last = EarlierState(target, state.window, pressure, state.height)
     return replace(state, earlier=(*state.earlier[-1:], last))
@@ -65,7 +65,7 @@ def extrapolated(
         return None
     first, last = earlier
     step = last.target - first.target
-    if not abs(target - last.target) <= _FARTHEST * abs(step) or not step:
+    if not step or not abs(target - last.target) <= _MAX_RELATIVE_DISTANCE * abs(step):
         return None
     part = (target - last.target) / step
     pressure = last.pressure + part * (last.pressure - first.pressure)

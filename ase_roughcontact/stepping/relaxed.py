@@ -26,7 +26,7 @@ from ase_roughcontact.theory.edge_area import EdgeArea, edge_area
 from ase_roughcontact.windows.fixed import at_edge
 
 # Relative residual of the equations for the contact stiffness; see `height_response`.
-_RESIDUAL = 1e-2
+_STIFFNESS_RESIDUAL = 1e-2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -187,7 +187,7 @@ class RelaxedStep:
     @cached_property
     def response(self) -> HeightResponse:
         """Change of the relaxed contact by a unit of height."""
-        return height_response(self.contact, self.fields, _RESIDUAL)
+        return height_response(self.contact, self.fields, _STIFFNESS_RESIDUAL)
 
     @cached_property
     def relaxation(self) -> RelaxationErrors:

@@ -173,14 +173,17 @@ class Stepper:
             state = self._surface.begun(state, creep)
         if self.problem.wall.purely_hard:  # only the pressure is needed again
             state = replace(state, displacement=None)
-        state, support = self._at(state, target)
+        state, support = self._at_target(state, target)
         state, level = self.windows.choose(state, support, last)
         state, contact = self._surface.contact(state, creep)
-        along, start = target if math.isnan(moment) else moment, None
-        # without a load nothing holds a sphere
-        if (target or support.fixed) and again is None:
-            start = extrapolated(state.earlier, state.window, along)
-        run = self._relax(contact, state, support, again.run if again else None, start)
+        # the quantity along which pressures are extrapolated
+        coordinate = target if math.isnan(moment) else moment
+        earlier_run = start = None
+        if again is not None:
+            earlier_run = again.run
+        elif target or support.fixed:  # without a load nothing holds a sphere
+            start = extrapolated(state.earlier, state.window, coordinate)
+        run = self._relax(contact, state, support, earlier_run, start)
         while wider := self.windows.enlarged(run, contact, level):
             state, contact = self._surface.contact(wider.state, creep)
             run, level = self._relax(contact, state, support, run), wider.level
@@ -200,7 +203,7 @@ class Stepper:
         compliance = creep.compliance if creep else 1.0
         relaxed = self._relax.checked(relaxed, compliance)
         if relaxed.run.converged and self._continuous and again is None:
-            state = with_earlier(run.state, along, run.fields.pressure)
+            state = with_earlier(run.state, coordinate, run.fields.pressure)
             relaxed = replace(relaxed, run=replace(relaxed.run, state=state))
         return relaxed
 
@@ -248,7 +251,7 @@ class Stepper:
         fields = fields_of(contact, state, relaxed=True)
         support = Support(not self.control.free, 0.0, self._springs)
         if target is not None:
-            support = self._at(state, target)[1]
+            support = self._at_target(state, target)[1]
         return RelaxedStep(
             problem=self.problem,
             contact=contact,
@@ -306,16 +309,16 @@ class Stepper:
 
     def _check_moment(self, moment: float) -> None:
         """Raise `ValueError` unless a step has a time if, and only if, it creeps."""
-        creep = self.problem.solid.creep
-        if (creep is None) != math.isnan(moment):
+        creeps, timed = self.problem.solid.creep is not None, not math.isnan(moment)
+        if creeps and not timed:
             raise ValueError(
-                "a viscoelastic solid needs a path in time: use time_path, or one of "
-                "its limits, solid.solid and solid.relaxed"
-                if creep
-                else f"only a viscoelastic solid needs a time, got {moment}"
+                "a viscoelastic solid needs a path in time: use time_path, or an "
+                "elastic limit of the solid, solid.solid or solid.relaxed"
             )
+        if timed and not creeps:
+            raise ValueError(f"only a viscoelastic solid needs a time, got {moment}")
 
-    def _at(self, state: State, target: float) -> tuple[State, Support]:
+    def _at_target(self, state: State, target: float) -> tuple[State, Support]:
         """Return a state at a target, and the support of the indenter there."""
         first_contact = self.windows.first_contact
         if self.control == LOAD:

@@ -13,7 +13,7 @@ from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.scene import Scene
-from ase_roughcontact.stepping.accuracy import LEVELS, OF_ATOMS
+from ase_roughcontact.stepping.accuracy import ATOMS_ERROR, LEVELS
 from ase_roughcontact.topography import SelfAffine
 
 #: Number of realisations from which their spread is estimated; plans are checked on the
@@ -41,8 +41,8 @@ _TIGHT_ACCURACY = 1e-8
 _FINEST_GRID_ERROR = LEVELS["high"] / 2.0
 # Accuracy of the solver with which optimizers are compared.
 _REFERENCE_ACCURACY = 1e-3
-# Radius at which the plan of a loop is checked, relative to the given radius.
-_CHECKED_RADIUS = 1.1
+# Radius or modulus with which the plan of a loop is checked, relative to the given one.
+_CHECKED_RATIO = 1.1
 # Cutoffs of the 9-3 wall, in units of the spacing.
 _CUTOFFS = (3.0, 5.0, 10.0, 20.0)
 # Cutoff of the 9-3 wall in the most accurate scene, in units of the spacing.
@@ -130,7 +130,7 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
         for error in _GRID_ERRORS:
             yield "grid", f"{100 * error:g} %", {"solver.accuracy": error}
     else:
-        for error in (_LOOSE_ACCURACY, OF_ATOMS):
+        for error in (_LOOSE_ACCURACY, ATOMS_ERROR):
             yield "tolerance", f"{error:g}", {"solver.accuracy": error}
     if best.path.is_loop:
         for tolerance in _LOOP_TOLERANCES:
@@ -158,11 +158,11 @@ def unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[floa
         seed = scene.roughness.seed + PILOT
         return scene.with_values({"roughness.seed": seed}), targets
     if scene.path.is_loop and scene.bodies.shape is not None:
-        modulus = _OTHER * scene.contact_modulus / UNITS["GPa"]
+        modulus = _CHECKED_RATIO * scene.contact_modulus / UNITS["GPa"]
         return scene.settled.with_values({"substrate.contact_modulus": modulus}), []
     if scene.path.is_loop:
         return scene.with_values(
-            {"sphere.radius": f"{_CHECKED_RADIUS * scene.radius} Å"}
+            {"sphere.radius": f"{_CHECKED_RATIO * scene.radius} Å"}
         ), []
     between = np.unique([*targets, 0.9 * targets[-1]])
     return scene, list((between[1:] + between[:-1]) / 2.0)

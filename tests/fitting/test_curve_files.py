@@ -189,7 +189,7 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
     np.testing.assert_allclose(read_curve(file, None, 0.3).force, [3.0, 6.0, 0.0])
     file.write_text("distance (nm),force (nN)\n5,1\n4,2\n6,0\n")
     np.testing.assert_allclose(read_curve(file, None, 0.3).base, [50.0, 40.0, 60.0])
-    with pytest.raises(ValueError, match='cantilever = "5 N/m"'):
+    with pytest.raises(ValueError, match='--cantilever "5 N/m"'):
         read_curve(file)
     # noise, and another zero of the forces, do not change the stiffness: 1 N/m
     rows = "0,-1,-1.0\n0,-1,0\n0,1,1.0\n0,1,2.0\n"

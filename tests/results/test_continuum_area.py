@@ -157,8 +157,8 @@ def test_extrapolation_is_exact_for_a_power_of_the_spacing():
 @pytest.mark.parametrize(
     "spacings, values, message",
     [
-        ([1.0], [1.0], "two or three spacings"),
-        ([1.0, 0.5], [1.0, 2.0, 3.0], "as many rows"),
+        ([1.0], [1.0], "spacings"),
+        ([1.0, 0.5], [1.0, 2.0, 3.0], "rows"),
         ([1.0, 1.0], [1.0, 2.0], "must differ"),
         ([1.0, -1.0], [1.0, 2.0], "spacing must be"),
         ([1.0, 0.5], [1.0, np.nan], "values"),

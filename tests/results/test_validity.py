@@ -266,7 +266,7 @@ def test_strict_paths_stop_after_the_step_is_written(tmp_path):
     table = tmp_path / "curve.csv"
     strict = path(rc.Validity("raise", 0.04), output=rc.Output(csv=table))
     assert next(strict).validity == ""
-    with pytest.raises(RuntimeError, match=r"step 1 .* = 1\.\d+ > 1 \(the highest"):
+    with pytest.raises(RuntimeError, match=r"step 1 .* = 1\.\d+ > 1"):
         next(strict)
     assert len(table.read_text().splitlines()) == 3
 
@@ -274,7 +274,7 @@ def test_strict_paths_stop_after_the_step_is_written(tmp_path):
 def test_restored_steps_are_reported(tmp_path):
     file = tmp_path / "path.traj"
     list(path(rc.Validity("ignore", 0.01), output=rc.Output(trajectory=file)))
-    with pytest.raises(RuntimeError, match="step 0 is outside"):
+    with pytest.raises(RuntimeError, match="step 0"):
         again = rc.Output(trajectory=file, resume=True)
         next(path(rc.Validity("raise", 0.01), output=again))
 

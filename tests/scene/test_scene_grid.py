@@ -40,7 +40,7 @@ def test_spacing_relative_to_the_atoms_is_that_grid(text, keys):
     assert written.spacing == meant.spacing
     assert written.grid_change == meant.grid_change
     both = written.with_values({"substrate.refine": 2})
-    with pytest.raises(ValueError, match="give refine, coarsen or spacing"):
+    with pytest.raises(ValueError, match="not both"):
         both.check()
 
 
