@@ -51,7 +51,7 @@ def followed(stepper, *args, **options):
 
 
 def follow(stepper, *args, **options):
-    return [step.record for step in followed(stepper, *args, **options)]
+    return [step for step, _ in followed(stepper, *args, **options)]
 
 
 def atoms_on(solid):

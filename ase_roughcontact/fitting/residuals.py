@@ -221,9 +221,9 @@ class Residuals:
         derivatives = ForceDerivatives(scene, free, with_range)
         states, rows = list[LoadStep](), dict[int, FloatArray]()
         steps = path.steps_of(trial.bodies, stepper)
-        for step in steps.steps(stepper.start, steps.kind):
+        for step, left in steps.steps(steps.start(stepper.start), steps.kind):
             states.append(step.record)
-            rows[step.record.step] = derivatives.of(step.left)
+            rows[step.number] = derivatives.of(left)
         loop, stiffness = path.result(trial.bodies, states), self._curve.stiffness
         approach = FollowedBranch.of(
             loop.approach, loop.approach_jumps, rows, stiffness, -1.0

@@ -20,7 +20,7 @@ from ase_roughcontact.atoms.history import history_of
 from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
 from ase_roughcontact.contact.control import BASE, LOAD, Control, control_of
 from ase_roughcontact.loading.path_atoms import PathAtoms, relaxer_of
-from ase_roughcontact.paths.follow import Done, follow_states
+from ase_roughcontact.paths.follow import follow_states
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.results.record import LoadStep
@@ -257,24 +257,21 @@ class AtomsPath:
         return self._with_atoms(found)
 
     def _with_atoms(
-        self, steps: Generator[Done, None, None]
+        self, steps: Generator[tuple[Any, RelaxedStep | None], None, None]
     ) -> Generator[Any, None, None]:
         reached: RelaxedStep | None = None
         try:
             with closing(steps):
-                for step in steps:
-                    reached = step.left
-                    if reached and step.relaxed:
+                for record, reached in steps:
+                    if reached:
                         self._frames.show(reached)
-                    yield step.record
+                    yield record
         except Exception:
             if reached:
                 self._frames.show(reached)
             else:
                 self._frames.show_first()
             raise
-        if reached:  # also if nothing was left to do
-            self._frames.show(reached)
 
 
 def _check(atoms: Atoms, control: Control) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from contextlib import closing
-from dataclasses import dataclass
 from typing import Any
 
 from ase_roughcontact.contact import State
@@ -17,62 +16,37 @@ from ase_roughcontact.results.validity import ValidityReport
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 
-@dataclass(frozen=True)
-class Done:
-    """Finished step of a path.
-
-    Attributes
-    ----------
-    record : LoadStep
-        Result of the step.
-    left : RelaxedStep or None
-        The step as it leaves the surface; None if a later one was read from a file.
-    relaxed : bool
-        Whether the step was relaxed in this run, not read from a file.
-    """
-
-    record: Any
-    left: RelaxedStep | None = None
-    relaxed: bool = False
-
-
 def follow(
     path: PathSteps,
     output: Output | None = None,
     validity: str = "warn",
     **description: Any,
 ) -> Generator[Any, None, None]:
-    """Yield the steps of a path, and write the ones that are not finished yet.
+    """Return the results of the steps of a path; see `follow_states`.
 
     Parameters
     ----------
-    path : PathSteps
-    output : Output, optional
-    validity : {"warn", "raise", "ignore"}
-        See `load_path`.
-    **description
-        Parameters of a state beside the problem and the path, such as springs.
+    path, output, validity, **description
+        See `follow_states`.
 
     Returns
     -------
     generator of LoadStep
-        The results, each after it is written. Files are read and written as the
-        generator advances.
+        The results, each after it is written.
 
     Raises
     ------
-    TypeError
-        If the class of the results is not derived from the class of the path.
-    ValueError
-        If the results have no such column.
+    TypeError, ValueError
+        As `follow_states` does.
     """
-    return _records(follow_states(path, output, validity, **description))
+    states = follow_states(path, output, validity, **description)
 
+    def results() -> Generator[Any, None, None]:
+        with closing(states):
+            for record, _ in states:
+                yield record
 
-def _records(steps: Generator[Done, None, None]) -> Generator[Any, None, None]:
-    with closing(steps):
-        for done in steps:
-            yield done.record
+    return results()
 
 
 def follow_states(
@@ -81,25 +55,36 @@ def follow_states(
     validity: str = "warn",
     first: Callable[[], State] | None = None,
     **description: Any,
-) -> Generator[Done, None, None]:
-    """Yield the steps of a path with their states, and write the unfinished ones.
+) -> Generator[tuple[Any, RelaxedStep | None], None, None]:
+    """Return the steps of a path; relax and write those that are not finished yet.
 
     Parameters
     ----------
-    path, output, validity, **description
-        See `follow`.
+    path : PathSteps
+    output : Output, optional
+    validity : {"warn", "raise", "ignore"}
+        See `load_path`.
     first : callable, optional
-        Returns the state from which the path starts when it does, by default
-        `Stepper.start`.
+        Function that returns the state from which the path starts, called when it
+        does; by default the state is `Stepper.start`.
+    **description
+        Parameters of a state beside the problem and the path, such as springs.
 
     Returns
     -------
-    generator of Done
+    generator of (LoadStep, RelaxedStep or None)
+        The result of each step after it is written, and the step as it leaves the
+        surface; None for a step from a file before the last one there. Files are read
+        and written as the generator advances. It raises `ValueError` if the restart
+        file is damaged or of another path, `RuntimeError` if another run is writing the
+        files, and `OSError` if a file can't be written or is a symbolic link.
 
     Raises
     ------
     TypeError
-        As `follow` does.
+        If the class of the results is not derived from the class of the path.
+    ValueError
+        If the results have no such column.
     """
     output, report, kind = output or Output(), ValidityReport(validity), path.kind
     record = kind if output.record is LoadStep else output.record
@@ -113,41 +98,21 @@ def follow_states(
     if output.restart_file is not None:  # it has the descriptions
         system = stepper.describe_system(**path.parameters, **description)
         new = Restart(system, path.described, stepper.describe_settings())
-    return _followed(path, output, report, record, new, first)
 
+    def steps() -> Generator[tuple[Any, RelaxedStep | None], None, None]:
+        with path_files(path, output, record, new) as files:
+            for earlier in files.earlier:
+                report(earlier.step, earlier.validity)
+                yield earlier, None
+            if files.last is None:
+                last = path.start(first() if first else stepper.start)
+            else:
+                last = files.last
+                report(last.number, last.record.validity)
+                yield last.record, stepper.restored(last.state, last.target["target"])
+            for step, left in path.steps(last, record):
+                files.write(step, left)
+                report(step.number, step.record.validity)
+                yield step.record, left
 
-def _followed(
-    path: PathSteps,
-    output: Output,
-    report: ValidityReport,
-    record: type[LoadStep],
-    new: Restart | None,
-    first: Callable[[], State] | None,
-) -> Generator[Done, None, None]:
-    """Yield the steps in the restart file, and then the others as they are written.
-
-    Raises
-    ------
-    ValueError
-        If the restart file is damaged or of another path.
-    RuntimeError
-        If another run is writing the files.
-    OSError
-        If a file can't be written, or is a symbolic link.
-    """
-    with path_files(path, output, record, new) as files:
-        last, start = files.last, path.stepper.start
-        for step in files.done:
-            report(step.step, step.validity)
-            left = None
-            if last is not None and step is last.record:
-                left = path.stepper.restored(last.state, last.target["target"])
-            yield Done(step, left)
-        if last is not None:
-            start = last.state
-        elif first is not None:
-            start = first()
-        for added in path.steps(start, record, last):
-            files.write(added)
-            report(added.record.step, added.record.validity)
-            yield Done(added.record, added.left, relaxed=True)
+    return steps()

@@ -16,16 +16,16 @@ from ase_roughcontact._util.files import (
 )
 from ase_roughcontact._util.identity import differences
 from ase_roughcontact.paths.output import Output
-from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
+from ase_roughcontact.paths.path_steps import PathStep, PathSteps
 from ase_roughcontact.paths.restart import (
     FinishedStep,
-    Place,
     Restart,
     RestartWriter,
     read_restart,
 )
 from ase_roughcontact.results.limits import marked_for_hardness
 from ase_roughcontact.results.record import LoadStep, columns_of
+from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 
 @dataclass(frozen=True)
@@ -34,20 +34,20 @@ class PathFiles:
 
     Attributes
     ----------
-    done : list of LoadStep
-        Steps that are resumed.
-    last : LastStep or None
-        The last finished step, with its state.
+    earlier : list of LoadStep
+        Results of the finished steps before the last one.
+    last : PathStep or None
+        The last finished step; None without one.
     """
 
-    done: list[LoadStep]
-    last: LastStep | None
-    _add_frame: Callable[[PathStep, dict[str, Any]], None] | None
+    earlier: list[LoadStep]
+    last: PathStep | None
+    _add_frame: Callable[[PathStep, RelaxedStep, dict[str, Any]], None] | None
     _restart: RestartWriter | None
     _add_row: Callable[[Mapping[str, Any]], None] | None
 
-    def write(self, step: PathStep) -> None:
-        """Add a step to all files.
+    def write(self, step: PathStep, left: RelaxedStep) -> None:
+        """Add a step, with the frame of the surface as the step leaves it.
 
         The restart file is written even if the frame can't be.
 
@@ -59,7 +59,7 @@ class PathFiles:
         columns = asdict(step.record)
         try:
             if self._add_frame:
-                self._add_frame(step, columns)
+                self._add_frame(step, left, columns)
         except OSError:
             if self._restart:
                 with suppress(OSError):  # the first error is raised
@@ -115,9 +115,10 @@ def path_files(
                 written = len(found.steps) if found else 0
                 restart = _resumed(path, found, new, file) if found else new
                 done = restart.records(record)
-            if restart.last is not None:
-                state, position = restart.last.state, restart.last.position
-                last = LastStep(done[-1], state, restart.steps[-1].target, position)
+            if done:
+                target, _, position = restart.steps[-1]
+                state, place = restart.states[len(done)], path.position(**position)
+                last = PathStep(done[-1], state, target, place)
             writer = RestartWriter(file, restart)
             if output.trajectory is not None:
                 add_frame = files.enter_context(_frames(path, output, written))
@@ -128,7 +129,7 @@ def path_files(
             }
             rows = table_writer(output.csv, heads, map(asdict, done))
             add_row = files.enter_context(rows)
-        yield PathFiles(done, last, add_frame, writer, add_row)
+        yield PathFiles(done[:-1], last, add_frame, writer, add_row)
 
 
 def _resumed(path: PathSteps, found: Restart, new: Restart, file: PathName) -> Restart:
@@ -139,7 +140,7 @@ def _resumed(path: PathSteps, found: Restart, new: Restart, file: PathName) -> R
     steps, limits = found.steps, _limits_of_pressure(new.settings)
     if differences(_limits_of_pressure(found.settings), limits):
         steps = tuple(_marked(step, limits) for step in steps)
-    return replace(new, steps=steps, last=found.last, converged=found.converged)
+    return replace(new, steps=steps, states=found.states)
 
 
 def _may_converge(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
@@ -162,22 +163,24 @@ def _marked(step: FinishedStep, limits: Mapping[str, float]) -> FinishedStep:
 def _add_to_restart(
     restart: RestartWriter, step: PathStep, columns: dict[str, Any]
 ) -> None:
-    finished = FinishedStep(step.target, columns)
-    restart.add(finished, Place(step.record.step, step.left.state, step.position))
+    position = asdict(step.position)
+    restart.add(FinishedStep(step.target, columns, position), step.state)
 
 
 @contextmanager
 def _frames(
     path: PathSteps, output: Output, finished: int | None
-) -> Iterator[Callable[[PathStep, dict[str, Any]], None]]:
+) -> Iterator[Callable[[PathStep, RelaxedStep, dict[str, Any]], None]]:
     """Open the trajectory, and yield what adds the frame of a step."""
     frames, control = output.frames, path.stepper.control.name
     if frames is None or output.trajectory is None:
         raise ValueError("a trajectory needs frames: give Output(frames=...)")
     with frames.writer(output.trajectory, output.keep, finished) as add:
 
-        def add_frame(step: PathStep, columns: dict[str, Any]) -> None:
+        def add_frame(
+            step: PathStep, left: RelaxedStep, columns: dict[str, Any]
+        ) -> None:
             described = {"control": control} | step.target
-            add(frames.frame(step.left, load_step=columns, path=described))
+            add(frames.frame(left, load_step=columns, path=described))
 
         yield add_frame

@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -36,46 +36,36 @@ class OtherPathError(ValueError):
     """A trajectory has the steps of another path or system."""
 
 
-class LastStep(NamedTuple):
-    """Last step of a path that is resumed.
+@dataclass(frozen=True)
+class Position:
+    """Position of a step in its path, beyond its number; a kind of path adds to it."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathStep:
+    """End of a step of a path, from which the next step starts; or start of the path.
 
     Attributes
     ----------
-    record : LoadStep
-        Result of the step.
+    record : LoadStep or None
+        Result of the step; None at the start of the path.
     state : State
-        State in which the step leaves the surface.
+        State from which the next step starts.
     target : dict
-        Quantities that the step prescribes.
-    position : dict
-        Position of the step in its path, beyond its number.
+        Quantities that the step prescribes; empty at the start of the path.
+    position : Position
+        Position of the step in its path, of the class `PathSteps.position`.
     """
 
     record: Any
     state: State
     target: dict[str, Any]
-    position: dict[str, Any]
+    position: Any
 
-
-class PathStep(NamedTuple):
-    """Step of a path that was relaxed.
-
-    Attributes
-    ----------
-    record : LoadStep
-        Result of the step.
-    left : RelaxedStep
-        The step as it leaves the surface; see `Stepper.commit`.
-    target : dict
-        Quantities that the step prescribes.
-    position : dict
-        Position of the step in its path, beyond its number.
-    """
-
-    record: Any
-    left: RelaxedStep
-    target: dict[str, Any]
-    position: dict[str, Any]
+    @property
+    def number(self) -> int:
+        """Number of the step in the path, from zero; -1 at the start of the path."""
+        return -1 if self.record is None else int(self.record.step)
 
 
 @dataclass
@@ -86,30 +76,37 @@ class PathSteps(ABC):
     ----------
     kind : type
         Class from which the class of the results must be derived.
+    position : type
+        Class of the positions of the steps, derived from `Position`.
     stepper : Stepper
     """
 
     kind: ClassVar[type[LoadStep]] = LoadStep
+    position: ClassVar[type[Position]] = Position
     stepper: Stepper
+
+    def start(self, state: State) -> PathStep:
+        """Return the start of the path in a state of the surface."""
+        return PathStep(None, state, {}, self.position())
 
     @abstractmethod
     def steps(
-        self, start: State, record: type[Any], last: LastStep | None = None
-    ) -> Iterator[PathStep]:
-        """Yield the steps of the path.
+        self, last: PathStep, record: type[Any]
+    ) -> Iterator[tuple[PathStep, RelaxedStep]]:
+        """Relax the steps after the last one.
 
         Parameters
         ----------
-        start : State
-            State from which the first step starts.
+        last : PathStep
+            Last finished step, or the start of the path.
         record : type
             Class of the results.
-        last : LastStep, optional
-            Last finished step: the steps after it are relaxed.
 
         Yields
         ------
-        PathStep
+        step : PathStep
+        left : RelaxedStep
+            The step as it leaves the surface; see `Stepper.commit`.
         """
 
     @abstractmethod
@@ -182,30 +179,27 @@ class NumberedSteps(PathSteps):
     targets: np.ndarray
 
     def steps(
-        self, start: State, record: type[Any], last: LastStep | None = None
-    ) -> Iterator[PathStep]:
-        """Relax the steps after the last one that is done; see `PathSteps`."""
-        first, state, previous = 0, start, None
-        if last is not None:
-            first, state, previous = last.record.step + 1, last.state, last.record
-        for number in range(first, len(self.targets)):
-            relaxed, history = self.relax(state, number, previous)
-            previous, left = record.of(relaxed), self.stepper.commit(relaxed, **history)
-            state = left.state
-            yield PathStep(previous, left, self.target(number), {})
+        self, last: PathStep, record: type[Any]
+    ) -> Iterator[tuple[PathStep, RelaxedStep]]:
+        """Relax the steps at the remaining targets; see `PathSteps`."""
+        for number in range(last.number + 1, len(self.targets)):
+            relaxed, history = self.relax(last, number)
+            result, left = record.of(relaxed), self.stepper.commit(relaxed, **history)
+            target, position = self.target(number), self.position()
+            last = PathStep(result, left.state, target, position)
+            yield last, left
 
     def relax(
-        self, state: State, number: int, previous: Any
+        self, last: PathStep, number: int
     ) -> tuple[RelaxedStep, dict[str, np.ndarray]]:
         """Relax a step, and return it with the history that the surface keeps.
 
         Parameters
         ----------
-        state : State
+        last : PathStep
+            The step before, or the start of the path.
         number : int
             Number of the step, from zero.
-        previous : LoadStep or None
-            Result of the step before, None without one.
 
         Returns
         -------
@@ -214,7 +208,7 @@ class NumberedSteps(PathSteps):
             Entries of `State.history` beyond the plastic depth.
         """
         target = self.targets[number]
-        return relax_in_contact(self.stepper, state, target, number), {}
+        return relax_in_contact(self.stepper, last.state, target, number), {}
 
     def target(self, number: int) -> dict[str, Any]:
         """Return the quantities that a step prescribes."""

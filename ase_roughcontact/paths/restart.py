@@ -5,11 +5,11 @@ replaced when the new one is complete, after each step. In an archive of NumPy (
 without pickled objects) are
 
 - ``description``: the system, the kind of path and its settings, as JSON,
-- ``steps``: for each step its prescribed quantities and its columns, as lines of JSON,
-- ``last/...``: arrays of the state after the last step, and
-- ``converged/...``: arrays of the state before the first step that did not converge, if
-  there is such a step: steps are calculated again from there if other settings may let
-  them converge.
+- ``steps``: for each step its prescribed quantities, its columns and its position in
+  the path, as lines of JSON, and
+- ``12/...``: arrays of the state after 12 steps. There is one after the last step, and
+  one before the first step that did not converge, if there is such a step: steps are
+  calculated again from there if other settings may let them converge.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import os
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -34,30 +35,10 @@ from ase_roughcontact.results.record import LoadStep
 
 #: Version of the format.
 FORMAT = 1
-# Names of the two places in the archive.
-_LAST, _CONVERGED = "last", "converged"
-
-
-class Place(NamedTuple):
-    """End of a step, from which a path can be continued.
-
-    Attributes
-    ----------
-    number : int
-        Number of the step in the path, from zero.
-    state : State
-        State in which the step leaves the surface.
-    position : dict
-        Position of the step in its path, beyond its number.
-    """
-
-    number: int
-    state: State
-    position: dict[str, Any]
 
 
 class FinishedStep(NamedTuple):
-    """Step of a path in a restart file.
+    """Step of a path as a restart file keeps it.
 
     Attributes
     ----------
@@ -65,10 +46,13 @@ class FinishedStep(NamedTuple):
         Quantities that the step prescribes.
     columns : dict
         Result of the step.
+    position : dict
+        Position of the step in its path, beyond its number.
     """
 
     target: dict[str, Any]
     columns: dict[str, Any]
+    position: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -85,23 +69,22 @@ class Restart:
         Settings of results beside the state; see `Stepper.describe_settings`.
     steps : tuple of FinishedStep
         Finished steps, in order.
-    last : Place or None
-        End of the last step.
-    converged : Place or None
-        End of the last step before the first one that did not converge; None without.
+    states : dict of int to State
+        State after all steps, and after all before the first that did not converge, by
+        the number of these steps.
     """
 
     system: dict[str, Any]
     path: dict[str, Any]
     settings: dict[str, Any]
     steps: tuple[FinishedStep, ...] = ()
-    last: Place | None = None
-    converged: Place | None = None
+    states: Mapping[int, State] = field(default_factory=dict)
 
     @property
-    def all_converged(self) -> bool:
-        """Whether all steps have converged."""
-        return all(step.columns["converged"] for step in self.steps)
+    def converged(self) -> int:
+        """Number of steps before the first one that did not converge."""
+        found = (step.columns["converged"] for step in self.steps)
+        return sum(1 for _ in takewhile(bool, found))
 
     def records(self, record: type[LoadStep]) -> list[LoadStep]:
         """Return the results of the steps, of a class of results."""
@@ -109,12 +92,9 @@ class Restart:
 
     def until_converged(self) -> Restart:
         """Return the steps before the first one that did not converge."""
-        if self.all_converged:
-            return self
-        count = self.converged.number + 1 if self.converged else 0
-        return replace(
-            self, steps=self.steps[:count], last=self.converged, converged=None
-        )
+        count = self.converged
+        states = {count: self.states[count]} if count else {}
+        return replace(self, steps=self.steps[:count], states=states)
 
 
 @dataclass
@@ -131,30 +111,31 @@ class RestartWriter:
     file: PathName
     restart: Restart
     _lines: bytearray = field(init=False)
-    _places: dict[str, Place] = field(init=False)
-    _all_converged: bool = field(init=False)
+    _count: int = field(init=False)
+    _converged: int = field(init=False)
+    _states: dict[int, State] = field(init=False)
 
     def __post_init__(self) -> None:
         """Begin with the known steps."""
         self._lines = bytearray(b"".join(map(_line, self.restart.steps)))
-        places = {_LAST: self.restart.last, _CONVERGED: self.restart.converged}
-        self._places = {name: place for name, place in places.items() if place}
-        self._all_converged = self.restart.all_converged
+        self._count, self._converged = len(self.restart.steps), self.restart.converged
+        self._states = dict(self.restart.states)
 
-    def add(self, step: FinishedStep, place: Place) -> None:
-        """Add a step, and replace the file.
+    def add(self, step: FinishedStep, state: State) -> None:
+        """Add a step and the state after it, and replace the file.
 
         Raises
         ------
         OSError
             If the file can't be written.
         """
-        if self._all_converged and not step.columns["converged"]:
-            self._all_converged = False
-            if _LAST in self._places:
-                self._places[_CONVERGED] = self._places[_LAST]
+        if self._converged == self._count and step.columns["converged"]:
+            self._converged += 1
+        self._count += 1
         self._lines += _line(step)
-        self._places[_LAST] = place
+        self._states[self._count] = state
+        kept = self._converged, self._count
+        self._states = {n: each for n, each in self._states.items() if n in kept}
         # a folder that was removed meanwhile does not lose what was calculated
         Path(self.file).parent.mkdir(parents=True, exist_ok=True)
         with replaced(self.file) as name, open(name, "wb") as archive:
@@ -162,17 +143,16 @@ class RestartWriter:
 
     def _arrays(self) -> dict[str, np.ndarray]:
         """Return the contents of the archive."""
-        places, arrays = {}, dict[str, np.ndarray]()
-        for name, place in self._places.items():
-            numbers, values = _of_state(place.state)
-            places[name] = place._asdict() | {"state": numbers}
-            arrays |= {f"{name}/{key}": value for key, value in values.items()}
+        states, arrays = {}, dict[str, np.ndarray]()
+        for count, state in self._states.items():
+            states[count], values = _of_state(state)
+            arrays |= {f"{count}/{key}": value for key, value in values.items()}
         description = {
             "format": FORMAT,
             "system": self.restart.system,
             "path": self.restart.path,
             "settings": self.restart.settings,
-            "places": places,
+            "states": states,
         }
         text = json.dumps(description, default=_number).encode()
         return {
@@ -255,13 +235,9 @@ def _restart(
     description: Mapping[str, Any], arrays: Mapping[str, np.ndarray]
 ) -> Restart:
     """Return the contents of an archive."""
-    places = {
-        name: Place(
-            place["number"],
-            _state(place["state"], dict(_below(f"{name}/", arrays))),
-            place["position"],
-        )
-        for name, place in description["places"].items()
+    states = {
+        int(count): _state(numbers, dict(_below(f"{count}/", arrays)))
+        for count, numbers in description["states"].items()
     }
     lines = bytes(arrays["steps"]).splitlines()
     return Restart(
@@ -269,8 +245,7 @@ def _restart(
         description["path"],
         description["settings"],
         tuple(FinishedStep(**json.loads(line)) for line in lines),
-        places.get(_LAST),
-        places.get(_CONVERGED),
+        states,
     )
 
 

@@ -54,10 +54,10 @@ def ours(values, pressure, schedule):
     options = StepOptions(accuracy=1e-8)
     stepper = Stepper(problem, "loads", Box((0, 0), (side, side)), options)
     path = schedule(pressure * side**2)
-    for step in follow_states(
+    for step, left in follow_states(
         TimeSteps(stepper, TimeSpecification(path, 1e-4)), validity="ignore"
     ):
-        yield step.record.time, step.left.fields.pressure
+        yield step.time, left.fields.pressure
 
 
 def theirs(values, pressure, step, count=1):

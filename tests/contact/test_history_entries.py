@@ -24,9 +24,9 @@ FREE = declare(HistoryEntry("steps_without", entering=100.0))
 class Counting(NumberedSteps):
     """Steps with a law that needs what happened to each atom."""
 
-    def relax(self, state, number, previous):
-        relaxed, history = super().relax(state, number, previous)
-        before, contact = state.on(relaxed.state.window), relaxed.fields.contact
+    def relax(self, last, number):
+        relaxed, history = super().relax(last, number)
+        before, contact = last.state.on(relaxed.state.window), relaxed.fields.contact
         none = np.zeros(contact.shape)
         times = before.history.get(TIMES.name, none) + contact
         free = before.history.get(FREE.name, none + FREE.entering) + 1.0

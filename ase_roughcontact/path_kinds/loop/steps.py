@@ -12,14 +12,14 @@ more asperities the deeper it was.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 from ase_roughcontact._util.identity import differences
 from ase_roughcontact.contact import State
 from ase_roughcontact.path_kinds.loop.instabilities import balanced, jumped, least_force
 from ase_roughcontact.path_kinds.loop.specification import ContactLoop
-from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
+from ase_roughcontact.paths.path_steps import PathStep, PathSteps, Position
 from ase_roughcontact.paths.restart import Restart
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.stepping.relaxed import RelaxedStep
@@ -36,7 +36,7 @@ _AT_KINK = 1 / 16
 
 
 @dataclass(frozen=True)
-class _Position:
+class LoopPosition(Position):
     """Position of a state in a loop.
 
     Attributes
@@ -54,23 +54,6 @@ class _Position:
     retracts: bool = False
 
 
-class _Reached(NamedTuple):
-    """Last state of a loop that is kept.
-
-    Attributes
-    ----------
-    position : _Position
-        Position of the state in the loop.
-    state : State
-    record : LoadStep
-        Result of the step.
-    """
-
-    position: _Position
-    state: State
-    record: LoadStep
-
-
 @dataclass
 class LoopSteps(PathSteps):
     """Heights of a loop, in steps halved until their energy balance closes.
@@ -83,6 +66,7 @@ class LoopSteps(PathSteps):
         `AdhesionLoop.of` all steps is the loop.
     """
 
+    position = LoopPosition
     loop: ContactLoop
 
     def __post_init__(self) -> None:
@@ -109,35 +93,32 @@ class LoopSteps(PathSteps):
         """Return the differences of the finished steps; see `PathSteps`."""
         return differences(done.path["loop"], self.loop.todict())
 
+    def start(self, state: State) -> PathStep:
+        """Return the start of the loop; see `PathSteps`."""
+        return PathStep(None, state, {}, LoopPosition(self.loop.step))
+
     def steps(
-        self, start: State, record: type[Any], last: LastStep | None = None
-    ) -> Iterator[PathStep]:
+        self, last: PathStep, record: type[Any]
+    ) -> Iterator[tuple[PathStep, RelaxedStep]]:
         """Approach until the loop turns, and retract until nothing interacts."""
-        if last is None:
+        at = last
+        if at.record is None:
             top = self._top + 0.5 * self.loop.smallest_step
-            relaxed = self.stepper.relax(start, top)
-            position = _Position(self.loop.step)
-            new = self._kept(position, relaxed, record.of(relaxed))
-            at = self._after(new)
-            yield new
-        else:
-            at = _Reached(_Position(**last.position), last.state, last.record)
+            at, left = self._kept(at.position, *self._relax(top, at, record))
+            yield at, left
         if not at.position.retracts:
             while not self._turns(at):
                 height = max(at.record.height - at.position.size, self._bottom)
-                new = self._moved_towards(height, at, record)
-                at = self._after(new)
-                yield new
+                at, left = self._moved_towards(height, at, record)
+                yield at, left
             least = min(at.record.normal_force, 0.0)
-            position = replace(at.position, least=least, retracts=True)
-            at = at._replace(position=position)
+            at = replace(at, position=replace(at.position, least=least, retracts=True))
         while at.record.repulsive_atoms + at.record.attractive_atoms:
             height = at.record.height + at.position.size
-            new = self._moved_towards(height, at, record)
-            at = self._after(new)
-            yield new
+            at, left = self._moved_towards(height, at, record)
+            yield at, left
 
-    def _turns(self, at: _Reached) -> bool:
+    def _turns(self, at: PathStep) -> bool:
         """Return whether the loop turns at its last state.
 
         Raises
@@ -161,8 +142,8 @@ class LoopSteps(PathSteps):
         return False
 
     def _moved_towards(
-        self, height: float, at: _Reached, record: type[Any]
-    ) -> PathStep:
+        self, height: float, at: PathStep, record: type[Any]
+    ) -> tuple[PathStep, RelaxedStep]:
         """Move to a height, or to one on the way up to which the force is known."""
         size, halved = at.position.size, False
         relaxed, new = self._relax(height, at, record)
@@ -182,7 +163,7 @@ class LoopSteps(PathSteps):
             size = min(2.0 * size, self.loop.step)
         return self._kept(replace(at.position, size=size), relaxed, new)
 
-    def _height_between(self, at: _Reached, new: LoadStep) -> float | None:
+    def _height_between(self, at: PathStep, new: LoadStep) -> float | None:
         """Return a height at which to relax before a new state, None to accept it."""
         if not self._balanced(at.record, new):
             return 0.5 * (at.record.height + new.height)
@@ -195,20 +176,15 @@ class LoopSteps(PathSteps):
         return balanced(last, new, self.loop.tolerance, self._smallest_force)
 
     def _relax(
-        self, height: float, at: _Reached, record: type[Any]
+        self, height: float, at: PathStep, record: type[Any]
     ) -> tuple[RelaxedStep, LoadStep]:
-        number = at.record.step + 1
-        relaxed = self.stepper.relax(at.state, height, number=number)
+        relaxed = self.stepper.relax(at.state, height, number=at.number + 1)
         return relaxed, record.of(relaxed)
 
     def _kept(
-        self, position: _Position, relaxed: RelaxedStep, new: LoadStep
-    ) -> PathStep:
+        self, position: LoopPosition, relaxed: RelaxedStep, new: LoadStep
+    ) -> tuple[PathStep, RelaxedStep]:
         """Return a state that is kept, with its position."""
         position = replace(position, least=min(position.least, new.normal_force))
         left = self.stepper.commit(relaxed)
-        return PathStep(new, left, {"target": new.height}, asdict(position))
-
-    def _after(self, new: PathStep) -> _Reached:
-        """Return where the loop is after a state that is kept."""
-        return _Reached(_Position(**new.position), new.left.state, new.record)
+        return PathStep(new, left.state, {"target": new.height}, position), left

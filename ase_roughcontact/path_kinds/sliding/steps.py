@@ -37,7 +37,7 @@ from ase_roughcontact.path_kinds.sliding.coupling import (
 from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
-from ase_roughcontact.paths.path_steps import NumberedSteps
+from ase_roughcontact.paths.path_steps import NumberedSteps, PathStep
 from ase_roughcontact.solvers.lateral.friction import (
     FrictionOptions,
     solve_friction,
@@ -146,11 +146,11 @@ class SlidingSteps(NumberedSteps):
         return f"{self.given.control}[{number}] was {before}, is {after}"
 
     def relax(
-        self, state: State, number: int, previous: Any
+        self, last: PathStep, number: int
     ) -> tuple[RelaxedStep, dict[str, np.ndarray]]:
         """Relax the contact, and then its tractions; see `NumberedSteps`."""
-        begun, target = perf_counter(), self.targets[number]
-        move = self._move(number, previous)
+        begun, target, state = perf_counter(), self.targets[number], last.state
+        move = self._move(number, last.record)
         relaxed = relax_in_contact(self.stepper, state, target, number)
         if self._cross is None:
             lateral = self._slid(state, move, relaxed)

@@ -31,10 +31,10 @@ tenth of the tolerance.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +47,7 @@ from ase_roughcontact.elasticity.lattice import carried
 from ase_roughcontact.path_kinds.time.balance import energy_balance, work_between
 from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.path_kinds.time.specification import TimeSpecification
-from ase_roughcontact.paths.path_steps import LastStep, PathStep, PathSteps
+from ase_roughcontact.paths.path_steps import PathStep, PathSteps, Position
 from ase_roughcontact.paths.restart import Restart
 from ase_roughcontact.paths.schedule import Part
 from ase_roughcontact.stepping.relaxed import RelaxedStep
@@ -74,7 +74,7 @@ _GROWTH = 0.1
 
 
 @dataclass(frozen=True)
-class _Position:
+class TimePosition(Position):
     """Position of the end of a time step in its path.
 
     Attributes
@@ -106,26 +106,6 @@ class _Position:
     dissipated: float = 0.0
 
 
-class _Reached(NamedTuple):
-    """End of the last time step.
-
-    Attributes
-    ----------
-    position : _Position
-        Position of the end of the step in the path.
-    state : State
-    target : float
-        Target at the end of the step.
-    record : TimeStep or None
-        Result of the step; None before the first one.
-    """
-
-    position: _Position
-    state: State
-    target: float
-    record: TimeStep | None
-
-
 @dataclass
 class TimeSteps(PathSteps):
     """Time steps with durations that follow from an estimate of their errors.
@@ -140,6 +120,7 @@ class TimeSteps(PathSteps):
     """
 
     kind = TimeStep
+    position = TimePosition
     given: TimeSpecification
 
     def __post_init__(self) -> None:
@@ -162,8 +143,7 @@ class TimeSteps(PathSteps):
 
     def differences(self, done: Restart) -> list[str]:
         """Return the differences of the finished steps; see `PathSteps`."""
-        assert done.last is not None
-        count = done.last.position["part"] + 1
+        count = done.steps[-1].position["part"] + 1
         # the path may have been extended at its end
         old, new = (
             {"tolerance": each["tolerance"]}
@@ -172,18 +152,18 @@ class TimeSteps(PathSteps):
         )
         return differences(old, new)
 
+    def start(self, state: State) -> PathStep:
+        """Return the start of the path, with estimated scales; see `PathSteps`."""
+        return PathStep(None, state, {}, self._first_position(state))
+
     def steps(
-        self, start: State, record: type[Any], last: LastStep | None = None
-    ) -> Iterator[PathStep]:
+        self, last: PathStep, record: type[Any]
+    ) -> Iterator[tuple[PathStep, RelaxedStep]]:
         """Yield the states after the last one that is done; see `PathSteps`."""
-        if last is None:
-            at = _Reached(self._first_position(start), start, 0.0, None)
-            new = self._sudden(at, record, self.given.schedule.first, 0.0)
-            at = self._after(new)
-            yield new
-        else:
-            position, target = _Position(**last.position), last.target["target"]
-            at = _Reached(position, last.state, target, last.record)
+        at = last
+        if at.record is None:
+            at, left = self._sudden(at, record, self.given.schedule.first, 0.0)
+            yield at, left
         for number, (begin, first, part) in enumerate(
             self.given.schedule.timed_parts()
         ):
@@ -193,19 +173,20 @@ class TimeSteps(PathSteps):
                 level = self._first_level(part) if part.duration else 0
                 position = replace(at.position, part=number, level=level, done=0)
                 state = at.state.keeping(**{PRESSURE_RATE: None})
-                at = at._replace(position=position, state=state)
+                at = replace(at, position=position, state=state)
                 if part.duration == 0.0:
-                    at = at._replace(position=replace(position, done=1))
-                    new = self._sudden(at, record, part.end, begin)
-                    at = self._after(new)
-                    yield new
+                    at = replace(at, position=replace(position, done=1))
+                    at, left = self._sudden(at, record, part.end, begin)
+                    yield at, left
             if part.duration > 0.0:
-                at = yield from self._part(at, record, begin, first, part)
+                for new, left in self._part(at, record, begin, first, part):
+                    at = new
+                    yield at, left
 
     def _part(
-        self, at: _Reached, record: type[Any], begin: float, first: float, part: Part
-    ) -> Generator[PathStep, None, _Reached]:
-        """Yield the remaining states of a part of the schedule; return its end."""
+        self, at: PathStep, record: type[Any], begin: float, first: float, part: Part
+    ) -> Iterator[tuple[PathStep, RelaxedStep]]:
+        """Yield the remaining states of a part of the schedule."""
         least = _least_level(part)
         position = replace(at.position, level=max(at.position.level, least))
         while position.done < 2**position.level:
@@ -223,7 +204,7 @@ class TimeSteps(PathSteps):
                 rate = self._rate_at_first(state, half, moment, elapsed)
                 state = state.keeping(**{PRESSURE_RATE: rate})
             relaxed, result, unbalanced = self._step(
-                at._replace(state=state), record, target, moment, elapsed
+                replace(at, state=state), record, target, moment, elapsed
             )
             rate = _rate(state, relaxed.state, elapsed)
             largest = max(position.pressure, _sum_of(relaxed.state.pressure))
@@ -246,24 +227,22 @@ class TimeSteps(PathSteps):
                 elapsed=elapsed,
             )
             left = self.stepper.commit(relaxed, **{PRESSURE_RATE: rate})
-            new = self._accepted(position, at.record, target, left, result)
-            at = self._after(new)
+            at = self._accepted(position, at.record, target, left, result)
             position = at.position
-            yield new
-        return at
+            yield at, left
 
     def _sudden(
-        self, at: _Reached, record: type[Any], target: float, time: float
-    ) -> PathStep:
+        self, at: PathStep, record: type[Any], target: float, time: float
+    ) -> tuple[PathStep, RelaxedStep]:
         """Return the state after a sudden change of the target."""
         relaxed, result, _ = self._step(at, record, target, time, 0.0)
         self._check_held(target, result)
         left = self.stepper.commit(relaxed)
-        return self._accepted(at.position, at.record, target, left, result)
+        return self._accepted(at.position, at.record, target, left, result), left
 
     def _accepted(
         self,
-        position: _Position,
+        position: TimePosition,
         last: TimeStep | None,
         target: float,
         left: RelaxedStep,
@@ -279,12 +258,7 @@ class TimeSteps(PathSteps):
             dissipated=dissipated,
             energy=max(position.energy, abs(work), dissipated),
         )
-        return PathStep(result, left, {"target": target}, asdict(position))
-
-    def _after(self, new: PathStep) -> _Reached:
-        """Return the end of a step that is kept."""
-        position, target = _Position(**new.position), new.target["target"]
-        return _Reached(position, new.left.state, target, new.record)
+        return PathStep(result, left.state, {"target": target}, position)
 
     def _check_held(self, target: float, step: TimeStep) -> None:
         """Raise `RuntimeError` if the surface does not hold the indenter at a load."""
@@ -299,7 +273,7 @@ class TimeSteps(PathSteps):
 
     def _step(
         self,
-        at: _Reached,
+        at: PathStep,
         record: type[Any],
         target: float,
         time: float,
@@ -310,9 +284,8 @@ class TimeSteps(PathSteps):
         Energy that is missing although the solid hardly creeps in so short a step, and
         the work is known, was lost in an instability, and is no error.
         """
-        number = at.record.step + 1 if at.record else 0
         relaxed = self.stepper.relax(
-            at.state, target, number=number, moment=time, elapsed=elapsed
+            at.state, target, number=at.number + 1, moment=time, elapsed=elapsed
         )
         result = record.of(relaxed)
         if at.record is None:
@@ -322,7 +295,7 @@ class TimeSteps(PathSteps):
             energy *= relaxed.halfspace.cell_area
             result = replace(result, dissipated_energy=energy)
         missing, uncertainty = energy_balance(
-            self.stepper, (at.target, at.record), (target, result)
+            self.stepper, (at.target["target"], at.record), (target, result)
         )
         error = _energy_error(at.position, at.record, result, missing)
         unexplained = missing > uncertainty and error > self.given.tolerance
@@ -379,14 +352,14 @@ class TimeSteps(PathSteps):
         weight += self.creep.flow * elapsed / 12.0 * max(_ADDED * steps, 1.0)
         return weight * bend
 
-    def _first_position(self, start: State) -> _Position:
+    def _first_position(self, start: State) -> TimePosition:
         """Return the first position, with an estimate of pressures and energies.
 
         They are taken from one step from rest to the largest target, in the time in
         which the path gets there.
         """
         target, time = self.given.schedule.largest(self.stepper.control.deeper)
-        position = _Position()
+        position = TimePosition()
         with suppress(ValueError, RuntimeError, MemoryError):  # of the path itself
             relaxed = self.stepper.relax(start, target, moment=time, elapsed=time)
             position = replace(
@@ -413,7 +386,7 @@ def _beginning(schedule: dict[str, Any], count: int) -> dict[str, Any]:
 
 
 def _energy_error(
-    at: _Position, last: TimeStep, step: TimeStep, missing: float
+    at: TimePosition, last: TimeStep, step: TimeStep, missing: float
 ) -> float:
     """Return a missing energy relative to the largest energy of the path so far."""
     work = abs(at.work + work_between(last, step))

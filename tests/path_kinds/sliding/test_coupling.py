@@ -156,10 +156,9 @@ def test_conditions_of_friction_and_contact_hold_with_dense_matrices(
     steps = SlidingSteps(
         stepper, SlidingSpecification(depths, law, path, control, coupling="solved")
     )
-    for done in paths.follow_states(steps):
-        step = done.record
+    for step, left in paths.follow_states(steps):
         assert step.converged
-        old, state = state, fields(done.left.state).reshape(3, -1)
+        old, state = state, fields(left.state).reshape(3, -1)
         before, at = at, np.array([step.lateral_x, step.lateral_y])
         moved = (matrix @ (state - old).ravel()).reshape(3, -1)[:2]
         moved -= (at - before)[:, None]
@@ -241,10 +240,10 @@ def test_all_walls_are_coupled(wall):
 def test_periodic_and_anisotropic_solids_are_coupled(solid):
     for periodic in (False, True):
         stepper = stepper_of(32, solid, periodic=periodic)
-        (first,) = followed(stepper, 0.1, Coulomb(MU), [0.0], **SOLVED)
-        assert first.record.converged
-        assert first.record.lateral_energy < 0.0
-        x, y = (first.left.state.history[f"displacement_{axis}"] for axis in "xy")
+        ((first, left),) = followed(stepper, 0.1, Coulomb(MU), [0.0], **SOLVED)
+        assert first.converged
+        assert first.lateral_energy < 0.0
+        x, y = (left.state.history[f"displacement_{axis}"] for axis in "xy")
         i, j = np.indices((32, 32)) - 15.5
         assert (x * i + y * j).sum() < 0.0  # towards the contact
         assert x == pytest.approx(-x[::-1], abs=1e-6 * abs(x).max())
@@ -255,8 +254,8 @@ def test_bodies_exchanged_have_opposite_coupling_and_the_same_contact():
     found = []
     for beta in (0.3, -0.3):
         stepper = stepper_of(32, Isotropic(1.0, 0.1, beta))
-        (first,) = followed(stepper, 0.5, Coulomb(MU), [0.0], **SOLVED)
-        found.append(fields(first.left.state))
+        ((_, left),) = followed(stepper, 0.5, Coulomb(MU), [0.0], **SOLVED)
+        found.append(fields(left.state))
     assert found[1][2] == pytest.approx(found[0][2], abs=1e-6)
     assert found[1][:2] == pytest.approx(-found[0][:2], abs=1e-6)
 

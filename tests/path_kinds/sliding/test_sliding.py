@@ -91,13 +91,14 @@ def test_tractions_of_rough_contacts_are_those_of_ciavarella_and_jaeger(seed):
     loads, sphere = np.array([3.0, 9.0]), RoughSphere(10.0 * n, rough)
     normal = stepper_of(n, control="loads", indenter=sphere, accuracy=1e-6)
     path = paths.follow_states(NumberedSteps(normal, loads))
-    pressures = [step.left.fields.pressure for step in path]
+    pressures = [left.fields.pressure for _, left in path]
     stepper = stepper_of(n, control="loads", indenter=sphere, accuracy=1e-6)
     force = MU * (loads[1] - loads[0])
-    last = followed(stepper, loads[1], Coulomb(MU), [0.0, force], "forces")[-1]
+    path = followed(stepper, loads[1], Coulomb(MU), [0.0, force], "forces")
+    _, (last, left) = path
     expected = MU * (pressures[1] - pressures[0])
-    found = tractions(last.left.state)
-    assert last.record.converged
+    found = tractions(left.state)
+    assert last.converged
     assert found[0] == pytest.approx(expected, abs=1e-3 * expected.max())
     assert abs(found[1]).max() < 1e-6 * expected.max()
 
@@ -152,8 +153,8 @@ def test_sliding_of_tresca_is_the_strength_times_the_area():
 def test_atoms_under_tension_without_friction_neither_stick_nor_slip():
     stepper = stepper_of(32, wall=DugdaleWall(0.01, 1.0))
     done = followed(stepper, 0.5, Coulomb(MU), [0.0, 0.05, 5.0])
-    pressed = np.count_nonzero(done[-1].left.state.pressure > 0.0)
-    steps = [step.record for step in done]
+    steps, left = zip(*done, strict=True)
+    pressed = np.count_nonzero(left[-1].state.pressure > 0.0)
     assert 0 < pressed < steps[0].contact_area
     for step in steps:
         assert step.stick_area + step.slip_area == pressed
@@ -165,8 +166,8 @@ def test_atoms_under_tension_without_friction_neither_stick_nor_slip():
 def test_shear_strength_limits_coulomb_friction_under_plastic_flow():
     law = Coulomb(MU, strength=0.003)
     stepper = stepper_of(48, wall=PlasticWall(0.015, permanent=True))
-    done = followed(stepper, [0.5, 0.8, 0.8], law, [0.0, 0.5, 50.0])[-1]
-    last, pressure = done.record, done.left.fields.pressure
+    last, left = followed(stepper, [0.5, 0.8, 0.8], law, [0.0, 0.5, 50.0])[-1]
+    pressure = left.fields.pressure
     expected = np.minimum(MU * pressure, 0.003).sum()
     assert last.lateral_force_x == pytest.approx(expected, rel=1e-6)
     assert expected < 0.9 * MU * pressure.sum()

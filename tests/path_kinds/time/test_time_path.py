@@ -23,7 +23,6 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.path_kinds.time.specification import TimeSpecification
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths import follow as paths
@@ -179,10 +178,10 @@ def test_gaps_are_those_of_the_whole_history(creep, wall, periodic):
     path = Schedule(0.2).ramp(0.6, time=1.0).hold(0.5).ramp(-0.3, time=0.8)
     steps = list(paths.follow_states(TimeSteps(stepper, TimeSpecification(path, 1e-2))))
     times, heights = (
-        np.array([getattr(step.record, name) for step in steps])
+        np.array([getattr(step, name) for step, _ in steps])
         for name in ("time", "height")
     )
-    fields = [step.left.fields for step in steps]
+    fields = [left.fields for _, left in steps]
     pressures = np.array([each.pressure for each in fields])
     gaps = np.array([each.gap for each in fields])
 
@@ -394,16 +393,13 @@ def test_steps_of_a_long_hold_converge(relaxed):
 def test_the_past_of_another_series_is_refused():
     stepper = stepper_of(problem_of(32), 32)
     path = TimeSteps(stepper, TimeSpecification(Schedule(0.0).ramp(0.5, time=1.0)))
-    crept = list(paths.follow_states(path))[-1].left.state
+    *_, (_, left) = paths.follow_states(path)
     other = stepper_of(problem_of(32, creep=Creep([1.0, 1.0], [1.0, 2.0])), 32)
     with pytest.raises(
         ValueError, match=r"has crept in a solid with Creep\(comp.* but"
     ):
-        list(
-            TimeSteps(other, TimeSpecification(Schedule(0.5).hold(1.0))).steps(
-                crept, TimeStep
-            )
-        )
+        held = TimeSteps(other, TimeSpecification(Schedule(0.5).hold(1.0)))
+        list(paths.follow_states(held, first=lambda: left.state))
 
 
 @pytest.mark.parametrize("window", ["fixed", "auto"])
