@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -17,6 +18,7 @@ from ase_roughcontact.contact.creep import (
 )
 from ase_roughcontact.contact.state import TRACTION_DEPTH
 from ase_roughcontact.elasticity.creep import CreepStep
+from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import Run, fields_of
 
@@ -27,7 +29,8 @@ _KEPT_HALFSPACES = 4
 class SurfaceHistory:
     """Makes contacts on the window of a state, with plastic shape, creep and friction.
 
-    The last contact is kept, since contacts on the same window share its half space.
+    The last bare contact and its half spaces are kept, which contacts on the same
+    window share.
 
     Parameters
     ----------
@@ -35,9 +38,15 @@ class SurfaceHistory:
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._creep = problem, problem.solid.creep
-        self._window: Box | None = None
-        self._contact: Contact
+        self._creep = problem.solid.creep
+
+        @lru_cache(1)
+        def bare(window: Box) -> tuple[Contact, Callable[[float], HalfSpace]]:
+            """Return a contact without history, and half spaces by their compliance."""
+            contact = problem.contact(window)
+            return contact, lru_cache(_KEPT_HALFSPACES)(contact.halfspace.softened)
+
+        self._bare = bare
 
     def step(self, elapsed: float) -> CreepStep | None:
         """Return the creep of the solid over a time, None if it does not creep."""
@@ -52,23 +61,15 @@ class SurfaceHistory:
 
     def contact(self, state: State, step: CreepStep | None) -> tuple[State, Contact]:
         """Return a state with the depths that it has kept, and its contact."""
-        depth = state.plastic_depth
-        if self._window != state.window:
-            self._contact = self._problem.contact(state.window, depth)
-            self._window = state.window
-            self._instantaneous = self._contact.halfspace
-            self._softened = lru_cache(_KEPT_HALFSPACES)(self._instantaneous.softened)
-        last = self._contact
-        if step is None:
-            lowered = state.history.get(TRACTION_DEPTH)
-            if last.plastic_depth is not depth or last.past_depth is not lowered:
-                self._contact = last.changed(last.halfspace, depth, past_depth=lowered)
-        else:
-            state = with_depths(state, self._instantaneous)
-            halfspace = self._softened(step.compliance)
-            creep_pressure, creep_depth = past_of(state)
-            self._contact = last.changed(halfspace, depth, creep_pressure, creep_depth)
-        return state, self._contact
+        bare, softened = self._bare(state.window)
+        depth, lowered = state.plastic_depth, state.history.get(TRACTION_DEPTH)
+        if step is not None:
+            state = with_depths(state, bare.halfspace)
+            halfspace = softened(step.compliance)
+            return state, bare.changed(halfspace, depth, *past_of(state))
+        if depth is None and lowered is None:
+            return state, bare
+        return state, bare.changed(bare.halfspace, depth, None, lowered)
 
     def ended(
         self, run: Run, contact: Contact, step: CreepStep | None

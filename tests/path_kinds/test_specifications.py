@@ -8,7 +8,10 @@ import pytest
 from ase_roughcontact import Schedule, Tresca, adhesion_loop, sliding_path, time_path
 from ase_roughcontact.contact.control import LOAD, PENETRATION
 from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
-from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
+from ase_roughcontact.path_kinds.sliding.specification import (
+    LATERAL_FORCE,
+    SlidingSpecification,
+)
 from ase_roughcontact.path_kinds.time.specification import (
     TimeSpecification,
     check_cantilever,
@@ -49,6 +52,12 @@ def test_lateral_targets_along_x_are_pairs_and_one_normal_target_is_of_all_steps
     np.testing.assert_array_equal(given.normal(LOAD), [2.0, 2.0, 2.0])
     with pytest.raises(ValueError, match="penetrations for all 3 displacements"):
         SlidingSpecification([1.0, 2.0], LAW, given.lateral).normal(PENETRATION)
+
+
+def test_a_lateral_control_is_given_by_its_name():
+    assert SlidingSpecification(1.0, LAW, [0.0], "forces").control is LATERAL_FORCE
+    with pytest.raises(ValueError, match=r"'force'.*displacements, forces.*bases"):
+        SlidingSpecification(1.0, LAW, [0.0], "force")
 
 
 @pytest.mark.parametrize("control, spring", [("bases", None), ("forces", 1.0)])

@@ -27,6 +27,7 @@ from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.results import RESULTS
 from ase_roughcontact.path_kinds.sliding.specification import (
     LATERAL_CONTROLS,
+    LateralControl,
     SlidingSpecification,
     check_spring,
 )
@@ -96,34 +97,33 @@ class Sliding(PathKind):
         return np.array([math.cos(angle), math.sin(angle)])
 
     @property
-    def lateral_control(self) -> str:
-        """Quantity that is prescribed laterally, one of `LATERAL_CONTROLS`.
+    def lateral_control(self) -> LateralControl:
+        """Quantity that is prescribed laterally.
 
         Raises
         ------
         ValueError
             If not exactly one of the keys is given.
         """
-        given = [key for key in LATERAL_CONTROLS if getattr(self, key) is not None]
+        given = [name for name in LATERAL_CONTROLS if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
                 "give displacements, forces or bases, between which the indenter "
                 f"moves, such as displacements = [0, 5, -5, 5], got "
                 f"{' and '.join(given) or 'none of them'}"
             )
-        return given[0]
+        return LATERAL_CONTROLS[given[0]]
 
-    def turns(self, bodies: Bodies) -> tuple[str, FloatArray]:
-        """Return the lateral quantity that is prescribed, and its targets (Å or eV/Å).
+    def turns(self, bodies: Bodies) -> FloatArray:
+        """Return the lateral targets between which the indenter moves (Å or eV/Å).
 
         Raises
         ------
         ValueError
             If not exactly one of the keys is given, or a value is invalid.
         """
-        key = self.lateral_control
-        unit = "nN" if key == "forces" else "Å"
-        units = FORCES if unit == "nN" else lengths(bodies.spacing)
+        key, unit = self.lateral_control.name, self.lateral_control.unit
+        units = FORCES if unit in FORCES else lengths(bodies.spacing)
         values = getattr(self.plain([key], units, unit), key)
         found = UNITS[unit] * finite_array(key, list(values))
         if len(found) < 2:
@@ -133,7 +133,7 @@ class Sliding(PathKind):
             )
         if integer("steps", self.steps, 1) * len(found) > MAX_STEPS:
             raise ValueError(f"a path has at most {MAX_STEPS} steps, got more")
-        return key, found
+        return found
 
     def targets(self, bodies: Bodies) -> FloatArray:
         """Return the normal targets of the steps; see `PathKind.targets`."""
@@ -146,11 +146,11 @@ class Sliding(PathKind):
         found = UNITS[control.unit] * np.atleast_1d(finite_array("values", values))
         if control == LOAD and bodies.wall.hard and not bodies.wall.attractive:
             self._check_loads(found, np.atleast_1d(np.array(self.values, object)))
-        name, turns = self.turns(bodies)
+        turns = self.turns(bodies)
         if len(found) not in (1, len(turns)):
             raise ValueError(
                 f"give one {control.name} in values, or one for each of the "
-                f"{len(turns)} {name}, got {len(found)}"
+                f"{len(turns)} {self.lateral_control.name}, got {len(found)}"
             )
         return self._between(np.broadcast_to(found, turns.shape))
 
@@ -200,7 +200,7 @@ class Sliding(PathKind):
 
     def describe(self, bodies: Bodies) -> str:
         """Return a text on the plan, with the number of steps."""
-        key, _ = self.turns(bodies)
+        key = self.lateral_control.name
         time = "the time of friction is of the same order"
         if bodies.friction.coupled:
             time = "friction, coupled to the pressure, takes several times as long"
@@ -217,12 +217,11 @@ class Sliding(PathKind):
         ValueError
             If a key is missing or invalid.
         """
-        control, turns = self.turns(bodies)
         return SlidingSpecification(
             targets=self.targets(bodies),
             friction=bodies.friction.law_on(bodies.spacing),
-            lateral=np.outer(self._between(turns), self.towards),
-            control=control,
+            lateral=np.outer(self._between(self.turns(bodies)), self.towards),
+            control=self.lateral_control,
             spring=self.spring_stiffness,
             coupling=bodies.friction.coupling,
         )

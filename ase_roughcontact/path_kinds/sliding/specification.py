@@ -1,4 +1,4 @@
-"""Specification of a sliding path: its targets, friction, spring and coupling."""
+"""Specification of a sliding path: its control, targets, friction and spring."""
 
 from __future__ import annotations
 
@@ -7,13 +7,48 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import finite_array, one_of, positive
+from ase_roughcontact._util.validation import finite_array, lookup, one_of, positive
 from ase_roughcontact.contact.control import Control
 from ase_roughcontact.interactions.friction import COUPLINGS, FrictionLaw, check_law
 
-#: Lateral targets of a sliding path: displacement of the indenter, force on it, or
-#: displacement of the base of a spring that moves it.
-LATERAL_CONTROLS = ("displacements", "forces", "bases")
+
+@dataclass(frozen=True, kw_only=True)
+class LateralControl:
+    """Quantity that a sliding path prescribes laterally.
+
+    Attributes
+    ----------
+    name : str
+        Name of the targets in scenes, arguments and files.
+    unit : {"nN", "Å"}
+        Unit of targets that are given as numbers in a scene.
+    held : bool
+        Whether the indenter is held at the targets.
+    sprung : bool
+        Whether a spring holds the indenter.
+    """
+
+    name: str
+    unit: str = "Å"
+    held: bool = False
+    sprung: bool = False
+
+    @property
+    def free(self) -> bool:
+        """Whether nothing but friction holds the indenter."""
+        return not (self.held or self.sprung)
+
+
+#: Displacement of the indenter.
+LATERAL_DISPLACEMENT = LateralControl(name="displacements", held=True)
+#: Force on the indenter.
+LATERAL_FORCE = LateralControl(name="forces", unit="nN")
+#: Displacement of the base of a spring that moves the indenter.
+LATERAL_BASE = LateralControl(name="bases", sprung=True)
+#: Lateral quantities that a path can prescribe, by name.
+LATERAL_CONTROLS = {
+    each.name: each for each in (LATERAL_DISPLACEMENT, LATERAL_FORCE, LATERAL_BASE)
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +62,10 @@ class SlidingSpecification:
     friction : FrictionLaw
     lateral : ndarray, shape (steps, 2)
         Lateral targets along x and y; one column is along x alone.
-    control : {"displacements", "forces", "bases"}
-        Quantity of the lateral targets: displacements of the indenter (length), forces
-        on it (force), or displacements of the base of a spring (length).
+    control : LateralControl
+        Quantity of the lateral targets, which may be given by its name: displacements
+        of the indenter (length), forces on it (force), or displacements of the base of
+        a spring (length).
     spring : float or None
         Stiffness of the spring, for bases (force/length).
     coupling : {"neglected", "solved"}
@@ -49,22 +85,25 @@ class SlidingSpecification:
     targets: Any
     friction: FrictionLaw
     lateral: Any
-    control: str = LATERAL_CONTROLS[0]
+    control: Any = LATERAL_DISPLACEMENT
     spring: float | None = None
     coupling: str = COUPLINGS[0]
 
     def __post_init__(self) -> None:
         """Check all, and make one pair of lateral targets for each step."""
-        one_of(LATERAL_CONTROLS, control=self.control)
+        control = self.control
+        if not isinstance(control, LateralControl):
+            control = lookup(control, LATERAL_CONTROLS, "control")
+        object.__setattr__(self, "control", control)
         one_of(COUPLINGS, coupling=self.coupling)
-        check_spring(self.control, self.spring)
+        check_spring(control, self.spring)
         check_law(self.friction)
-        lateral = finite_array(self.control, self.lateral)
+        lateral = finite_array(control.name, self.lateral)
         if lateral.ndim == 1:
             lateral = np.stack([lateral, np.zeros(lateral.shape)], axis=1)
         if lateral.ndim != 2 or lateral.shape[1] != 2 or not len(lateral):
             raise ValueError(
-                f"{self.control} must be numbers along x, or rows of two along x and "
+                f"{control.name} must be numbers along x, or rows of two along x and "
                 f"y, got an array of the shape {lateral.shape}"
             )
         object.__setattr__(self, "lateral", lateral)
@@ -90,19 +129,18 @@ class SlidingSpecification:
         targets, count = finite_array(control.plural, self.targets), len(self.lateral)
         if targets.shape not in ((), (count,)):
             raise ValueError(
-                f"give one of {control.plural} for all {count} {self.control}, or one "
-                f"for each, got {targets.size}"
+                f"give one of {control.plural} for all {count} {self.control.name}, or "
+                f"one for each, got {targets.size}"
             )
         return np.broadcast_to(targets, count)
 
 
-def check_spring(control: str, spring: float | None) -> None:
+def check_spring(control: LateralControl, spring: float | None) -> None:
     """Raise an error unless a path that moves a base, and only it, has a spring.
 
     Parameters
     ----------
-    control : str
-        One of `LATERAL_CONTROLS`.
+    control : LateralControl
     spring : float or None
         Stiffness, None if it is not given (force per length).
 
@@ -110,10 +148,10 @@ def check_spring(control: str, spring: float | None) -> None:
     ------
     ValueError
     """
-    if (control == "bases") != (spring is not None):
+    if control.sprung != (spring is not None):
         raise ValueError(
             "bases need a spring, the stiffness between base and indenter, and only "
-            f"they do, got {'none' if spring is None else 'one'} for {control}"
+            f"they do, got {'none' if spring is None else 'one'} for {control.name}"
         )
     if spring is not None:
         positive(spring=spring)

@@ -128,22 +128,23 @@ class SlidingSteps(NumberedSteps):
 
     def target(self, number: int) -> dict[str, Any]:
         """Return the quantities that a step prescribes."""
-        lateral = {self.given.control: self.given.lateral[number].tolist()}
+        lateral = {self.given.control.name: self.given.lateral[number].tolist()}
         return super().target(number) | {"lateral": lateral}
 
     def change_of_target(self, old: dict[str, Any], number: int) -> str:
         """Return the difference of the targets of a step; see `NumberedSteps`."""
         if found := super().change_of_target(old, number):
             return found
-        was, new = old["lateral"].get(self.given.control), self.given.lateral
+        name, new = self.given.control.name, self.given.lateral
+        was = old["lateral"].get(name)
         if was is None:
-            return f"its path has no lateral {self.given.control}"
+            return f"its path has no lateral {name}"
         if abs(new[number] - was).max() <= _ROUNDING * np.ptp(new, axis=0).max():
             return ""
         before, after = (
             ", ".join(f"{value:.12g}" for value in each) for each in (was, new[number])
         )
-        return f"{self.given.control}[{number}] was {before}, is {after}"
+        return f"{name}[{number}] was {before}, is {after}"
 
     def relax(
         self, last: PathStep, number: int
@@ -198,7 +199,7 @@ class SlidingSteps(NumberedSteps):
         """Return the lateral target of a step, and where the last one has ended."""
         target, at, dissipated = self.given.lateral[number], None, 0.0
         origin = np.zeros(2)
-        if self.given.control == "displacements":
+        if self.given.control.held:
             origin = self.given.lateral[0]
         if previous is not None:
             at = np.array([previous.lateral_x, previous.lateral_y])
@@ -248,7 +249,7 @@ class SlidingSteps(NumberedSteps):
         )
         slip = imposed + solution.shift[:, None, None] - solution.displacement
         lost = area * float((solution.tractions * slip).sum())
-        if self.given.control == "forces" and not solution.converged:
+        if self.given.control.free and not solution.converged:
             moved, lost = np.zeros(2), 0.0  # not known
             solution = replace(solution, shift=np.zeros(2))
         if last is not None:
@@ -289,7 +290,7 @@ class SlidingSteps(NumberedSteps):
         self, move: _Move, area: float, last: LateralState | None
     ) -> tuple[np.ndarray, np.ndarray, LateralSupport | None]:
         """Return the indenter's last place, its known move, and its support."""
-        if self.given.control == "displacements":
+        if self.given.control.held:
             at = move.target if move.at is None else move.at
             return at, move.target - at, None
         at = np.zeros(2) if move.at is None else move.at
