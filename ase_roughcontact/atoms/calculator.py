@@ -15,7 +15,12 @@ from ase_roughcontact._util.properties import PropertiesCalculator
 from ase_roughcontact._util.rounding import LENGTH_ROUNDING
 from ase_roughcontact._util.validation import instance_of, unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
-from ase_roughcontact.atoms.history import check_history, same_history
+from ase_roughcontact.atoms.history import (
+    check_history,
+    creep_of,
+    history_of,
+    same_history,
+)
 from ase_roughcontact.atoms.marks import check_indenter, was_fixed
 from ase_roughcontact.atoms.model import ContactModel, checked, problem_for
 from ase_roughcontact.atoms.sticking import (
@@ -24,7 +29,7 @@ from ase_roughcontact.atoms.sticking import (
     indenter_fixed,
     sticking_of,
 )
-from ase_roughcontact.contact import Contact, ContactState, Problem
+from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
@@ -440,6 +445,21 @@ def problem_of(atoms: Atoms) -> tuple[Problem, Box]:
     grid = SurfaceGrid.of(atoms)
     problem = problem_for(grid, parameters)
     return problem, problem.window(grid.window, grid.origin)
+
+
+def state_of(atoms: Atoms) -> State:
+    """Return the state of atoms with a `RoughContact` calculator."""
+    model = model_of(atoms)
+    grid = model.grid
+    n, m = grid.window
+    return State(
+        model.problem.window(grid.window, grid.origin),
+        float(atoms.positions[-1, 2]),
+        model.elastic_pressure(atoms),
+        displacement(atoms, grid)[:n, :m],
+        history_of(atoms, grid),
+        creep=creep_of(atoms),
+    ).in_order()
 
 
 def uses_model(atoms: Atoms, model: ContactModel) -> bool:

@@ -15,12 +15,12 @@ from ase.data import atomic_numbers
 from ase.optimize.sciopt import OptimizerConvergenceError
 
 from ase_roughcontact._util.validation import shown
-from ase_roughcontact.atoms.atoms_state import state_of
 from ase_roughcontact.atoms.calculator import (
     RoughContact,
     adopt_model,
     contact_of,
     model_of,
+    state_of,
 )
 from ase_roughcontact.atoms.constraints import surface_held
 from ase_roughcontact.atoms.exchange import set_window

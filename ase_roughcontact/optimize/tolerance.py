@@ -6,8 +6,7 @@ import math
 
 from ase import Atoms
 
-from ase_roughcontact.atoms.atoms_state import state_of
-from ase_roughcontact.atoms.calculator import model_of
+from ase_roughcontact.atoms.calculator import model_of, state_of
 from ase_roughcontact.atoms.constraints import support_beside_others
 from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.stepping.convergence import StepRelaxer
