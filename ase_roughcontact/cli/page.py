@@ -104,10 +104,13 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
         )
     if scene.scan is not None:
         captions["contact.png"] += " The first line of the scan is at the top."
+    warnings, has_maps = _warnings(scene, steps), (folder / "contact.png").is_file()
+    if reason := report.reason_without_maps(steps, has_maps):
+        warnings.append(f"No contact.png, {reason}.")
     return _rendered(
         folder,
         rows="steps",
-        warnings=_warnings(scene, steps),
+        warnings=warnings,
         inputs=report.inputs(reference),
         results={
             **report.results(reference, steps),

@@ -375,8 +375,25 @@ def summary(reference: Reference, steps: Sequence[LoadStep]) -> list[Any]:
     return [*parts, ""]
 
 
-def files_table(pictures: Sequence[str]) -> Any:
-    """Return the table of the files of a run, given the names of its figures."""
+def reason_without_maps(steps: Sequence[LoadStep], has_maps: bool) -> str:
+    """Return why contact.png is left out of the figures of a run; empty if it is not.
+
+    Parameters
+    ----------
+    steps : sequence of LoadStep
+        All steps.
+    has_maps : bool
+        Whether there is a contact.png.
+    """
+    if has_maps:
+        return ""
+    if not any(step.repulsive_atoms for step in steps):
+        return "as nothing touched"
+    return 'as no step with a frame is in contact: keep = "all" in [output]'
+
+
+def files_table(pictures: Sequence[str], steps: Sequence[LoadStep]) -> Any:
+    """Return the table of the files of a run, with the names of its figures."""
     view = (
         "for viewing, with heights enlarged; purple: in contact, light blue: attracted"
     )
@@ -392,8 +409,8 @@ def files_table(pictures: Sequence[str]) -> Any:
     }
     if "cantilever.png" in pictures:
         files["cantilever.csv"] = "force curve of the cantilever"
-    if not pictures:
-        files["no figures,"] = "as nothing touched"
+    if reason := reason_without_maps(steps, "contact.png" in pictures):
+        files["no contact.png,"] = reason
     return entries(files.items())
 
 

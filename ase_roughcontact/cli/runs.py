@@ -155,7 +155,7 @@ def _write_results(
     if prints_text(options):
         show(*report.summary(reference, steps))
         write(f"Results are in {options.out}:")
-        show(report.files_table(pictures))
+        show(report.files_table(pictures, steps))
         write(f"To view it: ase gui -R=-60x {options.out / 'view.traj'}")
     if failure:
         print_error(failure)
@@ -191,9 +191,12 @@ def draw_figures(options: argparse.Namespace) -> int:
     folder, scene, steps = _results_of(options)
     shown = _steps_at_times(folder, scene, steps, options.times)
     pictures, _ = _draw_pictures(reference_for(scene), steps, folder, shown)
+    reason = report.reason_without_maps(steps, "contact.png" in pictures)
     if not pictures:
-        raise RuntimeError("no figures: the sphere touches in no step")
+        raise RuntimeError(f"no figures, {reason}")
     write("\n".join(str(folder / name) for name in pictures))
+    if reason:
+        write(f"no contact.png, {reason}")
     return 0
 
 

@@ -38,6 +38,8 @@ TRACTION_DEPTH = declare(HistoryEntry("traction_depth", "Å")).name
 # the pressure on atoms that have flowed, at the same load again, is known to the
 # tolerance of the solver only.
 _FLOW_PRESSURE = 1e-5
+# Largest rounding error of an array in single precision, relative to its largest value.
+_SINGLE_PRECISION = 1e-6
 # Largest rounding error of a pressure, relative to the largest pressure.
 _PRESSURE_ROUNDING = 1e-9
 
@@ -131,6 +133,22 @@ class State:
     def plastic_depth(self) -> np.ndarray | None:
         """Depth by which the surface has flowed; None without (length)."""
         return self.history.get(PLASTIC_DEPTH)
+
+    def changed_entries(self, other: State) -> list[str]:
+        """Return the names of the entries of the history that differ in another state.
+
+        Differences that single precision leaves in frames do not count.
+        """
+        window = self.window.union(other.window)
+        ours, theirs = self.on(window).history, other.on(window).history
+        changed = []
+        for name in sorted(ours.keys() | theirs.keys()):
+            new = np.full(window.shape, entry_of(name).entering)
+            old, new = ours.get(name, new), theirs.get(name, new)
+            largest = max(abs(old).max(), abs(new).max())
+            if abs(new - old).max() > _SINGLE_PRECISION * largest:
+                changed.append(name)
+        return changed
 
     def at(self, height: float) -> State:
         """Return the state with the indenter at another height."""

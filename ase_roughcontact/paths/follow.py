@@ -76,8 +76,9 @@ def follow_states(
         The result of each step after it is written, and the step as it leaves the
         surface; None for a step from a file before the last one there. Files are read
         and written as the generator advances. It raises `ValueError` if the restart
-        file is damaged or of another path, `RuntimeError` if another run is writing the
-        files, and `OSError` if a file can't be written or is a symbolic link.
+        file is damaged, or of another path or surface, `RuntimeError` if another run is
+        writing the files, and `OSError` if a file can't be written or is a symbolic
+        link.
 
     Raises
     ------
@@ -100,12 +101,13 @@ def follow_states(
         new = Restart(system, path.described, stepper.describe_settings())
 
     def steps() -> Generator[tuple[Any, RelaxedStep | None], None, None]:
-        with path_files(path, output, record, new) as files:
+        start = first() if first else stepper.start
+        with path_files(path, output, record, new, start) as files:
             for earlier in files.earlier:
                 report(earlier.step, earlier.validity)
                 yield earlier, None
             if files.last is None:
-                last = path.start(first() if first else stepper.start)
+                last = path.start(start)
             else:
                 last = files.last
                 report(last.number, last.record.validity)

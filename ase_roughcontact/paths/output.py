@@ -50,9 +50,10 @@ class Output:
         trajectory: ``sweep.restart.npz`` for ``sweep.traj``.
     resume : bool
         Resume after the steps in the restart file: they are yielded, but not
-        calculated, again. The path may have been extended at its end. Steps from the
-        first one on that did not converge are calculated again if `max_steps` is
-        larger, or the optimizer another one.
+        calculated, again. The path may have been extended at its end. The surface must
+        have the history (plastic shape, creep, friction) with which the path began or
+        ended. Steps from the first one on that did not converge are calculated again if
+        `max_steps` is larger, or the optimizer another one.
     record : type
         Class of the results: `LoadStep`, or a subclass with more columns.
     columns : sequence of str, optional

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
@@ -15,8 +16,9 @@ from ase_roughcontact._util.files import (
     table_writer,
 )
 from ase_roughcontact._util.identity import differences
+from ase_roughcontact.contact import State
 from ase_roughcontact.paths.output import Output
-from ase_roughcontact.paths.path_steps import PathStep, PathSteps
+from ase_roughcontact.paths.path_steps import OtherPathError, PathStep, PathSteps
 from ase_roughcontact.paths.restart import (
     FinishedStep,
     Restart,
@@ -73,7 +75,11 @@ class PathFiles:
 
 @contextmanager
 def path_files(
-    path: PathSteps, output: Output, record: type[LoadStep], new: Restart | None
+    path: PathSteps,
+    output: Output,
+    record: type[LoadStep],
+    new: Restart | None,
+    start: State,
 ) -> Iterator[PathFiles]:
     """Open the files of a path.
 
@@ -85,6 +91,8 @@ def path_files(
         Class of the results.
     new : Restart or None
         Description of the path without steps; None without a restart file.
+    start : State
+        State of the surface before the path.
 
     Yields
     ------
@@ -93,7 +101,8 @@ def path_files(
     Raises
     ------
     ValueError
-        If a file to resume from is damaged, or of another path.
+        If a file to resume from is damaged, or of another path, or if the surface has
+        another history than at the start of the path there or at its end.
     RuntimeError
         If another run is writing the files.
     OSError
@@ -113,9 +122,14 @@ def path_files(
             if output.resume:
                 found = read_restart(file)
                 written = len(found.steps) if found else 0
-                restart = _resumed(path, found, new, file) if found else new
+                if found:
+                    restart = _resumed(path, found, new, file)
+                    _check_history(start, found, file)
                 done = restart.records(record)
-            if done:
+            if not done:
+                before = {0: start.flattened(start.height)} if start.history else {}
+                restart = replace(new, states=before)
+            else:
                 target, _, position = restart.steps[-1]
                 state, place = restart.states[len(done)], path.position(**position)
                 last = PathStep(done[-1], state, target, place)
@@ -141,6 +155,22 @@ def _resumed(path: PathSteps, found: Restart, new: Restart, file: PathName) -> R
     if differences(_limits_of_pressure(found.settings), limits):
         steps = tuple(_marked(step, limits) for step in steps)
     return replace(new, steps=steps, states=found.states)
+
+
+def _check_history(start: State, found: Restart, file: PathName) -> None:
+    """Raise an error if a surface does not have the history of a path that it resumes.
+
+    It is the history at the start of the path, or after its last step.
+    """
+    before = found.states.get(0, State.flat(start.window, start.height))
+    changed = before.changed_entries(start)
+    last = found.states.get(len(found.steps))
+    if changed and (last is None or last.changed_entries(start)):
+        raise OtherPathError(
+            f"can't resume: the surface has another {', '.join(changed)} than at the "
+            f"start or the end of the path in {os.fspath(file)}: give the atoms with "
+            "which it began, or another file"
+        )
 
 
 def _may_converge(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:

@@ -7,9 +7,10 @@ without pickled objects) are
 - ``description``: the system, the kind of path and its settings, as JSON,
 - ``steps``: for each step its prescribed quantities, its columns and its position in
   the path, as lines of JSON, and
-- ``12/...``: arrays of the state after 12 steps. There is one after the last step, and
-  one before the first step that did not converge, if there is such a step: steps are
-  calculated again from there if other settings may let them converge.
+- ``12/...``: arrays of the state after 12 steps. There is one after the last step; one
+  before the first step that did not converge, if there is such a step: steps are
+  calculated again from there if other settings may let them converge; and one at the
+  start of the path, without pressure, if the surface has a history there.
 """
 
 from __future__ import annotations
@@ -70,8 +71,8 @@ class Restart:
     steps : tuple of FinishedStep
         Finished steps, in order.
     states : dict of int to State
-        State after all steps, and after all before the first that did not converge, by
-        the number of these steps.
+        State after all steps, after all before the first that did not converge, and at
+        the start if the surface has a history there; by the number of these steps.
     """
 
     system: dict[str, Any]
@@ -92,9 +93,9 @@ class Restart:
 
     def until_converged(self) -> Restart:
         """Return the steps before the first one that did not converge."""
-        count = self.converged
-        states = {count: self.states[count]} if count else {}
-        return replace(self, steps=self.steps[:count], states=states)
+        kept = 0, self.converged
+        states = {n: each for n, each in self.states.items() if n in kept}
+        return replace(self, steps=self.steps[: self.converged], states=states)
 
 
 @dataclass
@@ -134,7 +135,7 @@ class RestartWriter:
         self._count += 1
         self._lines += _line(step)
         self._states[self._count] = state
-        kept = self._converged, self._count
+        kept = 0, self._converged, self._count
         self._states = {n: each for n, each in self._states.items() if n in kept}
         # a folder that was removed meanwhile does not lose what was calculated
         Path(self.file).parent.mkdir(parents=True, exist_ok=True)

@@ -10,6 +10,7 @@ from small_scene import ROUGH, SMOOTH, adhesive
 from ase_roughcontact import plot
 from ase_roughcontact._util.printing import entries, plain
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.cli import main
 from ase_roughcontact.cli.figures import draw, write_view
 from ase_roughcontact.cli.report import (
     StepTable,
@@ -207,11 +208,24 @@ def test_the_output_of_a_run_fits_80_columns_whatever_the_size_of_the_numbers(
     parts = [entries(inputs(reference).items())]
     for step in [*steps, large]:
         parts += StepTable(reference, verbose=True).parts(step)
-    parts += [*summary(reference, steps), files_table(["curve.png"])]
+    parts += [*summary(reference, steps), files_table(["curve.png"], steps)]
     assert max(map(len, plain(*parts).splitlines())) <= 80
 
 
 # Figures
+
+
+def test_a_run_whose_only_frame_is_out_of_contact_says_that_it_has_no_maps(
+    tmp_path, capsys
+):
+    file, out = tmp_path / "scene.toml", tmp_path / "results"
+    file.write_text(SMOOTH + '[output]\nkeep = "last"\n')
+    reason = 'as no step with a frame is in contact: keep = "all" in [output]'
+    assert main(["run", str(file), "--out", str(out)]) == 0
+    assert f"no contact.png, {reason}" in " ".join(capsys.readouterr().out.split())
+    assert main(["report", str(out)]) == 0
+    assert "No contact.png, as no step" in (out / "report.html").read_text("utf-8")
+    assert not (out / "contact.png").exists()
 
 
 def test_a_path_with_tension_has_a_figure_of_the_force(run):
