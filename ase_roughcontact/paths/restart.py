@@ -35,7 +35,7 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.results.record import LoadStep
 
 #: Version of the format.
-FORMAT = 1
+FORMAT = 2
 
 
 class FinishedStep(NamedTuple):
