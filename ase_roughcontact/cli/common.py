@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 from ase_roughcontact._util.printing import terminal
@@ -26,9 +27,21 @@ def scene_text(options: argparse.Namespace) -> tuple[str, str]:
 
 
 def checked_scene(options: argparse.Namespace) -> Scene:
-    """Return the scene; raise `ValueError` if it is invalid."""
-    text, name = scene_text(options)
-    scene = Scene.parse(text, name)
+    """Return the scene; raise `ValueError` if it is invalid.
+
+    The error for the file of a measurement says what reads it.
+    """
+    file = options.scene
+    try:
+        text, name = scene_text(options)
+        scene = Scene.parse(text, name)
+    except ValueError as error:
+        if not file or Path(file).suffix.lower() in ("", ".toml"):
+            raise
+        raise ValueError(
+            f"{error}. A force curve is drawn by: ase-roughcontact curve {file}; a "
+            "scan is the file in [topography] of a scene"
+        ) from error
     scene.check(name)
     for warning in scene.warnings:
         warnings.warn(warning, stacklevel=2)

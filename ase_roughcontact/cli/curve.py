@@ -15,7 +15,7 @@ from ase_roughcontact._util.units import (
     quantity,
 )
 from ase_roughcontact.cli.common import json_line
-from ase_roughcontact.fitting.curve_checks import curve_checks
+from ase_roughcontact.fitting.curve_checks import curve_checks, deflection_slope
 from ase_roughcontact.fitting.curve_files import read_curve, read_with_times
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.fitting.indentation import (
@@ -125,6 +125,8 @@ def _rows(measured: ForceCurve) -> list[tuple[str, str, str]]:
         rows.append((name, number(float(force) / nN), "nN"))
     stiffness = measured.stiffness / UNITS["N/m"]
     rows.append(("spring constant", number(stiffness), "N/m"))
+    slope = deflection_slope(measured, measured.branches[0])
+    rows.append(("deflection per base, loaded", number(slope, 3), "(rigid sample: 1)"))
     return rows
 
 
@@ -142,6 +144,7 @@ def _line(
         "free_force": measured.far_force / nN,
         "noise": measured.noise / nN,
         "spring_constant": measured.stiffness / UNITS["N/m"],
+        "deflection_slope": deflection_slope(measured, measured.branches[0]),
         "remarks": measured.remarks,
         "warnings": checks,
     }

@@ -16,6 +16,11 @@ _MIN_SATURATED_POINTS = 10
 _MIN_NOISE_RATIO = 5.0
 # Smallest reported difference of free forces, relative to the range of the forces.
 _MIN_RANGE_RATIO = 0.05
+# Smallest number of values of a clipped baseline: fewer are steps of a digital signal.
+_MIN_VALUES = 5
+# Part of the second differences with another sign than the one before, above which they
+# are noise.
+_MIN_SIGN_CHANGES = 1.0 / 3.0
 # Part of the base of a branch, furthest from the surface, where the tip is free.
 _FREE_PART = 0.2
 # Largest change of the force of a free tip at the slope of the furthest tenth, relative
@@ -39,16 +44,43 @@ def curve_checks(curve: ForceCurve) -> list[str]:
     Returns
     -------
     list of str
-        Warnings of saturated deflections, free forces that differ between the branches
-        or drift, a missing free part, a deflection that changes more than the base, and
-        the `doubts` of the curve; empty without any.
+        Warnings of saturated deflections, a clipped baseline, free forces that differ
+        between the branches or drift, a missing free part, a deflection that changes
+        more than the base, and the `doubts` of the curve; empty without any.
     """
     checks = [*curve.doubts, *_saturated(curve)]
     branches = [branch for branch in curve.branches if _count(branch) > _MIN_POINTS]
     for branch in branches:
         checks += _steep_deflection(curve, branch)
+        checks += _clipped_baseline(curve, branch)
     missing = [line for branch in branches for line in _not_free(curve, branch)]
     return checks + (missing or _baseline(curve, branches))
+
+
+def deflection_slope(curve: ForceCurve, branch: MeasuredBranch) -> float:
+    """Return the change of the deflection over the change of the base under load.
+
+    It is one on a rigid sample, if the sensitivity is right.
+
+    Parameters
+    ----------
+    curve : ForceCurve
+    branch : MeasuredBranch
+        Branch of the curve.
+
+    Returns
+    -------
+    float
+        Slope where the force exceeds half of its largest value; NaN if there are less
+        than ten points, or the stiffness of the cantilever is not known.
+    """
+    base, force = curve.base[branch.points], curve.force[branch.points]
+    load = force - curve.far_force
+    loaded = load > _MIN_LOADED_FORCE * load.max()
+    few = loaded.sum() < _MIN_POINTS or not np.ptp(base[loaded]) > 0.0
+    if few or math.isinf(curve.stiffness):
+        return math.nan
+    return -_slope(base[loaded], force[loaded]) / curve.stiffness
 
 
 def contact_point(curve: ForceCurve) -> int | None:
@@ -103,22 +135,46 @@ def _saturated(curve: ForceCurve) -> list[str]:
 
 def _steep_deflection(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:
     """Return a check of a deflection that changes more than the height of the base."""
-    if math.isinf(curve.stiffness):
-        return []
-    base, force = curve.base[branch.points], curve.force[branch.points]
-    load = force - curve.far_force
-    loaded = load > _MIN_LOADED_FORCE * load.max()
-    if loaded.sum() < _MIN_POINTS or not np.ptp(base[loaded]) > 0.0:
-        return []
-    slope = _slope(base[loaded], force[loaded])
-    ratio = -slope / curve.stiffness
-    if ratio < _MAX_DEFLECTION_SLOPE:
+    ratio = deflection_slope(curve, branch)
+    if not ratio >= _MAX_DEFLECTION_SLOPE:
         return []
     return [
         f"on the {_name(branch)} the deflection changes by {ratio:.3g} nm per nm of "
         "the base, more than it can: the sensitivity is too large, the spring constant "
         "too small, or another height was read"
     ]
+
+
+def _clipped_baseline(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:
+    """Return a check of free forces that are equal to their lowest value, by a limit.
+
+    Values of a noisy signal are equal on a whole baseline only by a limit.
+    """
+    _, free = _furthest(curve, branch, _FREE_PART)
+    rounding = 1e-9 * float(np.ptp(curve.force))
+    equal = free <= free.min() + rounding
+    is_partly = np.median(free) == free.min() and len(np.unique(free)) >= _MIN_VALUES
+    if not (is_partly or (equal.all() and _is_noisy(curve, branch, rounding))):
+        return []
+    return [
+        f"the free force of the {_name(branch)} has its lowest value, "
+        f"{free.min() / UNITS['nN']:.4g} nN, on {equal.sum()} of {len(free)} points: "
+        "the baseline seems clipped, so that the contact point is wrong; measure with "
+        "another offset"
+    ]
+
+
+def _is_noisy(curve: ForceCurve, branch: MeasuredBranch, rounding: float) -> bool:
+    """Return whether second differences of the loaded part change their sign often."""
+    order = np.argsort(curve.base[branch.points])
+    force = curve.force[branch.points][order]
+    lowest, highest = force.min(), force.max()
+    loaded = force[force > lowest + _MIN_LOADED_FORCE * (highest - lowest)]
+    if len(loaded) < _MIN_POINTS:
+        return False
+    changes = np.diff(loaded, 2)
+    signs = np.sign(np.where(abs(changes) > rounding, changes, 0.0))
+    return bool(np.mean(signs[1:] != signs[:-1]) > _MIN_SIGN_CHANGES)
 
 
 def _not_free(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:

@@ -51,3 +51,8 @@ def test_a_wrong_indenter_is_an_error(file, tmp_path, capsys):
     words = ["curve", str(file), "--cantilever", "0.05 N/m", "--indenter", "ball 1 um"]
     assert main([*words, "--picture", str(tmp_path / "f.png")]) == 2
     assert "unknown indenter 'ball'" in capsys.readouterr().err
+
+
+def test_a_plan_of_a_curve_names_the_command_that_draws_it(file, capsys):
+    assert main(["plan", str(file)]) == 2
+    assert f"ase-roughcontact curve {file}" in capsys.readouterr().err

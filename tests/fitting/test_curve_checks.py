@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.fitting.curve_checks import contact_point, curve_checks
+from ase_roughcontact.fitting.curve_checks import (
+    contact_point,
+    curve_checks,
+    deflection_slope,
+)
 from ase_roughcontact.fitting.force_curve import ForceCurve
 
 NM, NN, N_M = (UNITS[unit] for unit in ("nm", "nN", "N/m"))
@@ -33,6 +37,28 @@ def test_a_deflection_that_changes_more_than_the_base_has_a_wrong_sensitivity():
     first, second = curve_checks(curve(CONTACT + NOISE, 0.4))
     assert "on the approach the deflection changes by 1.2" in first
     assert "sensitivity is too large" in second
+
+
+@pytest.mark.parametrize("limit", [-0.02, 0.01, 0.1])
+def test_a_clipped_baseline_is_named(limit):
+    checks = curve_checks(curve(np.maximum(CONTACT + NOISE, limit)))
+    named = [check for check in checks if "baseline seems clipped" in check]
+    assert len(named) == (0 if limit == -0.02 else 2)  # a sixth of the points is not
+
+
+def test_steps_of_a_digital_signal_and_curves_without_noise_are_not_clipped():
+    step = 0.05
+    digital = step * np.round((CONTACT + 0.5 * NOISE) / step)
+    for force in (digital, CONTACT, 0.01 * np.maximum(-BASE, 0.0) ** 1.5):
+        checks = curve_checks(curve(force))
+        assert not any("clipped" in check for check in checks)
+
+
+def test_the_slope_of_the_deflection_on_a_rigid_sample_is_one():
+    rigid = curve(np.where(BASE < 0.0, -BASE, 0.0) + NOISE)
+    assert deflection_slope(rigid, rigid.branches[0]) == pytest.approx(1.0, abs=0.01)
+    soft = curve(CONTACT + NOISE)
+    assert deflection_slope(soft, soft.branches[0]) == pytest.approx(0.5, abs=0.01)
 
 
 def test_a_drift_is_named():
