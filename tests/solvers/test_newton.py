@@ -188,6 +188,16 @@ def test_a_cold_start_costs_few_transforms(wall, most, solid):
     assert contact.halfspace.window_transform.pairs <= most / 2.0
 
 
+def test_a_stiff_wall_costs_few_transforms():
+    # 129 pairs if steps are combined after a step that has increased the residual
+    wall = rc.LennardJones93.repulsive(1.0, 1.0, stiffness=1e4)
+    rough = rc.SelfAffine(0.1, 0.8, 4.0, 96.0, seed=1)
+    heights = rough_sphere((96, 96), 960.0, rough)
+    contact = scene(heights=heights, wall=wall, solid=Isotropic(1.0))
+    states = relax(contact, 0.0, constant(33.0), tolerance=1e-6)
+    assert pairs(states) <= 76.0
+
+
 def test_a_large_contact_costs_few_steps():
     # steps with the model alone are 30, as each leaves most of the longest waves
     rough = rc.SelfAffine(0.01, 0.8, 4.0, 512.0, seed=2)

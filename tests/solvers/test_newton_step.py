@@ -4,11 +4,11 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from contacts import constant, contact_of, solve, spring
+from contacts import constant, contact_of, green, solve, spring
 
 from ase_roughcontact.contact.support import Support
 from ase_roughcontact.interactions import LennardJones93
-from ase_roughcontact.solvers.soft.energy import ContactEnergy, EnergyState
+from ase_roughcontact.solvers.soft.energy import ContactEnergy, EnergyState, Increment
 from ase_roughcontact.solvers.soft.indenter_height import balance_load
 
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
@@ -57,3 +57,25 @@ def test_the_indenter_is_not_balanced_alone_under_attraction(solid):
     state, _ = out_of_balance(ADHESIVE, constant(20.0), solid)
     tolerance = 0.9 * abs(state.load_residual)
     assert balance_load(state, tolerance) is state
+
+
+@pytest.mark.parametrize("inverse", [True, False])
+def test_the_quadratic_model_has_its_minimum_at_the_newton_step(inverse):
+    """The step of dense Newton equations, for which slope and curvature cancel."""
+    x = np.arange(8) - 3.5
+    contact = contact_of((x[:, None] ** 2 + x**2) / 160.0, REPULSIVE)
+    energy = ContactEnergy(contact, Support.of(constant(8.0)), inverse=inverse)
+    pressure = np.maximum(0.4 - (x[:, None] ** 2 + x**2) / 30.0, 0.0)
+    state = EnergyState(energy, pressure, -0.5)
+    compliance, stiffness = green(contact), np.diag(state.stiffness.ravel())
+    size = x.size**2
+    matrix = np.zeros((size + 1, size + 1))
+    matrix[:-1, :-1] = np.eye(size) + stiffness @ compliance
+    matrix[:-1, -1] = np.diag(stiffness)
+    matrix[-1, :-1] = 1.0
+    missing = 8.0 - pressure.sum()
+    step = np.linalg.solve(matrix, [*state.residual.ravel(), missing])
+    opening = (compliance @ step[:-1]).reshape(pressure.shape)
+    increment = Increment(step[:-1].reshape(pressure.shape), opening, step[-1])
+    curvature = state.hessian([increment])[0, 0]
+    assert state.slope(increment) == pytest.approx(-curvature, rel=1e-9)

@@ -231,6 +231,10 @@ class EnergyState:
         Stiffness ``V''`` of the wall and residual ``p - q``.
     load_residual : float
         Upward force on the indenter; zero if the height is fixed.
+    linear_load_residual : float
+        Upward force on the indenter with the pressure ``q + r`` of the wall as it is
+        linearised; see `ContactEnergy.inverse`. It is `load_residual` without the
+        inverse of a wall.
     surface_error : float
         Largest force on an atom of the surface.
     error : float
@@ -272,6 +276,8 @@ class EnergyState:
         if function.inverse:
             del r, d
             r, d, self.residual_norm = function.linearised_at(q, g)
+            unbalanced = force + area * float(r.sum() + q.sum())
+        self.linear_load_residual = 0.0 if function.support.fixed else unbalanced
         self.box = Box.bounding(active) or Box(
             divmod(int(gap.argmin()), gap.shape[1]), (1, 1)
         )
@@ -320,9 +326,12 @@ class EnergyState:
         )
 
     def slope(self, increment: Increment) -> float:
-        """Return the first derivative of the energy along an increment."""
+        """Return the first derivative of the energy along an increment.
+
+        With `hessian` it is a quadratic model of the energy of the linearised wall.
+        """
         work = self.function.area * dot(self.residual, increment.opening)
-        return -work - increment.height * self.load_residual
+        return -work - increment.height * self.linear_load_residual
 
     def hessian(self, increments: list[Increment]) -> np.ndarray:
         """Return the second derivatives along increments, shape (k, k)."""

@@ -3,10 +3,11 @@ r"""A step of Newton's method for a soft wall.
 If the inverse of a repulsive wall is known, the equation of an atom is ``w(q) = g``
 with the gap ``w`` at which the wall has the pressure ``q``, and ``q = 0`` out of
 contact (semismooth Newton method). Since ``w`` is nearly linear, whole steps converge.
-If the last step left more than half of the residual, steps are combined as in 2. below:
-the model is inaccurate in the longest waves, and the more so the larger the contact. If
-the residual has not decreased in several steps, and for all other walls, a step lowers
-the energy:
+If the last step has decreased the residual, but by less than a half, steps are combined
+as in 2. below: the model is inaccurate in the longest waves, and the more so the larger
+the contact. A step that has increased it has brought atoms into contact or out of it,
+which whole steps find. If the residual has not decreased in several steps, and for all
+other walls, a step lowers the energy:
 
 1. Solve Newton's equations for an increment ``(x, z)``; see `newton_equations`.
 2. Under attraction, minimise the quadratic model of the energy over the span of this
@@ -57,7 +58,8 @@ from ase_roughcontact.solvers.soft.newton_equations import NewtonEquations
 _ATTRACTION_RESIDUAL = 0.3
 # Largest number of steps with the inverse of a wall that do not decrease the residual.
 _MAX_STALLED = 20
-# Ratio of the residuals after and before a step, above which steps are combined.
+# Ratio of the residuals after and before a step, above which steps are combined, up to
+# a ratio of one.
 _SLOW_CONTRACTION = 0.5
 # Smallest curvature of a combination, relative to the curvatures of its increments.
 _MIN_CURVATURE = 0.003
@@ -139,7 +141,8 @@ class NewtonStepper:
         held = state.stiffness > 0.0  # there is no pressure on other atoms
         pressure = (state.pressure + state.on_window(change)) * held
         height = state.height + float(change[-1])
-        slow = state.residual_norm > _SLOW_CONTRACTION * self._last_residual
+        last = self._last_residual
+        slow = _SLOW_CONTRACTION * last < state.residual_norm < last
         self._last_residual = state.residual_norm
         if model.exact:
             return EnergyState(state.function, pressure, height)
