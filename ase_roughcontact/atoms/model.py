@@ -208,8 +208,12 @@ class ContactModel:
         if isinstance(halfspace.solid, Scaled):  # also after an interrupted time step
             halfspace = halfspace.softened(1.0)
         state = with_depths(crept, halfspace)
-        past = past_of(state) if state.depths else (None, new.get(TRACTION_DEPTH))
-        self.contact = self.contact.changed(halfspace, state.plastic_depth, *past)
+        pressure, depth = None, new.get(TRACTION_DEPTH)
+        if state.depths:
+            pressure, depth = past_of(state)
+        self.contact = self.contact.changed(
+            halfspace, state.plastic_depth, pressure, depth
+        )
         self.history = new
 
     def state(self, values: np.ndarray, height: float) -> ContactState:

@@ -30,6 +30,7 @@ from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.topography import SelfAffine
 
 NN = UNITS["nN"]
+# One square nanometre in ASE's unit of area, Å^2.
 _NM2 = UNITS["nm²"]
 # Number of maps in a figure.
 _MAPS_PER_FIGURE = 4

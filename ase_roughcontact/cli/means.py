@@ -17,9 +17,9 @@ from ase_roughcontact.results.record import columns_of
 from ase_roughcontact.scene import Scene
 
 # Attributes of a mean that need a wanted error.
-_OF_SAMPLING = "expected", "likely"
+_SAMPLING_ATTRIBUTES = "expected", "likely"
 # Relative error of the values above which it is printed.
-_SHOWN_ERROR = 0.001
+_MIN_PRINTED_ERROR = 0.001
 
 
 def column_unit(scene: Scene, column: str) -> str:
@@ -60,7 +60,7 @@ def means_lines(
             units["target"] = report.target_unit(scene)
         values = asdict(mean)
         if sampling is None:
-            values = {k: v for k, v in values.items() if k not in _OF_SAMPLING}
+            values = {k: v for k, v in values.items() if k not in _SAMPLING_ATTRIBUTES}
         given = {key: unit for key, unit in units.items() if unit}
         yield json_line({**settings, **values}, given)
 
@@ -119,43 +119,58 @@ def _needed(sampling: Sampling, some_unknown: bool) -> list[str]:
         return [f"All {others}means have a {wanted} or less."]
     if not sampling.missing:
         return []
-    likely = "{} to {}".format(*sampling.likely_missing)
+    least, largest = sampling.likely_missing
     unit = "steps" if sampling.progress.unit == "steps" else "realisations"
-    return [f"About {sampling.missing} more {unit} (likely {likely}) for a {wanted}."]
+    needed = f"{sampling.missing} more {unit} (likely {least} to {largest})"
+    return [f"About {needed} for a {wanted}."]
 
 
 def _table(scene: Scene, means: Sequence[MeanValue], with_expected: bool) -> Any:
     """Return the table of means, of one column in steps or of several results."""
     of_results = math.isnan(means[0].target)
-    heads, first = ["result", "mean"], 1
+    unit = printed_unit(report.target_unit(scene))
+    heads = ["result", "mean"]
     if not of_results:
-        unit = printed_unit(report.target_unit(scene))
         target = "time" if unit == "s" else scene.path.control
         heading = column_heading(scene, means[0].column)
-        heads, first = [f"{target} ({unit})", f"mean {heading}"], 0
-    heads += ["standard error (%)", "scatter"]
-    with_error = any(mean.value_error >= _SHOWN_ERROR for mean in means)
-    marked = any(mean.validity for mean in means)
-    heads += ["realisations"] + ["error of values (%)"] * with_error
-    heads += ["expected (likely)"] * with_expected + [""] * marked
+        heads = [f"{target} ({unit})", f"mean {heading}"]
+    heads += ["standard error (%)", "scatter", "realisations"]
+    with_error = any(mean.value_error >= _MIN_PRINTED_ERROR for mean in means)
+    with_marks = any(mean.validity for mean in means)
+    if with_error:
+        heads.append("error of values (%)")
+    if with_expected:
+        heads.append("expected (likely)")
+    if with_marks:
+        heads.append("")
     rows = []
     for mean in means:
-        scale = UNITS[printed_units(scene, mean.column)]
         name: Any = column_heading(scene, mean.column)
         if not of_results:
             name = mean.target / UNITS[unit]
-        total = mean.realisations + mean.failed
-        count = f"{mean.realisations} of {total}" if mean.failed else mean.realisations
-        row = [name, mean.mean / scale, number(100.0 * mean.error, 2)]
-        row += [number(mean.scatter / scale, 2)]
-        row += [count] + [number(100.0 * mean.value_error, 2)] * with_error
+        scale = UNITS[printed_units(scene, mean.column)]
+        count: Any = mean.realisations
+        if mean.failed:
+            count = f"{mean.realisations} of {mean.realisations + mean.failed}"
+        row = [
+            name,
+            mean.mean / scale,
+            number(100.0 * mean.error, 2),
+            number(mean.scatter / scale, 2),
+            count,
+        ]
+        if with_error:
+            row.append(number(100.0 * mean.value_error, 2))
         if with_expected:
             row.append(_expected(mean))
-        rows.append(row + ["*" if mean.validity else ""] * marked)
-    return table(heads, rows, left=first)
+        if with_marks:
+            row.append("*" if mean.validity else "")
+        rows.append(row)
+    return table(heads, rows, left=1 if of_results else 0)
 
 
 def _expected(mean: MeanValue) -> str:
     if mean.unknown:
         return "-"
-    return "{} ({} to {})".format(mean.expected, *mean.likely)
+    least, largest = mean.likely
+    return f"{mean.expected} ({least} to {largest})"

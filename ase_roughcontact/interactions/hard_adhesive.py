@@ -12,7 +12,7 @@ from ase_roughcontact._util.validation import positive
 from ase_roughcontact.interactions.base import WORK_OF_ADHESION, Interaction, Profile
 
 # Range of the attraction, by default one spacing.
-_RANGE = Parameter("a0", default=1.0)
+_RANGE_PARAMETER = Parameter("a0", default=1.0)
 # Smallest relative cutoff. Below it, the difference to a straight line is rounding.
 _MIN_CUTOFF = 0.01
 
@@ -106,7 +106,10 @@ class DugdaleWall(HardAdhesiveWall):
 
     kind = "dugdale"
     label = "Dugdale wall"
-    parameters = {"work_of_adhesion": WORK_OF_ADHESION, "attraction_range": _RANGE}
+    parameters = {
+        "work_of_adhesion": WORK_OF_ADHESION,
+        "attraction_range": _RANGE_PARAMETER,
+    }
 
     work_of_adhesion: float
     attraction_range: float
@@ -204,7 +207,7 @@ class ExponentialWall(_CutTail):
     kind = "exponential"
     parameters = {
         "work_of_adhesion": WORK_OF_ADHESION,
-        "attraction_range": _RANGE,
+        "attraction_range": _RANGE_PARAMETER,
         "relative_cutoff": Parameter(default=10.0, above=_MIN_CUTOFF),
     }
 
@@ -252,7 +255,7 @@ class PowerLawWall(_CutTail):
     kind = "power-law"
     parameters = {
         "work_of_adhesion": WORK_OF_ADHESION,
-        "attraction_range": _RANGE,
+        "attraction_range": _RANGE_PARAMETER,
         "exponent": Parameter(default=3.0),
         "relative_cutoff": Parameter(default=20.0, above=_MIN_CUTOFF),
     }

@@ -11,7 +11,9 @@ from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.plot.style import GREY, ORANGE, add_right_scale
 
+# One megapascal in ASE's unit of pressure, eV/Å^3.
 _MPA = UNITS["MPa"]
+# One nanometre (Å).
 _NM = UNITS["nm"]
 # Number of points of a curve of theory.
 _CURVE_POINTS = 60

@@ -109,9 +109,9 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
     def _self_affine(self, spacing: float) -> SelfAffine:
         """Return self-affine roughness (Å) with the amplitude that is given.
 
-        Rms height and curvature are relative to those of the same waves with unit
-        slope. With ``normalise = "ensemble"`` they are root mean squares over all
-        seeds, as without random amplitudes.
+        Rms height and curvature are relative to the same waves with unit slope. With
+        ``normalise = "ensemble"`` they are root mean squares over all seeds, as without
+        random amplitudes.
         """
         name, value = self._amplitude(spacing)
         rough = random_field(self, spacing, rms_slope=1.0)

@@ -51,7 +51,7 @@ COMMANDS = {
     "ensemble": (
         ["ensemble", "--workers", "1", "--set", "roughness.seed=0,1"],
         FLAT,
-        0,
+        1,
     ),
     "fit": (["fit", "--free", "contact_modulus", "curve.csv"], LOADS, 1),
 }

@@ -245,7 +245,7 @@ def test_results_of_a_kind_of_ones_own_are_columns(tmp_path):
 # Means over seeds
 
 
-def test_means_of_a_result_are_those_of_its_values(loops):
+def test_means_of_a_result_agree_with_its_values(loops):
     scenes, found, database = loops
     (mean,) = mean_values(scenes, database)
     forces = found["pull_off_force"]

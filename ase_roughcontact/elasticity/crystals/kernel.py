@@ -52,7 +52,7 @@ _TABULATED_SPACINGS = 48
 # Number of points along each side of the grid in the Brillouin zone for this table.
 _GRID = 1024
 # Width sigma of the Gaussian that multiplies the singular terms, in spacings.
-_WIDTH = 1.7
+_GAUSSIAN_WIDTH = 1.7
 
 
 def node_vectors() -> np.ndarray:
@@ -174,7 +174,7 @@ class LatticeComponent(Component):
         number, (first, second) = np.hypot(qx, qy), self.series[:2]
         singular = harmonic_sum(qx, qy, first, self._cross) / number
         singular += harmonic_sum(qx, qy, second, self._cross)
-        singular *= np.exp(-((_WIDTH * number) ** 2))
+        singular *= np.exp(-((_GAUSSIAN_WIDTH * number) ** 2))
         rest = self.waves(qx, qy) / number - singular
         rest[0, 0] = 0.0
         for axis, odd in enumerate((self.odd_x, self.odd_y)):
@@ -186,14 +186,14 @@ class LatticeComponent(Component):
 
         i, half = np.arange(size, dtype=float), 0.5 * self._cross
         r = np.maximum(np.hypot(i[:, None], i), 1e-9)  # the limit at the origin
-        angle, x = np.arctan2(i, i[:, None]), r * r / (8.0 * _WIDTH**2)
+        angle, x = np.arctan2(i, i[:, None]), r * r / (8.0 * _GAUSSIAN_WIDTH**2)
         for n, m in enumerate(first * self._signs(first.size)):
             turned = (m * np.exp(2j * (n + half) * angle)).real
-            kernel += turned * ive(n + half, x) / (2.0 * _WIDTH * np.pi**0.5)
+            kernel += turned * ive(n + half, x) / (2.0 * _GAUSSIAN_WIDTH * np.pi**0.5)
         for n, m in enumerate(second * self._signs(second.size)):
             bessel = ive(n + half - 0.5, x) - ive(n + half + 0.5, x)
             turned = (m * np.exp(2j * (n + half) * angle)).real
-            kernel += turned * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
+            kernel += turned * bessel * r / (8.0 * _GAUSSIAN_WIDTH**3 * np.pi**0.5)
         if not (self.odd_x or self.odd_y):
             # periodic images are far away and add about the same to all values
             kernel += (self._distant(i[-1:], i) - kernel[-1]).mean()
