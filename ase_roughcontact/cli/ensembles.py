@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
@@ -14,10 +13,10 @@ from typing import Any, TypeAlias
 
 from ase_roughcontact._util.files import check_different, check_replaced
 from ase_roughcontact._util.printing import show, write
-from ase_roughcontact._util.validation import shown
-from ase_roughcontact.cli.common import json_line, prints_text, progress_bar, scene_text
+from ase_roughcontact.cli.common import json_line, prints_text, progress_bar
 from ase_roughcontact.cli.means import means_lines, means_table
 from ase_roughcontact.cli.messages import print_error
+from ase_roughcontact.cli.study import Study, show_study
 from ase_roughcontact.ensemble import (
     MeanValue,
     Progress,
@@ -30,16 +29,9 @@ from ase_roughcontact.ensemble import (
 )
 from ase_roughcontact.ensemble.database import without_password
 from ase_roughcontact.ensemble.executors import scheduler_executor
-from ase_roughcontact.ensemble.means import check_column
+from ase_roughcontact.ensemble.study import SEED
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.file import load_toml
 
-# A value of a list that is separated by commas: a string, a list, a table or others.
-_VALUE_PATTERN = re.compile(
-    r"""(?:"[^"]*"|'[^']*'|\[[^]]*\]|\{[^}]*\}|[^,])+?(?=,|$)"""
-)
-# Key of the seed of a random surface.
-_SEED_KEY = "roughness.seed"
 # Rows and columns of the database that a message lists.
 _LISTED_COLUMNS = "record=step -c case,step,normal_force,contact_area"
 # Values of some keys, and the scene that has them.
@@ -72,27 +64,27 @@ def ensemble(options: argparse.Namespace) -> int:
       dask worker tcp://HOST:8786 --nthreads 1
       ase-roughcontact ensemble my.toml --scheduler tcp://HOST:8786
 
+    Parameters and their values may be in [study] of the scene, or in --set: lists, or
+    ranges FIRST:LAST:STEPS, also FIRST:LAST:STEPS:geometric. A parameter with several
+    numbers has a table and a figure of the columns over it, with standard errors,
+    scatter and theory, beside the database::
+
+      ase-roughcontact ensemble loop.toml --set roughness.seed=0:19:20 \
+          --set "roughness.rms_height=0.1 nm:1 nm:4:geometric"
+
     Exit status: 0 all steps are stored, 1 some cases failed or the error is larger, 2
     the scene or the database is invalid or damaged, 130 interrupted (Ctrl-C), 143
     terminated (SIGTERM).
     """
-    scene = Scene.parse(*scene_text(options))
-    values: dict[str, list[Any]] = {}
-    for key, listed in map(_values_of_key, options.set):
-        if key in values:
-            raise ValueError(f"--set {key} is given twice: give all values in one")
-        values[key] = listed
-    if options.error is not None and _SEED_KEY in values:
-        raise ValueError("--error chooses the seeds: omit --set roughness.seed")
+    study = Study.of(options)
+    study.check_files(options.database)
     for option, begin in ("table", b"case,step"), ("results", b"case,state"):
         file = getattr(options, option)
         if file:
             check_different(**{option: file, "database": options.database})
             check_replaced(Path(file), begin)
-    variants = _variants(scene, values)
+    variants = _variants(study.scene, study.values)
     pool: dict[str, Any] = {"workers": options.workers}
-    if options.column:
-        check_column(variants[0][1], options.column)
     with ExitStack() as stack:
         if options.scheduler is not None:
             found = scheduler_executor(options.scheduler)
@@ -100,12 +92,14 @@ def ensemble(options: argparse.Namespace) -> int:
             if prints_text(options):
                 write(workers)
         draw = stack.enter_context(progress_bar(options))
-        enough, failures = _calculate(options, variants, pool, draw)
-    seeds = values.pop(_SEED_KEY, [])
-    if len(seeds) > 1 and not options.quiet:
-        for variant in _variants(scene, values):
-            realisations = product(variant[1], {_SEED_KEY: seeds})
-            for means in _means(options, realisations):
+        enough, failures, seeds = _calculate(options, study, variants, pool, draw)
+    if study.over:
+        show_study(options, study, seeds)
+    elif len(study.values.get(SEED, ())) > 1 and not options.quiet:
+        others = {key: each for key, each in study.values.items() if key != SEED}
+        for variant in _variants(study.scene, others):
+            realisations = product(variant[1], {SEED: study.values[SEED]})
+            for means in _means(options, study, realisations):
                 _print_means(options, variant, means)
     if options.table:
         write_csv(options.database, options.table)
@@ -131,22 +125,26 @@ def _variants(scene: Scene, values: dict[str, list[Any]]) -> list[_Variant]:
 
 def _calculate(
     options: argparse.Namespace,
+    study: Study,
     variants: list[_Variant],
     pool: dict[str, Any],
     draw: Callable | None,
-) -> tuple[bool, dict[str, str]]:
-    """Return whether the error is small enough, and messages by the failed values."""
-    enough, failures = True, dict[str, str]()
-    if options.error is None:
+) -> tuple[bool, dict[str, str], Sequence[int] | None]:
+    """Return whether errors are small enough, messages of failed values, and seeds.
+
+    Seeds are all that were added for a wanted error; None without one.
+    """
+    enough, failures, largest = True, dict[str, str](), 0
+    if study.error is None:
         scenes = [scene for _, scene in variants]
         for progress in run_ensemble(scenes, options.database, **pool):
             _print_progress(options, progress, draw)
             failures = progress.named_failures
-        return enough, failures
-    for variant in variants:
+        return enough, failures, None
+    for variant, column in itertools.product(variants, study.columns or [None]):
         settings, scene = variant
         samplings = sample_ensemble(
-            scene, options.database, options.error, column=options.column, **pool
+            scene, options.database, study.error, column=column, **pool
         )
         for sampling in samplings:
             _print_progress(options, sampling.progress, draw, sampling.error)
@@ -156,7 +154,10 @@ def _calculate(
         for name, message in sampling.progress.named_failures.items():
             names = filter(None, [_heading(settings), name])
             failures[", ".join(names)] = message
-    return enough, failures
+        counts = (mean.realisations + mean.failed for mean in sampling.means)
+        largest = max(largest, *counts)
+    first: Any = variants[0][1].roughness
+    return enough, failures, range(first.seed, first.seed + largest)
 
 
 def _print_progress(
@@ -202,35 +203,18 @@ def _heading(settings: Mapping[str, Any]) -> str:
 
 
 def _means(
-    options: argparse.Namespace, realisations: Sequence[Scene]
+    options: argparse.Namespace, study: Study, realisations: Sequence[Scene]
 ) -> Iterator[Sequence[MeanValue]]:
-    """Yield means of the wanted column, or of the area and all results of the path."""
+    """Yield means of the wanted columns, or of the area and all results of the path."""
     scene, database = realisations[0], options.database
-    if options.column or not scene.path.main_result:
-        yield mean_values(realisations, database, options.column)
-    if options.column:
+    for column in study.columns:
+        yield mean_values(realisations, database, column)
+    if study.columns:
         return
+    if not scene.path.main_result:
+        yield mean_values(realisations, database)
     results = scene.path.results
     errors = {each.error for each in results.values()}  # stand beside their values
     names = [name for name in results if name not in errors]
     found = (mean_values(realisations, database, name)[0] for name in names)
     yield [mean for mean in found if mean.realisations or mean.failed]
-
-
-def _values_of_key(text: str) -> tuple[str, list[Any]]:
-    """Return key and values of an option ``section.key=value,value``."""
-    key, equals, values = text.partition("=")
-    listed = [_value(part.strip()) for part in _VALUE_PATTERN.findall(values)]
-    if not equals or not listed:
-        raise ValueError(
-            f"--set must be SECTION.KEY=VALUE,VALUE,..., got {shown(text)}"
-        )
-    return key.strip(), listed
-
-
-def _value(text: str) -> Any:
-    """Return a value as in a scene file; strings need no quotes."""
-    try:
-        return load_toml(f"value = {text}")["value"]
-    except ValueError:
-        return text

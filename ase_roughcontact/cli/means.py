@@ -13,20 +13,13 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import json_line
 from ase_roughcontact.ensemble import MeanValue, Sampling
-from ase_roughcontact.results.record import columns_of
+from ase_roughcontact.ensemble.study import unit_of
 from ase_roughcontact.scene import Scene
 
 # Attributes of a mean that need a wanted error.
 _SAMPLING_ATTRIBUTES = "expected", "likely"
 # Relative error of the values above which it is printed.
 _MIN_PRINTED_ERROR = 0.001
-
-
-def column_unit(scene: Scene, column: str) -> str:
-    """Return ASE's unit of a result of the path, or of a column of its steps."""
-    if column in scene.path.results:
-        return scene.path.results[column].unit
-    return columns_of(scene.record)[column].unit
 
 
 def printed_units(scene: Scene, column: str) -> str:
@@ -54,7 +47,7 @@ def means_lines(
 ) -> Iterator[str]:
     """Yield a line of JSON for each mean, with the values of the keys that are set."""
     for mean in means:
-        units = {"mean": column_unit(scene, mean.column)}
+        units = {"mean": unit_of(scene, mean.column)}
         units["scatter"] = units["mean"]
         if not math.isnan(mean.target):
             units["target"] = report.target_unit(scene)

@@ -165,7 +165,8 @@ def _add_ensemble(parser: argparse.ArgumentParser) -> None:
         metavar="SECTION.KEY=VALUES",
         action="append",
         default=[],
-        help="comma-separated values of a key of the scene file",
+        help="comma-separated values of a key of the scene file, or a range "
+        "FIRST:LAST:STEPS[:geometric]",
     )
     parser.add_argument(
         "--error",
@@ -175,7 +176,16 @@ def _add_ensemble(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--column",
         metavar="NAME",
-        help="result of the path, or column of its steps, that is averaged over seeds",
+        action="append",
+        default=[],
+        help="result of the path, or column of its steps, that is averaged over seeds; "
+        "may be repeated",
+    )
+    parser.add_argument(
+        "--over",
+        metavar="SECTION.KEY",
+        default="",
+        help="parameter of the figure (default: the first one with several numbers)",
     )
     parser.add_argument(
         "--database",

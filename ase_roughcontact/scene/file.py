@@ -19,6 +19,7 @@ from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessC
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.section import Problems, Section, members
 from ase_roughcontact.scene.solid import is_crystal
+from ase_roughcontact.scene.study import StudyConfig
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
 
@@ -65,6 +66,7 @@ class SceneFile:
     path: PathKind = field(default_factory=Steps)
     solver: config.SolverConfig = field(default_factory=config.SolverConfig)
     output: config.OutputConfig = field(default_factory=config.OutputConfig)
+    study: StudyConfig | None = None
 
     @classmethod
     def parse(

@@ -65,8 +65,9 @@ class Scene(SceneFile):
     substrate, sphere, roughness, topography, interaction, friction, path, solver
         Sections of a scene file. With neither `roughness` nor `topography` the sphere
         is smooth.
-    output
-        Section of a scene file that does not change the other results.
+    output, study
+        Sections of a scene file that do not change the other results. The study gives
+        parameters and their values for ensembles.
 
     Examples
     --------

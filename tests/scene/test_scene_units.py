@@ -96,8 +96,6 @@ INSTEAD = {
     "output.keep",
     "substrate.elastic_constants",
     "path.values",
-    "roughness.rms_curvature",
-    "roughness.rms_height",
     "sphere.unit",
     "roughness.unit",
 }

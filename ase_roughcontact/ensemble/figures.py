@@ -1,0 +1,141 @@
+"""Figure of a study: means over a parameter, with standard errors and scatter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.ensemble.study import StudyPoint, numeric_values
+from ase_roughcontact.plot.files import written
+from ase_roughcontact.plot.style import COLOURS, legend_below
+
+# Ratio of the largest to the smallest value above which an axis is logarithmic.
+_LOGARITHMIC = 9.0
+# Largest number of lines of a path with several targets.
+_MOST_LINES = 6
+
+
+def plot_study(
+    axes: Any,
+    points: Sequence[StudyPoint],
+    over: str,
+    unit: str,
+    targets: Mapping[float, str] | None = None,
+) -> Any:
+    """Plot the means of a study over a parameter.
+
+    Bars are standard errors of the means, bands the standard deviation of one
+    realisation, dashed lines theory. There is a line for each combination of the other
+    parameters, and for some of the targets of a path.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    points : sequence of StudyPoint
+        Points of one column.
+    over : str
+        Key of the parameter.
+    unit : str
+        Unit in which means are drawn.
+    targets : mapping of float to str, optional
+        Labels of the targets.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    lines = _lines(points, over)
+    for number, (names, members) in enumerate(lines.items()):
+        colour = COLOURS[number % len(COLOURS)]
+        given = [point.values[over] for point in members]
+        numbers, x_unit = numeric_values(over, given)
+        order = np.argsort(numbers)
+        columns = [
+            (p.mean.mean, abs(p.mean.mean) * p.mean.error, p.mean.scatter, p.theory)
+            for p in members
+        ]
+        mean, error, scatter, theory = (np.array(columns).T / UNITS[unit])[:, order]
+        x = np.array(numbers)[order]
+        label = _label(names, targets or {}) or "mean, with standard error"
+        band = {"color": colour, "alpha": 0.2, "lw": 0}
+        scatters = "" if number else "scatter of realisations"
+        axes.fill_between(x, mean - scatter, mean + scatter, label=scatters, **band)
+        axes.errorbar(
+            x,
+            mean,
+            np.nan_to_num(error),
+            fmt=".-",
+            color=colour,
+            capsize=2,
+            label=label,
+        )
+        if np.isfinite(theory).any():
+            name = next(p.theory_name for p in members if p.theory_name)
+            label = ": ".join([label, name] if len(lines) > 1 else [name])
+            axes.plot(x, theory, "--", color=colour, lw=0.8, label=label)
+        if x.min() > 0.0 and x.max() > _LOGARITHMIC * x.min():
+            axes.set_xscale("log")
+    axes.set_xlabel(f"{over} ({x_unit})" if x_unit else over)
+    return axes
+
+
+def draw_study(
+    file: Path,
+    panels: Mapping[str, Sequence[StudyPoint]],
+    over: str,
+    units: Mapping[str, str],
+    targets: Mapping[float, str] | None = None,
+) -> None:
+    """Write the figure of a study, with a panel for each column.
+
+    Parameters
+    ----------
+    file : path
+    panels : mapping of str to sequence of StudyPoint
+        Points by the label of the vertical axis.
+    over, targets
+        See `plot_study`.
+    units : mapping of str to str
+        Units in which means are drawn, by the same labels.
+    """
+    with written(file, 2.2 * len(panels) + 0.8, width=4.5) as figure:
+        drawn = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (label, points) in zip(drawn, panels.items(), strict=True):
+            plot_study(axes, points, over, units[label], targets)
+            axes.set_ylabel(label)
+            axes.label_outer()
+        legend_below(figure, list(drawn))
+
+
+def _lines(
+    points: Sequence[StudyPoint], over: str
+) -> dict[tuple[Any, ...], list[StudyPoint]]:
+    """Return the points of each line, by the other parameters and the target."""
+    known = (p.mean.target for p in points if not math.isnan(p.mean.target))
+    shown = list(dict.fromkeys(known))
+    if len(shown) > _MOST_LINES:
+        places = np.linspace(0, len(shown) - 1, _MOST_LINES).round().astype(int)
+        shown = [shown[place] for place in places]
+    keys = [key for key in points[0].values if key != over]
+    varied = [key for key in keys if len({str(p.values[key]) for p in points}) > 1]
+    lines: dict[tuple[Any, ...], list[StudyPoint]] = {}
+    for point in points:
+        target = point.mean.target
+        if not (math.isnan(target) or target in shown):
+            continue
+        several = len(shown) > 1 and not math.isnan(target)
+        names = tuple(f"{key} = {point.values[key]}" for key in varied)
+        lines.setdefault((*names, target if several else None), []).append(point)
+    return lines
+
+
+def _label(names: tuple[Any, ...], targets: Mapping[float, str]) -> str:
+    *values, target = names
+    if target is not None:
+        values.append(targets.get(target, f"{target:.4g}"))
+    return ", ".join(values)

@@ -1,0 +1,215 @@
+"""Studies: means of a column over a parameter, with errors and scatter, and theory."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ase_roughcontact._util.files import PathName, write_table
+from ase_roughcontact._util.units import QUANTITY, UNITS
+from ase_roughcontact._util.validation import lookup
+from ase_roughcontact.contact.control import LOAD
+from ase_roughcontact.ensemble.cases import product
+from ase_roughcontact.ensemble.means import MeanValue, mean_values
+from ase_roughcontact.results.record import columns_of
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import Reference, reference_for
+
+#: Key of the seeds, over which a study averages.
+SEED = "roughness.seed"
+# Columns of areas, for which there is a theory.
+_AREAS = "contact_area", "continuum_area"
+
+
+@dataclass(frozen=True)
+class StudyPoint:
+    """Mean of a column for some values of the parameters.
+
+    Attributes
+    ----------
+    values : mapping
+        Values of the parameters by key, as in a scene file.
+    mean : MeanValue
+        Mean over the realisations.
+    unit : str
+        ASE's unit of the mean and its scatter.
+    theory : float
+        Value by theory, NaN without one.
+    theory_name : str
+        Name of the theory; empty without one.
+    """
+
+    values: Mapping[str, Any]
+    mean: MeanValue
+    unit: str
+    theory: float
+    theory_name: str
+
+
+def study_points(
+    scene: Scene,
+    parameters: Mapping[str, Iterable[Any]],
+    database: PathName,
+    column: str | None = None,
+) -> list[StudyPoint]:
+    """Return means of a column for all combinations of values of some parameters.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene with the values of all other keys.
+    parameters : mapping
+        Values by key; see `product`. Means are over the values of ``roughness.seed``.
+    database : path
+        Database of `run_ensemble`.
+    column : str, optional
+        See `mean_values`.
+
+    Returns
+    -------
+    list of StudyPoint
+        The last parameter varies fastest; several targets of a path are one after the
+        other.
+
+    Raises
+    ------
+    ValueError
+        If there is no such column, key or value.
+    """
+    choices = {key: list(values) for key, values in parameters.items()}
+    seeds = choices.pop(SEED, [])
+    points = []
+    for chosen in itertools.product(*choices.values()):
+        values = dict(zip(choices, chosen, strict=True))
+        variant = scene.with_values(values)
+        realisations = product(variant, {SEED: seeds} if seeds else {})
+        reference = reference_for(realisations[0])
+        for mean in mean_values(realisations, database, column):
+            theory, name = _theory(reference, mean)
+            unit = unit_of(variant, mean.column)
+            points.append(StudyPoint(values, mean, unit, theory, name))
+    return points
+
+
+def unit_of(scene: Scene, column: str) -> str:
+    """Return ASE's unit of a result of the path, or of a column of its steps."""
+    if column in scene.path.results:
+        return scene.path.results[column].unit
+    return columns_of(scene.record)[column].unit
+
+
+def numeric_values(key: str, values: Sequence[Any]) -> tuple[list[float], str]:
+    """Return the values of a parameter as numbers in one unit, and the unit.
+
+    Parameters
+    ----------
+    key : str
+        Name for errors.
+    values : sequence
+        Numbers, or strings of a number and a unit.
+
+    Raises
+    ------
+    ValueError
+        If a value is not a number, or some have units and others not.
+    """
+    texts = [each for each in values if isinstance(each, str)]
+    found = [each for each in map(QUANTITY.fullmatch, texts) if each]
+    units = {each[2] for each in found}
+    if found and len(found) == len(values) and (len(units) == 1 or units <= {*UNITS}):
+        unit = found[0][2]
+        scales = {each: UNITS[each] / UNITS[unit] for each in units - {unit}}
+        return [float(each[1]) * scales.get(each[2], 1.0) for each in found], unit
+    if any(isinstance(each, (str, bool, list, tuple)) for each in values):
+        raise ValueError(
+            f"{key} must have numbers, all with a unit or none, for a figure over it, "
+            f"got {', '.join(map(str, values))}"
+        )
+    return [float(each) for each in values], ""
+
+
+def drawn_over(parameters: Mapping[str, Sequence[Any]], over: str = "") -> str:
+    """Return the parameter of the axis: the given one, or the first with two numbers.
+
+    Parameters
+    ----------
+    parameters : mapping
+        Values by key.
+    over : str
+        Given key; empty if none is given.
+
+    Returns
+    -------
+    str
+        The key; empty if no parameter has several numbers.
+
+    Raises
+    ------
+    ValueError
+        If the given key is none of the parameters, or has values without numbers.
+    """
+    if over:
+        numeric_values(over, lookup(over, parameters, "parameter of the study"))
+        return over
+    for key, values in parameters.items():
+        if key == SEED or len(values) < 2:
+            continue
+        try:
+            numeric_values(key, values)
+        except ValueError:
+            continue
+        return key
+    return ""
+
+
+def write_study(file: PathName, points: Sequence[StudyPoint]) -> None:
+    """Write means of a study as CSV: a row for each column and combination of values.
+
+    Parameters
+    ----------
+    file : path
+        File to write; an existing file is overwritten.
+    points : sequence of StudyPoint
+        Points of one or more columns with the same parameters. Numbers are in ASE's
+        units, which a column names; `error` is relative.
+    """
+    keys = list(dict.fromkeys(key for point in points for key in point.values))
+    heads = ["column", "unit", *keys, "target", "mean", "error", "scatter"]
+    heads += ["realisations", "failed", "value_error", "theory", "validity"]
+    rows = []
+    for point in points:
+        mean = point.mean
+        numbers = mean.target, mean.mean, mean.error, mean.scatter
+        rows.append(
+            [
+                mean.column,
+                point.unit,
+                *(point.values.get(key, "") for key in keys),
+                *(f"{number:.10g}" for number in numbers),
+                mean.realisations,
+                mean.failed,
+                f"{mean.value_error:.10g}",
+                f"{point.theory:.10g}",
+                mean.validity,
+            ]
+        )
+    write_table(file, heads, rows)
+
+
+def _theory(reference: Reference, mean: MeanValue) -> tuple[float, str]:
+    """Return the value by theory and its name; NaN without one."""
+    scene, smooth = reference.scene, reference.smooth
+    result = scene.path.results.get(mean.column)
+    if result is not None and result.theory is not None and not scene.is_flat:
+        return float(result.theory(smooth)), f"{smooth.name}, smooth sphere"
+    with_load = scene.path.controlled == LOAD and mean.target > 0.0
+    if result is None and mean.column in _AREAS and with_load and not scene.is_flat:
+        area = float(smooth.contact_area(mean.target))
+        ratio = float(reference.relative_area(mean.target))
+        if scene.rough is None or math.isnan(ratio):
+            return area, f"{smooth.name}, smooth sphere"
+        return area * ratio, "theory of rough spheres"
+    return math.nan, ""

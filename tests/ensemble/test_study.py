@@ -1,0 +1,166 @@
+"""Studies: values of parameters in a scene or in options, with a table and a figure."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ensemble_scenes import SCENE, Here
+from matplotlib.figure import Figure
+from scipy.stats import t
+
+from ase_roughcontact.cli import main
+from ase_roughcontact.ensemble import read_ensemble
+from ase_roughcontact.scene import Scene, Steps
+from ase_roughcontact.theory import Hertz
+
+LOADS = SCENE.with_values({"path": Steps(values=(2.0, 10.0))})
+STUDY = """
+[study]
+seeds = 3
+sphere.radius = { first = 40, last = 80, steps = 3 }
+"""
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    """Run the command on a scene in this process; return its output and figures."""
+    for module in ("run", "adaptive"):
+        pool = f"ase_roughcontact.ensemble.{module}.worker_pool"
+        monkeypatch.setattr(pool, lambda executor, workers: Here())
+    drawn = []
+
+    def saved(figure, file, **_):
+        drawn.append(figure)
+        Path(file).touch()
+
+    monkeypatch.setattr(Figure, "savefig", saved)
+
+    def run_with(text, *options):
+        (tmp_path / "my.toml").write_text(text)
+        database = str(tmp_path / "e.db")
+        given = [str(tmp_path / "my.toml"), "--database", database]
+        assert main(["ensemble", *given, *options]) == 0
+        return drawn
+
+    return run_with
+
+
+def rows_of(folder):
+    with open(folder / "e-study.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_study_ends_with_means_over_the_seeds_and_a_figure(run, tmp_path, capsys):
+    (figure,) = run(LOADS.toml + STUDY)
+    rows = rows_of(tmp_path)
+    assert [row["sphere.radius"] for row in rows] == [
+        "40",
+        "40",
+        "60",
+        "60",
+        "80",
+        "80",
+    ]
+    steps = read_ensemble(tmp_path / "e.db")
+    for row in rows:
+        same = steps["radius"] == float(row["sphere.radius"])
+        same &= np.isclose(steps["target"], float(row["target"]))
+        areas = steps["contact_area"][same]
+        assert areas.size == int(row["realisations"]) == 3
+        assert float(row["mean"]) == pytest.approx(areas.mean())
+        assert float(row["scatter"]) == pytest.approx(np.std(areas, ddof=1))
+        half = t.ppf(0.975, 2) * np.std(areas, ddof=1) / np.sqrt(3) / areas.mean()
+        assert float(row["error"]) == pytest.approx(half / 1.959964)
+    (axes,) = figure.axes
+    lines = [line for line in axes.lines if line.get_linestyle() == "-"]
+    lines = [line for line in lines if len(line.get_xdata()) == 3]
+    means = [float(row["mean"]) / 100.0 for row in rows]  # nm^2
+    np.testing.assert_allclose(lines[0].get_xdata(), [40.0, 60.0, 80.0])
+    np.testing.assert_allclose(lines[0].get_ydata(), means[::2])
+    np.testing.assert_allclose(lines[1].get_ydata(), means[1::2])
+    assert axes.get_xlabel() == "sphere.radius"
+    printed = capsys.readouterr().out
+    assert f"{means[0]:.4g}"[:4] in printed and "e-study.png" in printed
+
+
+def test_a_study_of_smooth_spheres_stands_beside_hertz(run, tmp_path):
+    scene = LOADS.with_values({"roughness": None})
+    run(scene.toml, "--set", "sphere.radius=100:400:3:geometric")
+    rows = rows_of(tmp_path)
+    assert [float(row["sphere.radius"]) for row in rows[::2]] == [100.0, 200.0, 400.0]
+    for row in rows:
+        radius = float(row["sphere.radius"]) * scene.spacing
+        hertz = Hertz(radius, scene.contact_modulus)
+        expected = float(hertz.contact_area(float(row["target"])))
+        assert float(row["theory"]) == pytest.approx(expected)
+
+
+def test_options_replace_values_of_the_section_and_are_drawn_in_their_unit(
+    run, tmp_path
+):
+    options = ["--set", "roughness.seed=4:5:2", "--over", "roughness.rms_height"]
+    heights = 'roughness.rms_height="0.1 nm","50 pm"'
+    (figure,) = run(LOADS.toml + STUDY, *options, "--set", heights)
+    rows = rows_of(tmp_path)
+    assert {row["realisations"] for row in rows} == {"2"} and len(rows) == 3 * 2 * 2
+    assert set(read_ensemble(tmp_path / "e.db")["seed"]) == {4, 5}
+    axes = figure.axes[0]
+    assert axes.get_xlabel() == "roughness.rms_height (nm)"
+    np.testing.assert_allclose(axes.lines[0].get_xdata(), [0.05, 0.1])
+
+
+def test_a_study_with_an_error_has_as_many_seeds_as_it_needs(run, tmp_path):
+    text = LOADS.toml + STUDY.replace("seeds = 3", "error = 0.5")
+    run(text.replace("steps = 3 }", "steps = 2 }"), "--quiet")
+    rows = rows_of(tmp_path)
+    assert all(int(row["realisations"]) >= 8 for row in rows)
+    assert all(float(row["error"]) <= 0.5 for row in rows)
+
+
+def test_a_study_does_not_change_the_scene(tmp_path):
+    scene = Scene.parse(LOADS.toml + STUDY)
+    assert scene.identity == LOADS.identity
+    again = Scene.parse(scene.toml)
+    assert again.study == scene.study and again.study.parameters == {
+        "sphere.radius": (40, 60, 80)
+    }
+
+
+@pytest.mark.parametrize(
+    ("given", "values"),
+    [
+        ('{ first = "1 nm", last = "4 nm", steps = 3, scale = "geometric" }',
+         ("1 nm", "2 nm", "4 nm")),
+        ("{ first = 0.0, last = 1.0, steps = 5 }", (0.0, 0.25, 0.5, 0.75, 1.0)),
+        ("{ first = 0, last = 3, steps = 4 }", (0, 1, 2, 3)),
+        ('["1 nm", 3]', ("1 nm", 3)),
+    ],
+)  # fmt: skip
+def test_values_are_lists_or_ranges(given, values):
+    study = Scene.parse(f"[study]\nsphere.radius = {given}").study
+    assert study.parameters["sphere.radius"] == values
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("sphere.radius = []", "at least one"),
+        ("sphere.radius = { first = 1, last = 2 }", "steps"),
+        ('sphere.radius = { first = "1 nm", last = 2, steps = 2 }', "one unit"),
+        ('sphere.radius = { first = 0, last = 2, steps = 2, scale = "geometric" }',
+         "one sign"),
+        ("radius = [1, 2]", "section"),
+        ("sphere.radius = { first = 1, last = 2, number = 2 }", "number"),
+    ],
+)  # fmt: skip
+def test_wrong_values_are_refused(given, message):
+    with pytest.raises(ValueError, match=message):
+        Scene.parse(f"[study]\n{given}")
+
+
+def test_seeds_and_an_error_exclude_each_other(tmp_path, capsys):
+    study = STUDY.replace("seeds = 3", "seeds = 3\nerror = 0.1")
+    (tmp_path / "my.toml").write_text(LOADS.toml + study)
+    assert main(["ensemble", str(tmp_path / "my.toml")]) == 2
+    assert "omit seeds" in capsys.readouterr().err
