@@ -1,4 +1,4 @@
-"""Cases of which it is foreseen that they can't be calculated, before they run."""
+"""Cases that can't be calculated, found before they run."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ def foreseen_problem(scene: Scene) -> str:
         the remedy; empty if no problem is foreseen.
     """
     try:
-        known = scene.planned
-        deepest = known.path.deepest_of(known.targets.tolist())
-        on_grid = known.problem, known.start, known.control
-        plan = plan_path(*on_grid, [deepest], known.window)
+        planned = scene.planned
+        deepest = planned.path.deepest_of(planned.targets.tolist())
+        plan = plan_path(
+            planned.problem, planned.start, planned.control, [deepest], planned.window
+        )
     except (ValueError, MemoryError) as error:
         return str(error)
     return ": ".join(filter(None, [plan.steps[0].problem, plan.advice]))
@@ -44,11 +45,13 @@ def warn_of_problems(named: Iterable[tuple[str, Scene]]) -> None:
     named : iterable of (str, Scene)
         Names of cases by their values, and the scenes.
     """
-    total, found = 0, dict[str, str]()
+    total = 0
+    found: dict[str, str] = {}
     for name, scene in named:
         total += 1
-        if problem := foreseen_problem(scene):
+        problem = foreseen_problem(scene)
+        if problem:
             found[name] = problem
     if found:
-        (name, problem), *_ = found.items()
+        name, problem = next(iter(found.items()))
         warn(f"{len(found)} of {total} will probably fail, first {name}: {problem}")

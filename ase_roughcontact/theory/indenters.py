@@ -10,7 +10,7 @@ contact radius a (I. N. Sneddon, Int. J. Eng. Sci. **3**, 47 (1965)),
 A four-sided pyramid has the force of a cone of another angle: with
 :math:`N = 0.7376 \, E^* \tan\theta \, d^2` the tangent of its half angle is
 :math:`0.7376 \, (\pi/2) \tan\theta`, and the area of its contact is 0.865 times that
-of this cone. Both numbers are those of relaxed contacts on finer and finer grids; an
+of this cone. Both numbers follow from relaxed contacts on finer and finer grids; an
 estimate is 0.7453 (G. G. Bilodeau, J. Appl. Mech. **59**, 519 (1992)).
 
 On an incompressible layer of thickness h, bonded to a rigid base, the force is larger
@@ -51,9 +51,10 @@ _MAX_RADIUS = 1e4
 # Number of contact radii of this table.
 _RADII = 4000
 # Tangent of the half angle of a cone over the tangent for a four-sided pyramid with the
-# same force, and area of the pyramid's contact over the area of this cone's contact:
-# relaxed pyramids have N = 0.73762 E* tan(theta) d^2 and A = 1.4785 (tan(theta) d)^2.
+# same force: relaxed pyramids have N = 0.73762 E* tan(theta) d^2.
 _PYRAMID_TANGENT_RATIO = 0.73762 * math.pi / 2.0
+# Contact area of a pyramid over the contact area of this cone: relaxed pyramids have
+# A = 1.4785 (tan(theta) d)^2.
 _PYRAMID_AREA_RATIO = 1.4785 / (math.pi * 0.73762**2)
 # Coefficients of the polynomial for a sphere on a thin layer, by powers of a length
 # over the thickness.
@@ -66,8 +67,9 @@ _LAYER_OF_PUNCH = (1.0, 1.133, 1.283, 0.598, -0.291)
 
 # Height of the side of a punch in units of its radius: beyond all depths.
 _SIDE = 1e3
-# Parameters of scene files and commands.
+# Angle of an indenter in scene files and commands.
 _ANGLE = Parameter("deg", below=90.0)
+# Length of an indenter in scene files and commands.
 _LENGTH = Parameter("a0")
 # Number of steps of Newton's method for a depth, which converge from above.
 _STEPS = 60

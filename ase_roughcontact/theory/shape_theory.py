@@ -23,13 +23,15 @@ from ase_roughcontact._util.validation import FloatArray, unmasked
 from ase_roughcontact.theory.indenters import Indenter
 from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS
 
-# Smallest and largest depths without adhesion of the table of adhesive contacts, in
-# units of the depth at which adhesion and elasticity have equal forces.
-_SHALLOW, _DEEP = 1e-6, 1e4
+# Smallest depth without adhesion of the table of adhesive contacts, in units of the
+# depth at which adhesion and elasticity have equal forces.
+_MIN_DEPTH = 1e-6
+# Largest depth of this table, in the same units.
+_MAX_DEPTH = 1e4
 # Number of depths in this table.
-_POINTS = 4000
+_TABLE_POINTS = 4000
 # Ratio of depths in the search for a depth, and for the end of a curve.
-_RATIO = 1.25
+_DEPTH_RATIO = 1.25
 
 
 @dataclass(frozen=True)
@@ -154,8 +156,8 @@ class ShapeTheory:
 
         scale = np.array(work / modulus)
         while tension(self.shape.radius(scale)) > modulus * self.shape.force(scale):
-            scale = _RATIO * scale
-        plain = float(scale) * np.geomspace(_SHALLOW, _DEEP, _POINTS)
+            scale = _DEPTH_RATIO * scale
+        plain = float(scale) * np.geomspace(_MIN_DEPTH, _MAX_DEPTH, _TABLE_POINTS)
         radius = self.shape.radius(plain)
         depth = plain - np.sqrt(2.0 * math.pi * work * radius / modulus)
         return radius, depth, modulus * self.shape.force(plain) - tension(radius)

@@ -38,10 +38,8 @@ class ShapedIndenter(Topography):
     ) -> FloatArray:
         """Sample the heights on a grid; see `Surface.heights`."""
         shape, spacing, origin = window(shape, spacing, origin)
-        x, y = (
-            start + spacing * np.arange(n, dtype=float)
-            for start, n in zip(origin, shape, strict=True)
-        )
+        x = origin[0] + spacing * np.arange(shape[0], dtype=float)
+        y = origin[1] + spacing * np.arange(shape[1], dtype=float)
         return self.shape.profile(x[:, None], y[None, :])
 
     def reach(self, level: float, spacing: float, origin: Point = (0.0, 0.0)) -> float:
@@ -64,7 +62,7 @@ class ShapedIndenter(Topography):
 
     @property
     def rough(self) -> Topography:
-        """Roughness: a plane, as there is none."""
+        """Roughness: a plane, as the indenter is smooth."""
         return Plane()
 
     def band_limited(self, shortest: float) -> ShapedIndenter:
