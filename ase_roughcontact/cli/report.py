@@ -389,7 +389,9 @@ def reason_without_maps(steps: Sequence[LoadStep], has_maps: bool) -> str:
         return ""
     if not any(step.repulsive_atoms for step in steps):
         return "as nothing touched"
-    return 'as no step with a frame is in contact: keep = "all" in [output]'
+    return (
+        'as no step with a frame is in contact: run with keep = "all" in a new folder'
+    )
 
 
 def files_table(pictures: Sequence[str], steps: Sequence[LoadStep]) -> Any:

@@ -191,7 +191,8 @@ def draw_figures(options: argparse.Namespace) -> int:
     folder, scene, steps = _results_of(options)
     shown = _steps_at_times(folder, scene, steps, options.times)
     pictures, _ = _draw_pictures(reference_for(scene), steps, folder, shown)
-    reason = report.reason_without_maps(steps, "contact.png" in pictures)
+    seen = steps if shown is None else shown
+    reason = report.reason_without_maps(seen, "contact.png" in pictures)
     if not pictures:
         raise RuntimeError(f"no figures, {reason}")
     write("\n".join(str(folder / name) for name in pictures))

@@ -220,7 +220,7 @@ def test_a_run_whose_only_frame_is_out_of_contact_says_that_it_has_no_maps(
 ):
     file, out = tmp_path / "scene.toml", tmp_path / "results"
     file.write_text(SMOOTH + '[output]\nkeep = "last"\n')
-    reason = 'as no step with a frame is in contact: keep = "all" in [output]'
+    reason = 'as no step with a frame is in contact: run with keep = "all"'
     assert main(["run", str(file), "--out", str(out)]) == 0
     assert f"no contact.png, {reason}" in " ".join(capsys.readouterr().out.split())
     assert main(["report", str(out)]) == 0
