@@ -15,17 +15,18 @@ from ase_roughcontact._util.units import (
     quantity,
 )
 from ase_roughcontact.cli.common import json_line
+from ase_roughcontact.fitting.adhesion import AdhesionFit, fit_shape
 from ase_roughcontact.fitting.curve_checks import curve_checks, deflection_slope
 from ase_roughcontact.fitting.curve_files import read_curve, read_with_times
 from ase_roughcontact.fitting.force_curve import ForceCurve
-from ase_roughcontact.fitting.indentation import (
-    IndentationFit,
-    fit_indentation,
-)
+from ase_roughcontact.fitting.indentation import IndentationFit
 from ase_roughcontact.fitting.measurement import given_calibration
 from ase_roughcontact.fitting.relaxation import RelaxationFit, fit_relaxation
 from ase_roughcontact.fitting.series.listing import curve_at
 from ase_roughcontact.theory.indenters import named_indenter
+
+# Names of the work of adhesion and its standard error.
+_WORKS = "work_of_adhesion", "work_of_adhesion_error"
 
 
 def curve(options: argparse.Namespace) -> int:
@@ -43,6 +44,9 @@ def curve(options: argparse.Namespace) -> int:
     ANGLE", "pyramid ANGLE" (half angles), and "truncated cone ANGLE RADIUS", "rounded
     cone ANGLE RADIUS", and the same of pyramids. --thickness is the thickness of an
     incompressible layer that is bonded to a rigid base.
+
+    With --adhesion jkr or dmt, modulus and work of adhesion of a sphere are fitted to
+    the retraction.
 
     With --relaxation the approach and the hold after it, at constant height or force,
     are fitted over the times in the file, with a number of relaxation times.
@@ -73,9 +77,10 @@ def curve(options: argparse.Namespace) -> int:
         fit = fit_relaxation(*held, shape, options.relaxation)
         curve_figures.draw_relaxation(fit, options.picture)
     elif options.indenter:
-        fit = fit_indentation(
+        fit = fit_shape(
             measured,
             named_indenter(options.indenter),
+            options.adhesion,
             length_of("thickness", options.thickness),
             length_of("deepest", options.deepest),
         )
@@ -191,6 +196,10 @@ def _indented(fit: IndentationFit) -> tuple[dict, dict[str, str]]:
     values["contact_depth_error"] = fit.contact_depth_error / UNITS["nm"]
     values["largest_indentation"] = deepest / UNITS["nm"]
     units["contact_depth_error"] = units["largest_indentation"] = "nm"
+    if isinstance(fit, AdhesionFit):
+        work = fit.work_of_adhesion, fit.work_of_adhesion_error
+        for name, value in zip(_WORKS, work, strict=True):
+            values[name], units[name] = value / UNITS["J/m²"], "J/m²"
     return values, units
 
 

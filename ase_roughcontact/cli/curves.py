@@ -18,7 +18,8 @@ def curves(options: argparse.Namespace) -> int:
     """Fit an indenter to many force curves: a map, an archive, or a series of files.
 
     Contact modulus, contact point and free force are fitted to each approach, as by the
-    command curve, in parallel; pull-off forces follow from the retractions. Without
+    command curve, in parallel; pull-off forces follow from the retractions. With
+    --adhesion modulus and work of adhesion are fitted to the retractions. Without
     --indenter nothing is fitted. A curve that can't be read or fitted does not stop the
     others.
 
@@ -39,6 +40,7 @@ def curves(options: argparse.Namespace) -> int:
         options.files,
         options.indenter,
         options.out,
+        adhesion=options.adhesion,
         thickness=length_of("thickness", options.thickness),
         deepest=length_of("deepest", options.deepest),
         branch=options.branch,

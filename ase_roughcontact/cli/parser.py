@@ -317,6 +317,12 @@ def _add_indenter(parser: argparse.ArgumentParser) -> None:
     )
     text = "largest indentation that is fitted"
     parser.add_argument("--deepest", metavar="LENGTH", default="", help=text)
+    parser.add_argument(
+        "--adhesion",
+        choices=["jkr", "dmt"],
+        default="",
+        help="theory of an adhesive sphere, fitted to the retraction",
+    )
     text = "of a layer on a rigid base"
     parser.add_argument("--thickness", metavar="LENGTH", default="", help=text)
     parser.add_argument(

@@ -74,16 +74,16 @@ def draw_indentation(fit: IndentationFit, file: Path) -> None:
         contact = int(np.argmin(abs(fit.indentation)))
         _mark(upper, fit.curve, contact, "o", "contact point")
         _draw_points(middle, indentation, fit.force / _NN, fit.compared)
-        depths = np.linspace(-0.3 * indentation.max(), indentation.max(), _DRAWN_POINTS)
+        low, high = (depth / _NM for depth in fit.drawn_depths)
+        depths = np.linspace(low, max(high, indentation.max()), _DRAWN_POINTS)
         middle.plot(depths, fit.model(depths * _NM) / _NN, color=BLUE, lw=1.5)
         residual = (fit.fitted - fit.curve.force) / _NN
         lower.plot(
             indentation[fit.compared], residual[fit.compared], ".", color=BLUE, ms=2
         )
         lower.axhline(0.0, color="black", lw=0.5)
-        depth = float(indentation[fit.compared].max())
         for axes in (middle, lower):
-            axes.set_xlim(-0.3 * depth, 1.05 * depth)
+            axes.set_xlim(low, 1.05 * high)
             axes.set_xlabel("indentation (nm)")
         upper.set_xlabel("height of the base (nm)")
         upper.set_ylabel("force (nN)")

@@ -22,10 +22,10 @@ from ase_roughcontact._util.units import UNITS, pressure_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.fitting.residual_runs import (
-    points_per_value,
+    standard_errors,
     systematic_residuals,
 )
-from ase_roughcontact.theory.indenters import Indenter
+from ase_roughcontact.theory.indenters import Indenter, Paraboloid
 
 # Number of contact points that are tried first.
 _TRIED_CONTACTS = 60
@@ -39,6 +39,8 @@ _MAX_SELECTIONS = 10
 _DIFFERENCE_STEP = 1e-6
 # Smallest range of the forces relative to their noise that shows a contact.
 _MIN_FORCE_RANGE = 10.0
+# Range before the contact that is drawn, relative to the largest indentation.
+_DRAWN_BEFORE_CONTACT = 0.3
 # Largest contact radius of a paraboloid, relative to its radius.
 _MAX_CONTACT_RADIUS = 0.3
 
@@ -123,23 +125,34 @@ class IndentationFit(Printed):
         return self.contact_modulus * shape
 
     @property
-    def parts(self) -> list[object]:
-        """Parameters with standard errors, and warnings."""
+    def drawn_depths(self) -> tuple[float, float]:
+        """Lowest and largest indentation to draw (Å)."""
+        deepest = float(self.indentation[self.compared].max())
+        return -_DRAWN_BEFORE_CONTACT * deepest, deepest
+
+    @property
+    def rows(self) -> list[tuple[str, float, float, str]]:
+        """Names of parameters, their values and standard errors, and units to print."""
         unit = pressure_unit(self.contact_modulus)
         deepest = float(self.indentation[self.compared].max())
-        rows: list[list[str]] = []
-
-        def add(name: str, value: float, error: float, unit: str) -> None:
-            values = (value / UNITS[unit], error / UNITS[unit])
-            rows.append([name, number(values[0], 5), number(values[1], 2), unit])
-
-        add("contact_modulus", self.contact_modulus, self.contact_modulus_error, unit)
-        add("contact_depth", self.contact_depth, self.contact_depth_error, "nm")
-        add("force_offset", self.force_offset, math.nan, "nN")
-        add("largest indentation", deepest, math.nan, "nm")
         radius = float(self.indenter.radius(deepest))
-        add("largest contact radius", radius, math.nan, "nm")
-        add("noise", self.noise, math.nan, "nN")
+        modulus = self.contact_modulus, self.contact_modulus_error
+        return [
+            ("contact_modulus", *modulus, unit),
+            ("contact_depth", self.contact_depth, self.contact_depth_error, "nm"),
+            ("force_offset", self.force_offset, math.nan, "nN"),
+            ("largest indentation", deepest, math.nan, "nm"),
+            ("largest contact radius", radius, math.nan, "nm"),
+            ("noise", self.noise, math.nan, "nN"),
+        ]
+
+    @property
+    def parts(self) -> list[object]:
+        """Parameters with standard errors, and warnings."""
+        rows = [
+            [name, number(value / UNITS[unit], 5), number(error / UNITS[unit], 2), unit]
+            for name, value, error, unit in self.rows
+        ]
         failed = () if self.converged else ("NOT CONVERGED",)
         heads = [self.indenter.name, "value", "± error", "unit"]
         warned = (f"warning: {warning}" for warning in self.warnings)
@@ -306,11 +319,7 @@ class _Model:
         residual = (fitted - self._curve.force)[compared]
         degrees = max(len(residual) - self._count, 1)
         noise = math.sqrt(float(residual @ residual) / degrees)
-        jacobian = np.transpose(rows)
-        inverse = np.linalg.pinv(jacobian)
-        alike = points_per_value(residual)
-        deviations = noise * np.sqrt(alike * np.sum(inverse**2, axis=1))
-        errors = scales[: self._count] * deviations
+        errors = scales[: self._count] * standard_errors(np.transpose(rows), residual)
         fit = IndentationFit(
             self._indenter,
             self._thickness,
@@ -326,30 +335,44 @@ class _Model:
             noise,
             converged,
         )
-        return replace(fit, warnings=tuple(_warnings(fit)))
+        advice = 'give --indenter "sphere ..."'
+        warnings = _few_points(fit) + wide_contact(fit, advice) + fit_warnings(fit)
+        return replace(fit, warnings=tuple(warnings))
 
 
-def _warnings(fit: IndentationFit) -> list[str]:
-    """Return reasons to doubt a fit."""
-    warnings = []
+def _few_points(fit: IndentationFit) -> list[str]:
+    """Return a warning if there are few points before the contact or in it."""
     inside = fit.indentation[fit.compared]
     before, within = int(np.sum(inside <= 0.0)), int(np.sum(inside > 0.0))
-    if min(before, within) < _MIN_POINTS:
-        where = "before" if before < within else "in"
-        warnings.append(
-            f"only {min(before, within)} points are {where} contact, so that the "
-            "contact point is not determined: measure a longer ramp"
-        )
-    deepest = float(inside.max())
+    if min(before, within) >= _MIN_POINTS:
+        return []
+    where = "before" if before < within else "in"
+    return [
+        f"only {min(before, within)} points are {where} contact, so that the contact "
+        "point is not determined: measure a longer ramp"
+    ]
+
+
+def wide_contact(fit: IndentationFit, advice: str) -> list[str]:
+    """Return a warning, with advice, if a contact is wide for a paraboloid."""
+    if not isinstance(fit.indenter, Paraboloid):
+        return []
+    tip = fit.indenter.tip_radius
+    radius = float(fit.indenter.radius(fit.indentation[fit.compared].max()))
+    if radius < _MAX_CONTACT_RADIUS * tip:
+        return []
+    return [
+        f"the contact radius is {radius / tip:.2g} of the radius of the paraboloid: "
+        f"{advice}"
+    ]
+
+
+def fit_warnings(fit: IndentationFit) -> list[str]:
+    """Return reasons to doubt a fit."""
+    warnings = []
+    deepest = float(fit.indentation[fit.compared].max())
     if 3.0 * fit.contact_modulus_error > fit.contact_modulus:
         warnings.append("the modulus is not larger than three standard errors")
-    tip = getattr(fit.indenter, "tip_radius", math.inf)
-    radius = float(fit.indenter.radius(deepest))
-    if fit.indenter.name == "paraboloid" and radius > _MAX_CONTACT_RADIUS * tip:
-        warnings.append(
-            f"the contact radius is {radius / tip:.2g} of the radius of the "
-            'paraboloid: give --indenter "sphere ..."'
-        )
     length = float(fit.indenter.layer_length(deepest))
     if length > fit.indenter.layer_limit * fit.thickness:
         warnings.append(

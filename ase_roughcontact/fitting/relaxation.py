@@ -25,7 +25,7 @@ from ase_roughcontact._util.units import UNITS, pressure_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve, noise_of
 from ase_roughcontact.fitting.residual_runs import (
-    points_per_value,
+    standard_errors,
     systematic_residuals,
 )
 from ase_roughcontact.theory.indenters import Indenter
@@ -250,9 +250,9 @@ class _Model:
         noise = math.sqrt(float(residual @ residual) / max(len(residual) - len(x), 1))
         steps = _DIFFERENCE_STEP * np.eye(len(x))
         slopes = [self.forces(x + step) - self.forces(x - step) for step in steps]
-        inverse = np.linalg.pinv(np.transpose(slopes) / (2.0 * _DIFFERENCE_STEP))
-        alike = points_per_value(residual)
-        errors = noise * np.sqrt(alike * np.sum(inverse**2, axis=1))
+        errors = standard_errors(
+            np.transpose(slopes) / (2.0 * _DIFFERENCE_STEP), residual
+        )
         order = np.argsort(times)
         m, total = self._terms, float(moduli.sum())
         fit = RelaxationFit(

@@ -1,4 +1,4 @@
-"""Residuals of one sign in a row: warnings, and the number of independent points."""
+"""Residuals of one sign in a row: warnings, and standard errors that count them."""
 
 from __future__ import annotations
 
@@ -32,6 +32,27 @@ def points_per_value(residual: FloatArray) -> float:
     """
     changes = int(np.sum(np.diff(np.sign(residual)) != 0.0))
     return max(len(residual) / (2.0 * (changes + 1)), 1.0)
+
+
+def standard_errors(slopes: FloatArray, residual: FloatArray) -> FloatArray:
+    """Return the standard errors of fitted parameters by the linearised problem.
+
+    Parameters
+    ----------
+    slopes : ndarray, shape (k, n)
+        Derivatives of the fitted values by the parameters.
+    residual : ndarray, shape (k,)
+        Residuals in the order of the points.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Standard errors; neighbouring residuals count as by `points_per_value`.
+    """
+    degrees = max(len(residual) - slopes.shape[1], 1)
+    variance = points_per_value(residual) * float(residual @ residual) / degrees
+    inverse = np.linalg.pinv(slopes)
+    return np.sqrt(variance * np.sum(inverse**2, axis=1))
 
 
 def systematic_residuals(

@@ -33,6 +33,7 @@ _HEIGHTS = 1.4, 4.0
 _LABELS = {
     "contact_modulus": ("contact modulus", "Pa"),
     "pull_off_force": ("pull-off force", "nN"),
+    "work_of_adhesion": ("work of adhesion", "J/m²"),
     "contact_height": ("contact point", "nm"),
     "misfit": ("residual / noise", ""),
 }

@@ -16,6 +16,8 @@ CURVE_UNITS = {
     "y": "um",
     "contact_modulus": "Pa",
     "contact_modulus_error": "Pa",
+    "work_of_adhesion": "J/m²",
+    "work_of_adhesion_error": "J/m²",
     "contact_height": "nm",
     "contact_height_error": "nm",
     "largest_indentation": "nm",
@@ -48,6 +50,8 @@ class FittedCurve:
         Number of measured points.
     contact_modulus, contact_modulus_error : float
         E* and its standard error by noise (eV/Å^3).
+    work_of_adhesion, work_of_adhesion_error : float
+        Work of adhesion, if it was fitted, and its standard error (eV/Å^2).
     contact_height, contact_height_error : float
         Height of the tip at the contact point, the height of the unloaded surface, and
         its standard error (Å).
@@ -80,6 +84,8 @@ class FittedCurve:
     points: int = 0
     contact_modulus: float = math.nan
     contact_modulus_error: float = math.nan
+    work_of_adhesion: float = math.nan
+    work_of_adhesion_error: float = math.nan
     contact_height: float = math.nan
     contact_height_error: float = math.nan
     largest_indentation: float = math.nan

@@ -14,10 +14,11 @@ from pathlib import Path
 from ase_roughcontact._util.checked_rows import checked_rows
 from ase_roughcontact._util.files import PathName, locked, replaced, table_writer
 from ase_roughcontact._util.workers import worker_pool
+from ase_roughcontact.fitting.adhesion import AdhesionFit, fit_shape
 from ase_roughcontact.fitting.curve_checks import curve_checks
 from ase_roughcontact.fitting.curve_files import read_curve
 from ase_roughcontact.fitting.force_curve import ForceCurve
-from ase_roughcontact.fitting.indentation import IndentationFit, fit_indentation
+from ase_roughcontact.fitting.indentation import IndentationFit
 from ase_roughcontact.fitting.measurement import given_calibration
 from ase_roughcontact.fitting.series.listing import CurveName, listed_curves
 from ase_roughcontact.fitting.series.row import (
@@ -46,13 +47,16 @@ class FitSettings:
         Shape and dimensions, see `named_indenter`; empty if nothing is fitted.
     thickness, deepest : float
         Thickness of a layer, and largest indentation that is compared (Å).
+    adhesion : str
+        Theory of adhesion, see `fit_adhesion`; empty for a fit without adhesion.
     branch : str or None
-        Branch that is fitted, by default the approach.
+        Branch that is fitted, by default the approach, with adhesion the retraction.
     stiffness, sensitivity, heads
         See `read_curve`.
     """
 
     indenter: str = ""
+    adhesion: str = ""
     thickness: float = math.inf
     deepest: float = math.inf
     branch: str | None = None
@@ -66,6 +70,7 @@ def fit_curves(
     indenter: str = "",
     folder: PathName | None = None,
     *,
+    adhesion: str = "",
     thickness: float = math.inf,
     deepest: float = math.inf,
     branch: str | None = None,
@@ -89,6 +94,9 @@ def fit_curves(
     folder : path, optional
         Folder for ``curves.csv``, which gets a row for each curve as soon as it is
         fitted. A run that was interrupted goes on where it ended.
+    adhesion : {"", "jkr", "dmt"}
+        Theory of an adhesive sphere, which is fitted to the retraction by
+        `fit_adhesion`.
     thickness, deepest
         See `fit_indentation` (Å).
     branch, stiffness, sensitivity, heads
@@ -121,7 +129,14 @@ def fit_curves(
     opened once by each worker.
     """
     settings = FitSettings(
-        indenter, thickness, deepest, branch, stiffness, sensitivity, tuple(heads)
+        indenter,
+        adhesion,
+        thickness,
+        deepest,
+        branch,
+        stiffness,
+        sensitivity,
+        tuple(heads),
     )
     if indenter:
         named_indenter(indenter)  # an error before the first curve
@@ -240,9 +255,10 @@ def _fit_curve(settings: FitSettings, name: CurveName) -> FittedCurve:
         )
         result = _measured(result, curve)
         if settings.indenter:
-            fit = fit_indentation(
+            fit = fit_shape(
                 curve if settings.branch is None else curve.only(settings.branch),
                 named_indenter(settings.indenter),
+                settings.adhesion,
                 settings.thickness,
                 settings.deepest,
             )
@@ -276,6 +292,12 @@ def _measured(result: FittedCurve, curve: ForceCurve) -> FittedCurve:
 def _with_fit(result: FittedCurve, fit: IndentationFit) -> FittedCurve:
     """Return a result with the fit of an indenter."""
     doubts = [each for each in (result.doubts, *fit.warnings) if each]
+    if isinstance(fit, AdhesionFit):
+        result = replace(
+            result,
+            work_of_adhesion=fit.work_of_adhesion,
+            work_of_adhesion_error=fit.work_of_adhesion_error,
+        )
     return replace(
         result,
         contact_modulus=fit.contact_modulus,

@@ -14,6 +14,14 @@ from ase_roughcontact._util.units import UNITS, pressure_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.series.row import SEPARATOR, FittedCurve
 
+# Quantities with quartiles, and their units; the modulus has a unit by its size.
+_SHOWN = {
+    "contact_modulus": "",
+    "work_of_adhesion": "J/m²",
+    "pull_off_force": "nN",
+    "residual": "nN",
+    "misfit": "",
+}
 # Numbers in messages, by which the same reason differs between curves.
 _NUMBER = re.compile(r"[-+]?\d[\d.]*(?:[eE][-+]?\d+)?")
 
@@ -52,17 +60,16 @@ class SeriesSummary(Printed):
         """Quartiles of the curves that did not fail, shape (3,), in ASE's units."""
         return {
             name: np.percentile(values, (25.0, 50.0, 75.0))
-            for name in ("contact_modulus", "pull_off_force", "residual", "misfit")
+            for name in _SHOWN
             if (values := known_values(self._curves, name)).size
         }
 
     @property
     def parts(self) -> list[object]:
         """Table of the quartiles, and lines on failures and doubts."""
-        units = {"pull_off_force": "nN", "residual": "nN"}
         rows = []
         for name, quartiles in self.quartiles.items():
-            unit = units.get(name, "")
+            unit = _SHOWN[name]
             if name == "contact_modulus":
                 unit = pressure_unit(float(quartiles[1]))
             low, middle, high = quartiles / UNITS.get(unit, 1.0)
