@@ -80,13 +80,18 @@ def split(length: int, longest: int) -> list[slice]:
     return [slice(k * length // count, (k + 1) * length // count) for k in range(count)]
 
 
+def usable_threads(most: int) -> int:
+    """Return a number of threads, or one within a function of `thread_map`."""
+    return 1 if _inside.get() else most
+
+
 def thread_map(function: Callable[[S], T], items: list[S], threads: int) -> list[T]:
     """Return ``[function(item) for item in items]``, calculated by several threads.
 
     The calling thread is one of them. A map within a function that is mapped uses the
     present thread only.
     """
-    count = 1 if _inside.get() else min(threads, len(items))
+    count = min(usable_threads(threads), len(items))
     if count == 1:
         return [function(item) for item in items]
     pending = iter(enumerate(items))  # shared: each thread takes the next item

@@ -33,6 +33,9 @@ from ase_roughcontact.elasticity.fft_backends import ENGINES, BlockTransform
 # Largest number of points of a grid that pyfftw transforms by default: on small grids
 # its calls take less time than calls of ducc0, a sixth for 32 * 32 points.
 _MAX_PYFFTW_POINTS = 64 * 64
+# Smallest number of points of a grid for which threads share a transform of the whole:
+# smaller ones take about as long as it takes to wait for a thread.
+_MIN_SHARED_POINTS = 500 * 500
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ class Blocking:
     column_height : int
         Number of rows for which `column_block` is given.
     whole_grid_bytes : int
-        Size below which one thread transforms a grid as a whole (bytes).
+        Size below which a grid is transformed as a whole (bytes).
     """
 
     row_block: int = 131072
@@ -156,6 +159,8 @@ class RealFFT2:
             transform(self.grid, rows, columns, dtype=self.dtype)
             for _ in range(self.workers)
         ]
+        if self._whole and math.prod(self.grid) >= _MIN_SHARED_POINTS:
+            self._buffers[0].threads = self.threads
 
     def __reduce__(self) -> tuple:
         """Pickle the parameters only: plans and buffers are cheaper to rebuild."""

@@ -13,12 +13,15 @@ import numpy as np
 import pyfftw
 
 from ase_roughcontact._util.registry import Registry
+from ase_roughcontact._util.threads import usable_threads
 
 try:
     import ducc0
 except ImportError:
     ducc0 = None
 
+# Number of rows or columns that fill the vector registers of any processor.
+_VECTOR_LENGTH = 16
 
 #: Transforms by their `engine`; filled by the definition of a `BlockTransform`.
 ENGINES: Registry[type[BlockTransform]] = Registry("engine")
@@ -48,6 +51,10 @@ class BlockTransform(ABC):
     engine : str
         Name for the option `engine` of `RealFFT2`; a class without a name is not
         registered.
+    threads : int or None
+        Largest number of threads that share one transform, which `RealFFT2` sets for
+        buffers of a whole large grid; None for blocks and small grids. A transform may
+        use fewer. Its result must not depend on the number.
     in_blocks : bool
         Whether large grids are cut into blocks that fit the cache of a processor, which
         threads share. Otherwise the buffers hold the whole grid.
@@ -60,6 +67,7 @@ class BlockTransform(ABC):
 
     engine: ClassVar[str] = ""
     in_blocks: ClassVar[bool] = True
+    threads: int | None = None
 
     def __init_subclass__(cls) -> None:
         """Add a transform with a name of its own to `ENGINES`."""
@@ -180,12 +188,16 @@ class DuccTransform(BlockTransform):
 
     def rows_forward(self, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
-        ducc0.fft.r2c(self.rows[: len(spectra)], axes=(1,), out=spectra)
+        for part, threads in self._parts(len(spectra)):
+            out = spectra[part]
+            ducc0.fft.r2c(self.rows[part], axes=(1,), out=out, nthreads=threads)
 
     def rows_inverse(self, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
-        rows, width = self.rows[: len(spectra)], self.rows.shape[1]
-        ducc0.fft.c2r(spectra, axes=(1,), lastsize=width, forward=False, out=rows)
+        real = {"lastsize": self.rows.shape[1], "forward": False}
+        for part, threads in self._parts(len(spectra)):
+            out = self.rows[part]
+            ducc0.fft.c2r(spectra[part], axes=(1,), out=out, nthreads=threads, **real)
 
     def columns_forward(self, count: int) -> None:
         """See `BlockTransform`."""
@@ -196,5 +208,26 @@ class DuccTransform(BlockTransform):
         self._columns(count, forward=False)
 
     def _columns(self, count: int, forward: bool) -> None:
-        columns = self.columns[:, :count]
-        ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns)
+        for part, threads in self._parts(count):
+            columns, axis = self.columns[:, part], {"axes": (0,), "forward": forward}
+            ducc0.fft.c2c(columns, out=columns, nthreads=threads, **axis)
+
+    def _parts(self, count: int) -> list[tuple[slice, int]]:
+        """Return parts of the rows or columns, and their numbers of threads.
+
+        Threads of ducc0 share rows evenly, and what does not fill the vector registers
+        is rounded differently. So each thread gets whole vectors, and one thread the
+        vectors that are left, and then the rest.
+        """
+        if self.threads is None:
+            return [(slice(0, count), 1)]
+        vectors, most = count // _VECTOR_LENGTH, usable_threads(self.threads)
+        threads = min(range(1, most + 1), key=lambda t: vectors // t + vectors % t)
+        shared = _VECTOR_LENGTH * (vectors - vectors % threads)
+        full = _VECTOR_LENGTH * vectors
+        parts = [
+            (slice(0, shared), threads),
+            (slice(shared, full), 1),
+            (slice(full, count), 1),
+        ]
+        return [(part, t) for part, t in parts if part.start < part.stop]
