@@ -52,8 +52,9 @@ def plot_loop(
         axes.plot(x, y, "o", color=colour, ms=2)
         axes.errorbar(x, y, 2.0 * error, fmt="none", ecolor=GREY, lw=1)
     for jump in loop.jumps:
-        ends = jump.before, jump.after
-        add_jump(axes, *((s.penetration, s.normal_force / NN) for s in ends))
+        before = jump.before.penetration, jump.before.normal_force / NN
+        after = jump.after.penetration, jump.after.normal_force / NN
+        add_jump(axes, before, after)
     for i, (name, force) in enumerate((pull_off_forces or {}).items()):
         line = DASHES[i % len(DASHES)]
         axes.axhline(-force / NN, color="k", ls=line, lw=0.8, label=name)
@@ -81,8 +82,10 @@ def plot_cantilever(axes: Any, curve: CantileverCurve) -> Any:
         x, force = branch.distance / NM, branch.force / NN
         axes.plot(x, force, "-", color=colour, lw=width, label=name)
         for jump in branch.jumps:
-            ends = jump.force_before, jump.force_after
-            add_jump(axes, *((jump.distance / NM, end / NN) for end in ends))
+            distance = jump.distance / NM
+            before = distance, jump.force_before / NN
+            after = distance, jump.force_after / NN
+            add_jump(axes, before, after)
     add_right_scale(axes, "deflection (nm)", NN / NM / curve.stiffness)
     axes.set_xlabel("distance of the base $D$ (nm)")
     axes.set_ylabel("normal force $N$ (nN)")

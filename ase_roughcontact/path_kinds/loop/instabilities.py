@@ -14,16 +14,15 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis.path_values import tension_at_turn
 from ase_roughcontact.results.record import LoadStep
 
-# Relative rounding of a step.
-_ROUNDING = 1e-6
 #: Points of an interpolated branch between two states.
 POINTS = 32
 # Largest value of t (1 - t) (1 - 2 t) for t from 0 to 1.
-_ANTISYMMETRIC = np.sqrt(3.0) / 18.0
+_MAX_ANTISYMMETRIC_PART = np.sqrt(3.0) / 18.0
 
 
 @dataclass(frozen=True)
@@ -111,17 +110,13 @@ class AdhesionLoop:
         if not states:
             raise ValueError("a loop needs at least one state, got none")
         deepest = min(range(len(states)), key=lambda i: states[i].height)
-        branches = tuple(states[: deepest + 1]), tuple(states[deepest:])
-        widest = (1.0 + _ROUNDING) * smallest_step
-        jumps = (
-            tuple(
-                Jump(before, after)
-                for before, after in pairwise(branch)
-                if abs(after.height - before.height) <= widest and jumped(before, after)
-            )
-            for branch in branches
+        approach, retraction = states[: deepest + 1], states[deepest:]
+        return cls(
+            tuple(approach),
+            tuple(retraction),
+            _jumps(approach, smallest_step),
+            _jumps(retraction, smallest_step),
         )
-        return cls(*branches, *jumps)
 
     def __str__(self) -> str:
         return (
@@ -191,20 +186,36 @@ class AdhesionLoop:
     @property
     def dissipation_error(self) -> float:
         """Residuals of the energy balances and errors of the jumps, added (eV)."""
-        lacks = (abs(work(a, b) - (b.energy - a.energy)) for a, b in self._steps)
-        return sum(lacks) + sum(jump.error for jump in self.jumps)
+        residuals = (
+            abs(work(before, after) - (after.energy - before.energy))
+            for before, after in self._steps
+        )
+        return sum(residuals) + sum(jump.error for jump in self.jumps)
 
     @property
     def _steps(self) -> list[tuple[LoadStep, LoadStep]]:
         """Neighbouring states without an instability between them."""
         parts = stable_parts(self.approach, self.approach_jumps)
         parts += stable_parts(self.retraction, self.retraction_jumps)
-        return [states for part in parts for states in pairwise(part)]
+        steps = list[tuple[LoadStep, LoadStep]]()
+        for part in parts:
+            steps += pairwise(part)
+        return steps
 
     @property
     def energy_lost_in_jumps(self) -> float:
         """Energy lost in the jumps; all that is dissipated, if none was missed (eV)."""
         return sum(jump.dissipated_energy for jump in self.jumps)
+
+
+def _jumps(branch: Sequence[LoadStep], smallest_step: float) -> tuple[Jump, ...]:
+    """Return the instabilities of a branch, in steps of the smallest size."""
+    largest = (1.0 + RATIO_ROUNDING) * smallest_step
+    return tuple(
+        Jump(before, after)
+        for before, after in pairwise(branch)
+        if abs(after.height - before.height) <= largest and jumped(before, after)
+    )
 
 
 def balanced(
@@ -236,7 +247,9 @@ def balanced(
     lost = abs((work(before, after) - (after.energy - before.energy)) / distance)
     rise = after.normal_force - before.normal_force
     mean_stiffness = 0.5 * (before.contact_stiffness + after.contact_stiffness)
-    skew = np.nan_to_num(abs(rise + mean_stiffness * distance) * _ANTISYMMETRIC)
+    skew = np.nan_to_num(
+        abs(rise + mean_stiffness * distance) * _MAX_ANTISYMMETRIC_PART
+    )
     return bool(
         after.converged
         and lost <= tolerance * force + error
@@ -277,8 +290,9 @@ def work(before: LoadStep, after: LoadStep) -> float:
     """
     change = before.contact_stiffness - after.contact_stiffness
     correction = change * (before.height - after.height) ** 2 / 12.0
-    known = correction if np.isfinite(correction) else 0.0
-    return trapezoidal_work(before, after) + known
+    if not np.isfinite(correction):
+        correction = 0.0
+    return trapezoidal_work(before, after) + correction
 
 
 def stable_parts(

@@ -178,14 +178,14 @@ class Loop(PathKind):
         yield "loop.png"
         curve = self._curve(loop)
         if curve is not None:
-            branches = curve.approach, curve.retraction
-            names = zip(branches, ("approach", "retraction"), strict=True)
+            down, up = curve.approach, curve.retraction
+            names = ["approach"] * len(down.force) + ["retraction"] * len(up.force)
             columns = {
-                name: np.concatenate([getattr(each, name) for each in branches])
-                for name in ("distance", "deflection", "force")
+                "distance": np.concatenate([down.distance, up.distance]),
+                "deflection": np.concatenate([down.deflection, up.deflection]),
+                "force": np.concatenate([down.force, up.force]),
             }
-            points = [name for branch, name in names for _ in branch.force]
-            write_curve(folder / "cantilever.csv", points, columns)
+            write_curve(folder / "cantilever.csv", names, columns)
             draw_file(folder / "cantilever.png", figures.plot_cantilever, curve)
             yield "cantilever.png"
 

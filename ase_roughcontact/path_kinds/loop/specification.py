@@ -20,14 +20,14 @@ from ase_roughcontact.topography import HeightMap, SelfAffine, ShapedIndenter
 from ase_roughcontact.topography.topography import Topography
 from ase_roughcontact.windows.expected import contact_radius_on, modulus_under
 
-# Default of the smallest step, relative to the largest.
-_SMALLEST_STEP = 1 / 256
+# Default of the smallest step, relative to the largest step.
+_SMALLEST_STEP_RATIO = 1 / 256
 # Number of the largest steps of an approach by default.
-_STEPS_DOWN = 10
+_APPROACH_STEPS = 10
 # Height of the highest peaks of a roughness, in units of its rms height.
-_PEAK = 2.0
-# Depth at which a loop is given up that does not turn, in units of the expected one.
-_GIVEN_UP = 100.0
+_PEAK_RATIO = 2.0
+# Largest depth of a loop without a given depth, in units of the expected depth.
+_MAX_DEPTH_RATIO = 100.0
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,10 @@ class LoopSpecification:
         """Check the numbers that are given."""
         if self.deepest is not None:
             finite(deepest=self.deepest)
-        steps = {"step": self.step, "smallest_step": self.smallest_step}
-        positive(**{k: v for k, v in steps.items() if v is not None})
+        if self.step is not None:
+            positive(step=self.step)
+        if self.smallest_step is not None:
+            positive(smallest_step=self.smallest_step)
         positive(tolerance=self.tolerance)
 
     def on(self, problem: Problem, radius: float | None = None) -> ContactLoop:
@@ -101,7 +103,7 @@ class LoopSpecification:
             step = default_step(wall, expected)
             positive(step=step)
         if smallest_step is None:
-            smallest_step = _SMALLEST_STEP * step
+            smallest_step = _SMALLEST_STEP_RATIO * step
         if smallest_step > step:
             raise ValueError(
                 f"smallest_step must not be larger than step {step}, got "
@@ -133,12 +135,18 @@ class ContactLoop:
     @property
     def lowest(self) -> float:
         """Penetration at which the loop turns, or is given up (length)."""
-        return _GIVEN_UP * self.expected if self.deepest is None else self.deepest
+        return (
+            _MAX_DEPTH_RATIO * self.expected if self.deepest is None else self.deepest
+        )
 
     def todict(self) -> dict[str, Any]:
         """Return the numbers on which the states of the loop depend."""
-        names = "deepest", "step", "smallest_step", "tolerance"
-        return {name: getattr(self, name) for name in names}
+        return {
+            "deepest": self.deepest,
+            "step": self.step,
+            "smallest_step": self.smallest_step,
+            "tolerance": self.tolerance,
+        }
 
 
 def default_step(wall: Interaction, depth: float) -> float:
@@ -155,7 +163,7 @@ def default_step(wall: Interaction, depth: float) -> float:
     float
         Largest step (length).
     """
-    return (wall.reach + depth) / _STEPS_DOWN
+    return (wall.reach + depth) / _APPROACH_STEPS
 
 
 def expected_turn(problem: Problem, radius: float | None = None) -> float:
@@ -219,7 +227,7 @@ def _peak_height(indenter: Topography) -> float:
     if rough is indenter and not indenter.repeats:  # a whole tip
         return 0.0
     if isinstance(rough, SelfAffine):
-        return _PEAK * rms_height(rough)
+        return _PEAK_RATIO * rms_height(rough)
     if isinstance(rough, HeightMap):
-        return _PEAK * rough.statistics().rms_height
+        return _PEAK_RATIO * rough.statistics().rms_height
     return 0.0

@@ -27,12 +27,12 @@ from ase_roughcontact.stepping.relaxed import RelaxedStep
 # Normal force below which the error of the balance does not decrease further, in units
 # of E* a0^2: about the force on one atom in contact.
 _SMALLEST_FORCE = 0.05
-# Part of the smallest step by which the deepest height may be missed.
-_ROUNDING = 1e-3
+# Largest distance from the deepest height at the turn, relative to the smallest step.
+_MAX_TURN_DISTANCE = 1e-3
 # Smallest step that still changes the heights when divided, relative to the heights.
-_RESOLVED = 1e-12
+_MIN_RELATIVE_STEP = 1e-12
 # Smallest step at a kink of the force, where no energy is lost, relative to others.
-_AT_KINK = 1 / 16
+_KINK_STEP_RATIO = 1 / 16
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,9 @@ class LoopSteps(PathSteps):
         touching = self.stepper.windows.first_contact
         self._top = touching + wall.reach
         self._bottom = touching - self.loop.lowest
-        resolved = _RESOLVED * max(abs(self._top), abs(touching - self.loop.expected))
+        resolved = _MIN_RELATIVE_STEP * max(
+            abs(self._top), abs(touching - self.loop.expected)
+        )
         if not self.loop.smallest_step > resolved:
             raise ValueError(
                 f"smallest_step must be above {resolved:.2g}, the rounding of heights, "
@@ -127,7 +129,7 @@ class LoopSteps(PathSteps):
             If no depth is given and the force does not become compressive enough.
         """
         left = at.record.height - self._bottom
-        at_bottom = left <= _ROUNDING * self.loop.smallest_step
+        at_bottom = left <= _MAX_TURN_DISTANCE * self.loop.smallest_step
         if self.loop.deepest is not None:
             return at_bottom
         force, tension = at.record.normal_force, -at.position.least
@@ -151,7 +153,9 @@ class LoopSteps(PathSteps):
         while (between := self._height_between(at, new)) is not None:
             moved = abs(new.height - at.record.height)
             at_kink = self._balanced(at.record, new)
-            if moved <= self.loop.smallest_step * (_AT_KINK if at_kink else 1.0):
+            if moved <= self.loop.smallest_step * (
+                _KINK_STEP_RATIO if at_kink else 1.0
+            ):
                 if jumped(at.record, new):
                     size, halved = self.loop.step, True  # on the new branch
                 break

@@ -114,27 +114,25 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
     if grid.shape != halfspace.grid:
         raise ValueError(
             "lateral forces need the padding of the half space, which the atoms do not "
-            "have: restore(snapshot(atoms), solid) has it"
+            "have: use restore(snapshot(atoms), solid)"
         )
     state, history = atoms.calc.state(atoms), history_of(atoms, grid)
     if TRACTION_DEPTH in history:
         raise ValueError(
-            "the atoms are from a path with the coupling of normal and lateral motion, "
-            'which has no part in the energy of atoms that stick: use coupling="'
-            'neglected"'
+            "atoms that stick have no coupling of normal and lateral motion in their "
+            'energy, but their path has: use coupling="neglected"'
         )
     bounds = friction.bounds(state.pressure, state.contact, grid.spacing, grid.origin)
     sticks, none = bounds > 0.0, np.zeros(grid.window)
     if not sticks.any():
         raise ValueError(
-            "no atom is in contact so that friction acts on it: relax the atoms first, "
-            "or lower the indenter"
+            "friction acts on no atom: relax the atoms first, or lower the indenter"
         )
-    shifts = np.stack([history.get(key, none) for key in DISPLACEMENTS])
-    along = np.eye(2)[:, :, None, None] * np.ones(grid.window)
-    tractions, *changes = (
-        _tractions(halfspace, sticks, imposed) for imposed in (shifts, *along)
-    )
+    displacement = np.stack([history.get(key, none) for key in DISPLACEMENTS])
+    tractions = _tractions(halfspace, sticks, displacement)
+    # changes of the tractions by unit displacements along x and y
+    units = np.eye(2)[:, :, None, None] * np.ones(grid.window)
+    changes = [_tractions(halfspace, sticks, unit) for unit in units]
     index = on_grid(sticks, grid).ravel().nonzero()[0]
     slips = (history.get(SLIPPING, none) > 0.0) | exceeds(tractions, bounds)
     if slips[sticks].any():
@@ -170,7 +168,7 @@ def release(atoms: Atoms) -> None:
         check_history(atoms)
     grid = SurfaceGrid.of(atoms)
     history = history_of(atoms, grid)
-    others = [c for c in atoms.constraints if not isinstance(c, Sticking)]
+    others = [each for each in atoms.constraints if not isinstance(each, Sticking)]
     atoms.set_constraint(others)
     set_history(atoms, grid, history, creep_of(atoms))
 

@@ -28,17 +28,21 @@ from ase_roughcontact.solvers.status import Status, StatusKind
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 #: Largest number of alternations of a step.
-MOST_ALTERNATIONS = 50
+MAX_ALTERNATIONS = 50
 # Change of the depth by the tractions, relative to the largest displacement, at which
-# normal and lateral problem agree, in units of the accuracy. Its largest value.
-_AGREED, _LARGEST = 0.1, 1e-5
-#: Residual of the first lateral problem, and of the others relative to the change.
+# normal and lateral problem agree, in units of the accuracy.
+_AGREEMENT = 0.1
+# Largest value of this change.
+_MAX_AGREEMENT = 1e-5
+#: Residual of the first lateral problem; of the others, relative to the change of the
+#: depth.
 FIRST_RESIDUAL = 0.1
-# Number of earlier depths that are mixed. Relative error of their weights.
-_MIXED, _RANK = 5, 1e-3
+# Number of earlier depths that are mixed.
+_MIXED_DEPTHS = 5
+# Relative error of their weights.
+_WEIGHT_ERROR = 1e-3
 # Number of boxes with responses that are kept.
-_KEPT = 3
-
+_KEPT_RESPONSES = 3
 
 #: Kind of a status: normal and lateral contact have no common solution.
 DISAGREEMENT = StatusKind(
@@ -71,12 +75,17 @@ class Coupling:
     """
 
     def __init__(self, problem: Problem, accuracy: float) -> None:
-        self.agreed = min(_AGREED * accuracy, _LARGEST)
+        self.agreed = min(_AGREEMENT * accuracy, _MAX_AGREEMENT)
 
-        @lru_cache(_KEPT)
+        @lru_cache(_KEPT_RESPONSES)
         def response(shape: tuple[int, int]) -> CrossResponse:
-            surface = problem.spacing, problem.solid, problem.periodic
-            return CrossResponse(shape, *surface, **problem.fft)
+            return CrossResponse(
+                shape,
+                problem.spacing,
+                problem.solid,
+                problem.periodic,
+                **problem.fft,
+            )
 
         response((2, 2))  # raises if the solid has none
         self._response = response
@@ -121,16 +130,22 @@ def mixed(depths: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     -------
     ndarray, shape (n, m)
     """
-    used, found = depths[-1]
-    earlier = depths[-1 - _MIXED : -1]
-    others = [each for each in earlier if each[0].shape == used.shape]
+    given, found = depths[-1]
+    earlier = depths[-1 - _MIXED_DEPTHS : -1]
+    others = [pair for pair in earlier if pair[0].shape == given.shape]
     if not others:
         return found
-    left = (found - used).ravel()
-    differences = np.stack([left - (f - u).ravel() for u, f in others], axis=1)
-    weights, *_ = np.linalg.lstsq(differences, left, rcond=_RANK)
-    steps = zip(weights, others, strict=True)
-    return found - sum(weight * (found - f) for weight, (_, f) in steps)
+    residual = (found - given).ravel()
+    differences = [
+        residual - (other_found - other_given).ravel()
+        for other_given, other_found in others
+    ]
+    matrix = np.stack(differences, axis=1)
+    weights, *_ = np.linalg.lstsq(matrix, residual, rcond=_WEIGHT_ERROR)
+    correction = np.zeros(found.shape)
+    for weight, (_, other_found) in zip(weights, others, strict=True):
+        correction += weight * (found - other_found)
+    return found - correction
 
 
 def disagreement(number: int, change: float) -> Status:

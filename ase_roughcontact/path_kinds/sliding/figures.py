@@ -27,9 +27,10 @@ from ase_roughcontact.plot.surfaces import (
 _NN, _NM, _GPA = UNITS["nN"], UNITS["nm"], UNITS["GPa"]
 # Margin of maps beside contacts.
 _MARGIN = 1.1
-# Force across the path, relative to the force along it, above which it is drawn.
-# Lateral force, relative to its bound, above which the bound is drawn.
-_DRAWN, _NEAR = 0.01, 0.5
+# Smallest force, or change of a force, that is drawn, relative to the largest force.
+_MIN_RELATIVE_FORCE = 0.01
+# Smallest lateral force, relative to its bound, with which the bound is drawn.
+_MIN_BOUND_RATIO = 0.5
 
 
 def plot_friction_loop(
@@ -63,16 +64,18 @@ def plot_friction_loop(
     forces = np.array([[s.lateral_force_x, s.lateral_force_y] for s in steps]) / _NN
     along, across = forces @ towards, forces @ [-towards[1], towards[0]]
     limit = np.array([s.largest_friction for s in steps]) / _NN
-    if bounds and abs(along).max() > _NEAR * limit.max():
+    if bounds and abs(along).max() > _MIN_BOUND_RATIO * limit.max():
         order = np.arange(len(x))
-        if np.ptp(limit) < _DRAWN * limit.max():  # one line of dashes, not several
+        if (
+            np.ptp(limit) < _MIN_RELATIVE_FORCE * limit.max()
+        ):  # one line of dashes, not several
             order = x.argsort()
         axes.plot(x[order], limit[order], "--", color=GREY, lw=0.8, label="all slip")
         axes.plot(x[order], -limit[order], "--", color=GREY, lw=0.8)
     axes.plot(x, along, ".-", color=color, label=label)
     for start, end in pairwise(turning_points(x)):
         add_arrow(axes, x[start : end + 1], along[start : end + 1], color)
-    if abs(across).max() > _DRAWN * abs(along).max():
+    if abs(across).max() > _MIN_RELATIVE_FORCE * abs(along).max():
         axes.plot(x, across, ".-", color=ORANGE, label="across it")
     axes.set(xlabel=_label(towards), ylabel="lateral force (nN)")
     return axes
@@ -118,24 +121,25 @@ def plot_tractions(axes: Any, frame: Atoms, largest: float | None = None) -> lis
     list of matplotlib images
         Magnitudes of the tractions of atoms that stick and slip (GPa), for colour bars.
     """
-    seen = ContactMap.from_frame(frame)
-    size = _tractions(seen) / _GPA
+    contact_map = ContactMap.from_frame(frame)
+    size = _tractions(contact_map) / _GPA
     largest = largest or float(size.max()) or None
-    slips = seen.lateral[SLIPPING] > 0.0
+    slips = contact_map.lateral[SLIPPING] > 0.0
     images = [
         axes.imshow(
-            np.where(seen.contact & part, size, np.nan).T,
+            np.where(contact_map.contact & part, size, np.nan).T,
             cmap=colours,
             vmin=-0.2 * (largest or 0.0),  # not white
             vmax=largest,
-            **pixels_of(seen),
+            **pixels_of(contact_map),
         )
         for part, colours in ((~slips, "Blues"), (slips, "Oranges"))
     ]
-    i, j = seen.contact.nonzero()
+    i, j = contact_map.contact.nonzero()
     if i.size:
-        ends = (float(abs(side).max()) for side in (seen.x[i], seen.y[j]))
-        reach = _MARGIN * max(ends) / _NM
+        largest_x = float(abs(contact_map.x[i]).max())
+        largest_y = float(abs(contact_map.y[j]).max())
+        reach = _MARGIN * max(largest_x, largest_y) / _NM
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
     return images
 
@@ -211,6 +215,6 @@ def _label(towards: Sequence[float] | FloatArray) -> str:
     return f"displacement {where}(nm)"
 
 
-def _tractions(seen: ContactMap) -> FloatArray:
+def _tractions(contact_map: ContactMap) -> FloatArray:
     """Return the magnitudes of the tractions of friction (eV/Å^3)."""
-    return np.hypot(*(seen.lateral[key] for key in TRACTIONS))
+    return np.hypot(*(contact_map.lateral[key] for key in TRACTIONS))

@@ -15,8 +15,8 @@ from ase_roughcontact.solvers.lateral.friction import (
     solve_friction,
 )
 
-# Residual of the tractions from which the lateral stiffness follows.
-_OF_STIFFNESS = FrictionOptions(tolerance=1e-3)
+# Options of the solution from which the lateral stiffness follows.
+_STIFFNESS_OPTIONS = FrictionOptions(tolerance=1e-3)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,7 +77,9 @@ class LateralState:
         imposed = np.zeros((2, *self.bounds.shape))
         imposed[0] = 1.0
         bounds = np.where(self.bounds > 0.0, np.inf, 0.0)
-        stuck = solve_friction(self.halfspace, bounds, imposed, options=_OF_STIFFNESS)
+        stuck = solve_friction(
+            self.halfspace, bounds, imposed, options=_STIFFNESS_OPTIONS
+        )
         return self.cell_area * float(stuck.tractions[0].sum())
 
     @property

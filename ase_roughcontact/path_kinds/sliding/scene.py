@@ -39,8 +39,10 @@ from ase_roughcontact.scene.path_kind import MAX_STEPS, PathKind, stiffness_of
 from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.stepping.step import Stepper
 
-# Number of maps in a figure. Part of the friction below which a force is rounding.
-_MAPS, _ROUNDING = 4, 1e-6
+# Largest number of maps in a figure.
+_MAX_MAPS = 4
+# Smallest lateral force, relative to the largest friction, that is not rounding.
+_MIN_RELATIVE_FORCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -77,17 +79,21 @@ class Sliding(PathKind):
     def columns(self) -> dict[str, str]:  # type: ignore[override]
         """Columns of the printed table, with their labels."""
         spring, oblique = bool(self.bases), bool(self.direction)
-        named = {"base": "base "} if spring else {}
-        named |= {"lateral": "", "lateral_force": "force "}
-        axes = "xy" if oblique else "x"
-        found = {f"{key}_{x}": name + x for x in axes for key, name in named.items()}
+        columns = dict[str, str]()
+        for axis in "xy" if oblique else "x":
+            if spring:
+                columns[f"base_{axis}"] = f"base {axis}"
+            columns[f"lateral_{axis}"] = axis
+            columns[f"lateral_force_{axis}"] = f"force {axis}"
         if not oblique:
-            found["stick_area"] = "stick"
+            columns["stick_area"] = "stick"
         if not (oblique or spring):
-            found["lateral_stiffness"] = "stiffness"
+            columns["lateral_stiffness"] = "stiffness"
         if not (oblique and spring):
-            found["normal_force"] = "load"
-        return {**found, "slip_area": "slip", "dissipated_energy": "lost"}
+            columns["normal_force"] = "load"
+        columns["slip_area"] = "slip"
+        columns["dissipated_energy"] = "lost"
+        return columns
 
     @property
     def towards(self) -> FloatArray:
@@ -127,10 +133,7 @@ class Sliding(PathKind):
         values = getattr(self.plain([key], units, unit), key)
         found = UNITS[unit] * finite_array(key, list(values))
         if len(found) < 2:
-            raise ValueError(
-                f"{key} must be two or more, between which the indenter moves, got "
-                f"{len(found)}"
-            )
+            raise ValueError(f"{key} must be two targets or more, got {len(found)}")
         if integer("steps", self.steps, 1) * len(found) > MAX_STEPS:
             raise ValueError(f"a path has at most {MAX_STEPS} steps, got more")
         return found
@@ -186,16 +189,15 @@ class Sliding(PathKind):
                 "shear_strength in it"
             )
         try:
-            periodic = bodies.problem.periodic
-            surface = (2, 2), bodies.spacing, bodies.solid, periodic
-            LateralHalfSpace(*surface)
+            shape, periodic = (2, 2), bodies.problem.periodic
+            LateralHalfSpace(shape, bodies.spacing, bodies.solid, periodic)
             if bodies.friction.coupled:
-                CrossResponse(*surface)
+                CrossResponse(shape, bodies.spacing, bodies.solid, periodic)
         except NotImplementedError as error:
             raise ValueError(
                 "friction needs the lateral response of the solid, which "
-                f"{type(bodies.solid).__name__} has not: give an isotropic half space, "
-                "anisotropic = true, or a crystal whose file is of this version"
+                f"{type(bodies.solid).__name__} does not have: give an isotropic half "
+                "space, anisotropic = true, or a crystal from a file of this version"
             ) from error
 
     def describe(self, bodies: Bodies) -> str:
@@ -271,7 +273,7 @@ class Sliding(PathKind):
         shown = self.partly_slipping([s for s in states if s.step in with_frame])
         if shown:
             frames = frames_of_steps(file, [state.step for state in shown])
-            titles = [self._place(state) for state in shown]
+            titles = [self._title(state) for state in shown]
             file = folder / "tractions.png"
             figures.draw_tractions(file, frames, titles, bodies.scanned)
             yield "tractions.png"
@@ -293,13 +295,13 @@ class Sliding(PathKind):
         for state in best:
             moves[(state.step - 1) // self.steps].append(state)
         in_turn = filter(None, chain(*zip_longest(*moves.values())))
-        return sorted(islice(in_turn, _MAPS), key=lambda s: s.step)
+        return sorted(islice(in_turn, _MAX_MAPS), key=lambda s: s.step)
 
-    def _place(self, state: Any) -> str:
+    def _title(self, state: Any) -> str:
         """Return displacement and lateral force along the path."""
         at = self.towards @ [state.lateral_x, state.lateral_y] / UNITS["nm"]
         force = self.towards @ [state.lateral_force_x, state.lateral_force_y]
-        if abs(force) < _ROUNDING * state.largest_friction:
+        if abs(force) < _MIN_RELATIVE_FORCE * state.largest_friction:
             force = 0.0
         text = f"{round(at, 9) + 0.0:.3g} nm, {force / UNITS['nN']:.3g} nN"
         return text.replace("-", "\N{MINUS SIGN}")

@@ -148,10 +148,14 @@ def check_spring(control: LateralControl, spring: float | None) -> None:
     ------
     ValueError
     """
-    if control.sprung != (spring is not None):
+    if control.sprung and spring is None:
         raise ValueError(
-            "bases need a spring, the stiffness between base and indenter, and only "
-            f"they do, got {'none' if spring is None else 'one'} for {control.name}"
+            "bases need a spring between base and indenter: give spring, its stiffness"
+        )
+    if not control.sprung and spring is not None:
+        raise ValueError(
+            f"a spring needs bases as lateral targets, got {control.name}: give bases, "
+            "or leave out spring"
         )
     if spring is not None:
         positive(spring=spring)

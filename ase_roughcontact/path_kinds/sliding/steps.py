@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.contact.support import LateralSupport
@@ -29,7 +30,7 @@ from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.path_kinds.sliding.coupling import (
     FIRST_RESIDUAL,
-    MOST_ALTERNATIONS,
+    MAX_ALTERNATIONS,
     Coupling,
     disagreement,
     mixed,
@@ -48,8 +49,6 @@ from ase_roughcontact.stepping.step import Stepper
 
 # Number of boxes with half spaces that are kept.
 _KEPT_HALFSPACES = 3
-# Relative difference of lateral targets that counts as rounding.
-_ROUNDING = 1e-12
 
 
 class _Move(NamedTuple):
@@ -108,13 +107,18 @@ class SlidingSteps(NumberedSteps):
         elif TRACTION_DEPTH in stepper.start.history:
             raise ValueError(
                 "the surface is displaced by tractions of a path with "
-                "coupling='solved': go on with that, or start from new atoms"
+                "coupling='solved': give the same coupling, or start from new atoms"
             )
 
         @lru_cache(_KEPT_HALFSPACES)
         def halfspace(shape: tuple[int, int]) -> LateralHalfSpace:
-            surface = problem.spacing, problem.solid, problem.periodic
-            return LateralHalfSpace(shape, *surface, **problem.fft)
+            return LateralHalfSpace(
+                shape,
+                problem.spacing,
+                problem.solid,
+                problem.periodic,
+                **problem.fft,
+            )
 
         halfspace((2, 2))  # raises if the solid has no lateral components
         self._halfspace = halfspace
@@ -123,8 +127,13 @@ class SlidingSteps(NumberedSteps):
     def parameters(self) -> dict[str, Any]:
         """Friction, spring and coupling, on which a state depends."""
         given = self.given
-        law = {"friction": given.friction.todict(), "spring": given.spring or 0.0}
-        return law | ({"coupling": given.coupling} if given.coupled else {})
+        parameters = {
+            "friction": given.friction.todict(),
+            "spring": given.spring or 0.0,
+        }
+        if given.coupled:
+            parameters["coupling"] = given.coupling
+        return parameters
 
     def target(self, number: int) -> dict[str, Any]:
         """Return the quantities that a step prescribes."""
@@ -139,11 +148,10 @@ class SlidingSteps(NumberedSteps):
         was = old["lateral"].get(name)
         if was is None:
             return f"its path has no lateral {name}"
-        if abs(new[number] - was).max() <= _ROUNDING * np.ptp(new, axis=0).max():
+        if abs(new[number] - was).max() <= ROUNDING * np.ptp(new, axis=0).max():
             return ""
-        before, after = (
-            ", ".join(f"{value:.12g}" for value in each) for each in (was, new[number])
-        )
+        before = ", ".join(f"{value:.12g}" for value in was)
+        after = ", ".join(f"{value:.12g}" for value in new[number])
         return f"{name}[{number}] was {before}, is {after}"
 
     def relax(
@@ -173,7 +181,7 @@ class SlidingSteps(NumberedSteps):
         """Solve the normal and the lateral problem in turn until they agree."""
         lateral = self._slid(before, move, relaxed, tolerance=FIRST_RESIDUAL)
         depths: list[tuple[np.ndarray, np.ndarray]] = []
-        for number in range(1, MOST_ALTERNATIONS + 1):
+        for number in range(1, MAX_ALTERNATIONS + 1):
             depth, change = cross.change(relaxed, lateral)
             if change <= cross.agreed or not relaxed.run.converged:
                 # to the tolerance of the lateral problem itself
@@ -181,7 +189,7 @@ class SlidingSteps(NumberedSteps):
                 depth, change = cross.change(relaxed, lateral)
             if change <= cross.agreed or not relaxed.run.converged:
                 break
-            if number == MOST_ALTERNATIONS:
+            if number == MAX_ALTERNATIONS:
                 relaxed = relaxed.marked(disagreement(number, change))
                 break
             state = relaxed.state
@@ -209,13 +217,15 @@ class SlidingSteps(NumberedSteps):
     def _on_window(self, lateral: LateralState, state: State) -> dict[str, np.ndarray]:
         """Return the history that the surface keeps of a step."""
         window, box, found = state.window, lateral.box, lateral.solution
-        tractions, shifts = _carried(found.tractions, box, window), found.displacement
+        tractions = _carried(found.tractions, box, window)
+        displacement = found.displacement
         if box != window:
-            shifts = self._halfspace(window.shape).displacement(tractions)
+            displacement = self._halfspace(window.shape).displacement(tractions)
         if self._cross:
-            shifts = shifts + self._cross.lateral(state, window)
+            displacement = displacement + self._cross.lateral(state, window)
         slipping = carried(found.slipping.astype(float), box, window)
-        return dict(zip(LATERAL, (*tractions, *shifts, slipping), strict=True))
+        entries = (*tractions, *displacement, slipping)
+        return dict(zip(LATERAL, entries, strict=True))
 
     def _slid(
         self,
@@ -276,9 +286,11 @@ class SlidingSteps(NumberedSteps):
         """Return bounds, a box of all tractions, and the tractions before the step."""
         window, fields = relaxed.state.window, relaxed.fields
         problem = relaxed.problem
-        place = problem.spacing, problem.origin(window)
-        bounds = self.given.friction.bounds(fields.pressure, fields.contact, *place)
-        old = [before.history.get(k, np.zeros(before.window.shape)) for k in TRACTIONS]
+        bounds = self.given.friction.bounds(
+            fields.pressure, fields.contact, problem.spacing, problem.origin(window)
+        )
+        none = np.zeros(before.window.shape)
+        old = [before.history.get(name, none) for name in TRACTIONS]
         box = window
         if not problem.periodic:
             loaded = Box.bounding(np.hypot(*old) > 0.0, before.window.start)

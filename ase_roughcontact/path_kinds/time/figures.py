@@ -34,6 +34,7 @@ _COLUMNS = {
     "contact_area": (_NM**2, "contact area (nm$^2$)"),
     "continuum_area": (_NM**2, "contact area (nm$^2$)"),
 }
+# Colours of the branches.
 _COLOURS = {
     "approach": BLUE,
     "dwell": COLOURS[2],
@@ -48,7 +49,7 @@ def plot_over_time(
     axes: Any,
     steps: Sequence[Any],
     column: str = "normal_force",
-    ways: Sequence[str] = (),
+    branches: Sequence[str] = (),
 ) -> Any:
     """Plot a column of a path in time over the time.
 
@@ -58,7 +59,7 @@ def plot_over_time(
     steps : sequence of TimeStep
     column : {"normal_force", "contact_area", "continuum_area"}
         Name of the column.
-    ways : sequence of str, optional
+    branches : sequence of str, optional
         Name of the branch at each step, "approach", "dwell", "retraction" or
         "oscillation"; it sets the colour and the label of a line.
 
@@ -66,7 +67,7 @@ def plot_over_time(
     -------
     matplotlib Axes
     """
-    _plot_ways(axes, steps, ("time", column), ways)
+    _plot_branches(axes, steps, ("time", column), branches)
     return axes
 
 
@@ -74,7 +75,7 @@ def plot_over_depth(
     axes: Any,
     steps: Sequence[Any],
     column: str = "normal_force",
-    ways: Sequence[str] = (),
+    branches: Sequence[str] = (),
     theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     along: str = "penetration",
 ) -> Any:
@@ -85,7 +86,7 @@ def plot_over_depth(
     Parameters
     ----------
     axes : matplotlib Axes
-    steps, column, ways
+    steps, column, branches
         See `plot_over_time`.
     theory : mapping of str to (array_like, array_like), optional
         Penetrations (Å) and forces (eV/Å) of theories, by label.
@@ -96,7 +97,7 @@ def plot_over_depth(
     -------
     matplotlib Axes
     """
-    x, y = _plot_ways(axes, steps, (along, column), ways, arrows=True)
+    x, y = _plot_branches(axes, steps, (along, column), branches, arrows=True)
     limit_to(axes, x, y, _MARGIN)
     for i, (label, (depth, force)) in enumerate((theory or {}).items()):
         line = np.asarray(depth) / _NM, np.asarray(force) / _NN
@@ -107,7 +108,7 @@ def plot_over_depth(
 def draw_time_path(
     file: Path,
     steps: Sequence[Any],
-    ways: Sequence[str] = (),
+    branches: Sequence[str] = (),
     theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
 ) -> None:
     """Write the figure of a path in time: force and area over time, and over depth.
@@ -115,42 +116,44 @@ def draw_time_path(
     Parameters
     ----------
     file : path
-    steps, ways, theory
+    steps, branches, theory
         See `plot_over_depth`.
     """
     area = steps[0].area_column
     with written(file, 4.6, width=6.0) as figure:
         panels = figure.subplots(2, 2, sharex="col", sharey="row")
-        plot_over_depth(panels[0, 1], steps, "normal_force", ways, theory)
-        plot_over_depth(panels[1, 1], steps, area, ways)
-        plot_over_time(panels[0, 0], steps, "normal_force", ways)
-        plot_over_time(panels[1, 0], steps, area, ways)
+        plot_over_depth(panels[0, 1], steps, "normal_force", branches, theory)
+        plot_over_depth(panels[1, 1], steps, area, branches)
+        plot_over_time(panels[0, 0], steps, "normal_force", branches)
+        plot_over_time(panels[1, 0], steps, area, branches)
         for panel in panels.flat:
             panel.label_outer()
         letter(list(panels.flat))
         legend_below(figure, list(panels.flat))
 
 
-def draw_cantilever_path(file: Path, steps: Sequence[Any], ways: Sequence[str]) -> None:
+def draw_cantilever_path(
+    file: Path, steps: Sequence[Any], branches: Sequence[str]
+) -> None:
     """Write the figure of the force of a cantilever over the distance of its base.
 
     Parameters
     ----------
     file : path
-    steps, ways
+    steps, branches
         See `plot_over_depth`.
     """
     with written(file, 2.8) as figure:
         axes = figure.subplots()
-        plot_over_depth(axes, steps, ways=ways, along="base")
+        plot_over_depth(axes, steps, branches=branches, along="base")
         legend_below(figure, [axes])
 
 
-def _plot_ways(
+def _plot_branches(
     axes: Any,
     steps: Sequence[Any],
     columns: tuple[str, str],
-    ways: Sequence[str],
+    branches: Sequence[str],
     arrows: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Plot one column over another; return the points at which a force acts."""
@@ -159,11 +162,11 @@ def _plot_ways(
     y = np.array([getattr(step, columns[1]) for step in steps]) / y_unit
     acts = np.array([step.normal_force != 0.0 for step in steps])
     axes.axhline(0.0, color=GREY, lw=0.6)
-    for way, part in _runs(ways or [""] * len(steps)):
-        colour = _COLOURS.get(way, BLUE)
-        axes.plot(x[part], y[part], "-", color=colour, label=way or None)
+    for branch, part in _runs(branches or [""] * len(steps)):
+        colour = _COLOURS.get(branch, BLUE)
+        axes.plot(x[part], y[part], "-", color=colour, label=branch or None)
         inside = acts[part]
-        if arrows and way in ("approach", "retraction") and inside.any():
+        if arrows and branch in ("approach", "retraction") and inside.any():
             add_arrow(axes, x[part][inside], y[part][inside], colour)
     axes.set(xlabel=x_label, ylabel=y_label)
     if not acts.any():
@@ -172,10 +175,10 @@ def _plot_ways(
     return x[acts], y[acts]
 
 
-def _runs(ways: Sequence[str]) -> Iterator[tuple[str, slice]]:
-    """Yield what is done one after the other, from the last state before on."""
+def _runs(branches: Sequence[str]) -> Iterator[tuple[str, slice]]:
+    """Yield the branches, each with its steps and the last step of the one before."""
     begin = 0
-    for way, members in groupby(ways):
+    for branch, members in groupby(branches):
         end = begin + len(list(members))
-        yield way, slice(max(begin - 1, 0), end)
+        yield branch, slice(max(begin - 1, 0), end)
         begin = end

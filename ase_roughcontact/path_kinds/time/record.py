@@ -19,7 +19,7 @@ _ON_CANTILEVER = Range(
 )
 
 
-def _of_creep(step: RelaxedStep, density: Callable[[State, Creep], float]) -> float:
+def _creep_sum(step: RelaxedStep, density: Callable[[State, Creep], float]) -> float:
     creep = step.problem.solid.creep
     return step.fields.cell_area * density(step.run.state, creep) if creep else 0.0
 
@@ -35,12 +35,12 @@ class TimeStep(LoadStep):
         lambda s: s.time, "time since the beginning", "s", "time", _IN_TIME
     )
     energy: float = column(
-        lambda s: s.run.energy + _of_creep(s, creep_energy),
+        lambda s: s.run.energy + _creep_sum(s, creep_energy),
         "energy of solid, wall and load that is stored",
         "eV",
     )
     dissipation: float = column(
-        lambda s: _of_creep(s, dissipation_rate),
+        lambda s: _creep_sum(s, dissipation_rate),
         "power that the solid dissipates",
         "eV/s",
         where=_IN_TIME,

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.units import FORCES, UNITS, per_time, with_unit
 from ase_roughcontact._util.validation import (
     finite_array,
@@ -42,20 +43,22 @@ from ase_roughcontact.scene.path_kind import (
 from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.theory import JKR, ShapeTheory
 
-# Numbers of time steps for a change of the target, a hold and a cycle, as measured for
-# smooth spheres (13 to 69, 8 to 44 and 43 to 57); they grow below this tolerance.
-# Attraction adds hundreds to thousands, most at slow rates.
-_STEPS, _STEPS_OF_HOLD, _STEPS_OF_CYCLE = 30, 20, 45
+# Number of time steps for a change of the target, as measured for smooth spheres (13 to
+# 69). Attraction adds hundreds to thousands, most at slow rates.
+_CHANGE_STEPS = 30
+# Number of time steps for a hold, as measured for smooth spheres (8 to 44).
+_HOLD_STEPS = 20
+# Number of time steps for a cycle, as measured for smooth spheres (43 to 57).
+_CYCLE_STEPS = 45
+# Tolerance below which these numbers grow.
 _USUAL_TOLERANCE = 1e-3
 # Advice for a loop with a rate and a cantilever.
-_OF_CANTILEVER = (
+_CANTILEVER_ADVICE = (
     ': in place of a loop at a rate give kind = "time", control = "base" and values, '
     'heights of the base such as ["20 nm", "-50 nm", "200 nm"]'
 )
-# Branches of a path of targets that press more, are the same, or press less.
+# Branches of a path, by the sign of the change of a target that presses more.
 _BRANCHES = {1.0: "approach", 0.0: "dwell", -1.0: "retraction"}
-# Rounding of times, relative.
-_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -93,16 +96,16 @@ class Timed(PathKind):
     @property
     def columns(self) -> dict[str, str]:  # type: ignore[override]
         """Columns of the printed table, with their labels."""
-        base = {"base": "base", "deflection": "deflection"}
-        return {
-            "time": "time",
-            **(base if self.controlled == BASE else {}),
-            "penetration": "depth",
-            "normal_force": "force",
-            "contact_area": "area",
-            **({} if self.controlled == BASE else {"energy": "energy"}),
-            "dissipation": "power",
-        }
+        on_cantilever = self.controlled == BASE
+        columns = {"time": "time"}
+        if on_cantilever:
+            columns |= {"base": "base", "deflection": "deflection"}
+        columns |= {"penetration": "depth", "normal_force": "force"}
+        columns["contact_area"] = "area"
+        if not on_cantilever:
+            columns["energy"] = "energy"
+        columns["dissipation"] = "power"
+        return columns
 
     @property
     def stiffness(self) -> float | None:
@@ -111,7 +114,7 @@ class Timed(PathKind):
         try:
             check_cantilever(self.controlled, stiffness)
         except ValueError as error:
-            advice = "" if self.deepest is None else _OF_CANTILEVER
+            advice = "" if self.deepest is None else _CANTILEVER_ADVICE
             raise ValueError(f"{error}{advice}") from error
         return stiffness
 
@@ -179,15 +182,15 @@ class Timed(PathKind):
         self.check(bodies)
         if self.controlled != PENETRATION or self.values is not None:
             raise ValueError(
-                'a loop at a rate needs control = "penetration", and no values, which '
-                "deepest stands for"
+                'a loop at a rate needs control = "penetration", and deepest in place '
+                "of values"
             )
         wall, creep, deepest = bodies.wall, bodies.solid.creep, float(path.deepest or 0)
         check_deepest(bodies, self.deepest, deepest)
         if creep is None or not creep.relaxed or not wall.reach < math.inf:
             raise ValueError(
                 "a loop at a rate needs a solid that relaxes to a modulus, and a wall "
-                "of a finite range: give values, from which to which the path goes"
+                "of a finite range: give values, the targets of the path"
             )
         neck = 0.0
         if wall.attractive and not bodies.is_flat:
@@ -250,13 +253,14 @@ class Timed(PathKind):
     def expected_counts(self, bodies: Bodies) -> list[float]:
         """Return the numbers of time steps to expect in the parts of the schedule."""
         finer = max(1.0, _USUAL_TOLERANCE / self.tolerance) ** (1 / 3)
-        found = []
+        counts = []
         for _, start, part in self.schedule(bodies).timed_parts():
             if part.amplitude:
-                found.append(_STEPS_OF_CYCLE * part.frequency * part.duration)
+                counts.append(_CYCLE_STEPS * part.frequency * part.duration)
             else:
-                found.append(finer * (_STEPS_OF_HOLD if part.end == start else _STEPS))
-        return found
+                usual = _HOLD_STEPS if part.end == start else _CHANGE_STEPS
+                counts.append(finer * usual)
+        return counts
 
     def describe(self, bodies: Bodies) -> str:
         """Return a text on the plan, with the duration and the number of steps."""
@@ -270,8 +274,8 @@ class Timed(PathKind):
             jumps = ", and where the contact snaps in or off: thousands at slow rates"
         return (
             f"Path of {self.schedule(bodies).duration:.4g} s, in about "
-            f"{self.expected_count(bodies)} time steps ({_STEPS} for a change of the "
-            f"target, {_STEPS_OF_HOLD} for a dwell, {_STEPS_OF_CYCLE} a cycle, more "
+            f"{self.expected_count(bodies)} time steps ({_CHANGE_STEPS} for a change "
+            f"of the target, {_HOLD_STEPS} for a dwell, {_CYCLE_STEPS} a cycle, more "
             f"with a small tolerance{jumps}). All are counted as large as the deepest "
             f"state, in a solid with the instantaneous modulus{grows}:"
         )
@@ -292,7 +296,7 @@ class Timed(PathKind):
         dissipated = sum(step.dissipated_energy for step in steps)
         jumps = [step.lost_energy for step in steps if step.lost_energy]
         found = {
-            "time steps": f"{len(steps) - 1}, all of which are in curve.csv",
+            "time steps": f"{len(steps) - 1}, all in curve.csv",
             "largest force": with_unit(max(forces), "nN"),
             "dissipated energy": f"{with_unit(dissipated, 'eV')}, by the solid",
         }
@@ -365,12 +369,12 @@ class Timed(PathKind):
         """Return the name of the branch of each state; see `PathKind`."""
         parts = list(self.schedule(bodies).timed_parts())
         inward = self.deepest_of([-1.0, 1.0])  # sign of targets that press more
-        names = [
-            "oscillation"
-            if part.amplitude
-            else _BRANCHES[np.sign(part.end - start) * inward]
-            for _, start, part in parts
-        ]
-        begins = [begin for begin, *_ in parts]
-        times = np.array([state.time for state in states]) * (1.0 - _ROUNDING)
+        names, begins = [], []
+        for begin, start, part in parts:
+            begins.append(begin)
+            if part.amplitude:
+                names.append("oscillation")
+            else:
+                names.append(_BRANCHES[np.sign(part.end - start) * inward])
+        times = np.array([state.time for state in states]) * (1.0 - ROUNDING)
         return [names[i - 1] for i in np.searchsorted(begins, times).clip(1)]

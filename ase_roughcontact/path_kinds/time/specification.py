@@ -55,10 +55,14 @@ def check_cantilever(control: Control, cantilever: float | None) -> None:
     ------
     ValueError
     """
-    if (control == BASE) != (cantilever is not None):
+    if control == BASE and cantilever is None:
         raise ValueError(
-            "heights of the base need the stiffness of the cantilever, and only they "
-            f"do, got {'none' if cantilever is None else 'one'} for {control.plural}"
+            "heights of the base need a cantilever: give cantilever, its stiffness"
+        )
+    if control != BASE and cantilever is not None:
+        raise ValueError(
+            "a cantilever needs heights of its base as targets, got "
+            f"{control.plural}: give bases, or leave out cantilever"
         )
     if cantilever is not None:
         positive(cantilever=cantilever)

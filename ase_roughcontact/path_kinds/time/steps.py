@@ -52,25 +52,28 @@ from ase_roughcontact.paths.restart import Restart
 from ase_roughcontact.paths.schedule import Part
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
-# Powers of two by which the duration of a part is divided: at least, and at most. An
-# oscillation has at least that many steps in a cycle.
-_LEAST, _MOST = 3, 40
-_STEPS_PER_CYCLE = 32
+# Smallest power of two by which the duration of a part is divided.
+_MIN_LEVEL = 3
+# Largest power of two by which the duration of a part is divided.
+_MAX_LEVEL = 40
+# Smallest number of steps in a cycle of an oscillation.
+_MIN_CYCLE_STEPS = 32
 # Largest change of the pressures in a step, relative to their largest sum, so that
-# force and area are resolved where they change faster than the solid creeps; and power
-# of two beyond which parts are not divided for it, as the contact may jump.
-_LARGEST_CHANGE, _FINEST = 0.1, 16
+# force and area are resolved where they change faster than the solid creeps.
+_MAX_PRESSURE_CHANGE = 0.1
+# Largest power of two by which a part is divided for this change: the contact may jump.
+_MAX_CHANGE_LEVEL = 16
 # Error that the solver of a step may leave, relative to the tolerance.
-_SOLVER_PART = 0.1
-# Creep compliance over a step below which the solid hardly creeps in it.
-_INSTANTANEOUS = 1.1
+_SOLVER_ERROR = 0.1
+# Largest creep compliance over a step in which the solid hardly creeps.
+_MAX_INSTANTANEOUS_COMPLIANCE = 1.1
 # Part of the errors of successive steps that add up.
-_ADDED = 0.25
-# A contact is lost if more than this part of a tension is not carried.
-_LOST_PART = 0.1
-# A step is followed by one of twice its duration if its error is below this part of the
-# tolerance: it grows eightfold.
-_GROWTH = 0.1
+_ADDED_PART = 0.25
+# Largest part of a tension that is not carried by a contact that is not lost.
+_MAX_UNCARRIED_PART = 0.1
+# Largest error of a step that is followed by one of twice its duration, relative to the
+# tolerance: the error grows eightfold.
+_MAX_GROWTH_ERROR = 0.1
 
 
 @dataclass(frozen=True)
@@ -131,7 +134,7 @@ class TimeSteps(PathSteps):
                 f"a path in time needs a Viscoelastic solid, got {solid!r}"
             )
         self.creep = solid.creep
-        self.stepper = self.stepper.limited(_SOLVER_PART * self.given.tolerance)
+        self.stepper = self.stepper.limited(_SOLVER_ERROR * self.given.tolerance)
 
     @property
     def specification(self) -> dict[str, Any]:
@@ -213,17 +216,19 @@ class TimeSteps(PathSteps):
             change = 0.0
             if state.pressure.any():
                 change = _part_of(elapsed * _sum_of(rate), largest)
-            coarse = change > _LARGEST_CHANGE and position.level < _FINEST
-            if (error > self.given.tolerance or coarse) and position.level < _MOST:
+            coarse = (
+                change > _MAX_PRESSURE_CHANGE and position.level < _MAX_CHANGE_LEVEL
+            )
+            if (error > self.given.tolerance or coarse) and position.level < _MAX_LEVEL:
                 level, done = position.level + 1, 2 * position.done
                 position = replace(position, level=level, done=done, may_grow=False)
                 continue
             self._check_held(target, result)
-            small = change < 0.5 * _LARGEST_CHANGE
+            small = change < 0.5 * _MAX_PRESSURE_CHANGE
             position = replace(
                 position,
                 done=position.done + 1,
-                may_grow=error < _GROWTH * self.given.tolerance and small,
+                may_grow=error < _MAX_GROWTH_ERROR * self.given.tolerance and small,
                 elapsed=elapsed,
             )
             left = self.stepper.commit(relaxed, **{PRESSURE_RATE: rate})
@@ -262,7 +267,7 @@ class TimeSteps(PathSteps):
 
     def _check_held(self, target: float, step: TimeStep) -> None:
         """Raise `RuntimeError` if the surface does not hold the indenter at a load."""
-        lost = step.normal_force - target > _LOST_PART * abs(target)
+        lost = step.normal_force - target > _MAX_UNCARRIED_PART * abs(target)
         if self.stepper.control != LOAD or step.converged or not lost:
             return
         raise RuntimeError(
@@ -300,7 +305,7 @@ class TimeSteps(PathSteps):
         error = _energy_error(at.position, at.record, result, missing)
         unexplained = missing > uncertainty and error > self.given.tolerance
         lost = missing if unexplained else 0.0
-        instantaneous = self.creep.compliance(elapsed) < _INSTANTANEOUS
+        instantaneous = self.creep.compliance(elapsed) < _MAX_INSTANTANEOUS_COMPLIANCE
         known = instantaneous and uncertainty < self.given.tolerance * lost
         error = 0.0 if known else error
         return relaxed, replace(result, lost_energy=lost), error
@@ -346,10 +351,10 @@ class TimeSteps(PathSteps):
         bend = elapsed**2 * curvature
         x = elapsed / times
         steps = _part_of(change, bend)  # over which the pressures bend
-        repeated = np.maximum(_ADDED * np.minimum(1.0 / x, steps), 1.0)
+        repeated = np.maximum(_ADDED_PART * np.minimum(1.0 / x, steps), 1.0)
         weights = np.array(self.creep.compliances) * x / (12.0 + 2.0 * x**2)
         weight = float(weights @ repeated)
-        weight += self.creep.flow * elapsed / 12.0 * max(_ADDED * steps, 1.0)
+        weight += self.creep.flow * elapsed / 12.0 * max(_ADDED_PART * steps, 1.0)
         return weight * bend
 
     def _first_position(self, start: State) -> TimePosition:
@@ -377,7 +382,7 @@ class TimeSteps(PathSteps):
         flow = [1.0 / self.creep.flow] if self.creep.flow else []
         shortest = min([*self.creep.times, *flow])
         level = math.ceil(math.log2(max(part.duration / shortest, 1.0)))
-        return min(max(level, _least_level(part)), _MOST)
+        return min(max(level, _least_level(part)), _MAX_LEVEL)
 
 
 def _beginning(schedule: dict[str, Any], count: int) -> dict[str, Any]:
@@ -412,4 +417,4 @@ def _part_of(value: float, scale: float) -> float:
 def _least_level(part: Part) -> int:
     """Return the smallest power of two by which a part is divided."""
     cycles = part.frequency * part.duration
-    return max(_LEAST, math.ceil(math.log2(max(_STEPS_PER_CYCLE * cycles, 1.0))))
+    return max(_MIN_LEVEL, math.ceil(math.log2(max(_MIN_CYCLE_STEPS * cycles, 1.0))))

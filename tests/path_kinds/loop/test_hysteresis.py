@@ -318,13 +318,13 @@ def test_all_states_are_written(tmp_path):
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        ({"step": 0.0}, "step must be a finite number > 0"),
-        ({"step": np.nan}, "step must be a finite number > 0"),
-        ({"tolerance": -1.0}, "tolerance must be a finite number > 0"),
-        ({"smallest_step": 0.0}, "smallest_step must be a finite number > 0"),
+        ({"step": 0.0}, "step must be .* > 0"),
+        ({"step": np.nan}, "step must be .* nan"),
+        ({"tolerance": -1.0}, "tolerance must be .* > 0"),
+        ({"smallest_step": 0.0}, "smallest_step must be .* > 0"),
         ({"smallest_step": 0.2}, "smallest_step must not be larger than step"),
         ({"deepest": np.inf}, "deepest must be a finite number"),
-        ({"deepest": -1.0}, "deepest must be a finite penetration above -0.77"),
+        ({"deepest": -1.0}, "deepest .* above -0.77"),
         ({"window": "large"}, "window must be"),
     ],
 )
@@ -337,11 +337,11 @@ def test_invalid_arguments_are_errors_before_anything_moves(arguments, message):
 
 
 def test_free_or_loaded_indenter_is_an_error():
-    with pytest.raises(ValueError, match="need a fixed indenter"):
+    with pytest.raises(ValueError, match="fixed indenter"):
         rc.adhesion_loop(sphere_above(50.0, 0.05, 8, fixed=False), 0.5, 0.1)
     atoms = sphere_above(50.0, 0.05, 8)
     atoms.calc.set(load=1.0)
-    with pytest.raises(ValueError, match="must have load=0"):
+    with pytest.raises(ValueError, match="load=0"):
         rc.adhesion_loop(atoms, 0.5, 0.1)
 
 
@@ -350,7 +350,7 @@ def test_wall_of_infinite_range_is_an_error():
     wall = rc.LennardJones93.full(distance=1.0, work_of_adhesion=0.05, cutoff=3.0)
     object.__setattr__(wall, "cutoff", np.inf)
     atoms.calc.set(interaction=wall)
-    with pytest.raises(ValueError, match="wall must have a finite cutoff, got inf"):
+    with pytest.raises(ValueError, match="finite cutoff, got inf"):
         rc.adhesion_loop(atoms, 0.5, 0.1)
 
 

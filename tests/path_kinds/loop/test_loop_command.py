@@ -103,7 +103,7 @@ def test_the_energy_lost_in_a_loop_with_a_state_without_energy_is_not_known():
     [
         ('"0.2 nm"', '"-0.9 nm"', r"deepest must be .* above -0\.\d+ nm, .* -0\.9 nm"),
         ('"loop"', '"lop"', "unknown kind of path 'lop'"),
-        ("step = 0.5", "step = -1.0", "step must be a finite number > 0"),
+        ("step = 0.5", "step = -1.0", "step must be .* > 0"),
         ("cantilever = 60.0", "cantilever = 0.0", "cantilever must be"),
     ],
 )
@@ -165,7 +165,7 @@ def test_a_plan_of_a_loop_has_its_deepest_state_and_what_its_cantilever_holds(
     assert note in " ".join(text.split())
     assert main(["tradeoff", str(tmp_path / "loop.toml")]) == 2
     assert "pull-off force" in capsys.readouterr().err
-    with pytest.raises(ValueError, match="the path is not a loop"):
+    with pytest.raises(ValueError, match='kind = "loop"'):
         relax_loop(Scene.default())
 
 

@@ -51,7 +51,7 @@ def test_the_pull_off_force_of_a_rough_tip_is_that_of_a_deep_loop():
 
 
 def test_a_loop_that_turns_in_tension_is_warned_of_with_the_numbers():
-    with pytest.warns(UserWarning, match="pull-off force of .* lower bound") as caught:
+    with pytest.warns(UserWarning, match="lower bound") as caught:
         shallow = loop_of(tip(ROUGH), 0.02)
     assert shallow.pull_off_force < 0.6 * rough().pull_off_force
     assert shallow.turns_in_tension
@@ -74,7 +74,7 @@ def test_a_smooth_sphere_turns_by_itself_and_has_the_pull_off_force_of_theory():
 
 @pytest.mark.parametrize("wall", [rc.HardWall(), rc.LennardJones93.repulsive(1.0, 1.0)])
 def test_a_wall_that_only_repels_needs_a_depth(wall):
-    with pytest.raises(ValueError, match="without attraction needs deepest"):
+    with pytest.raises(ValueError, match="needs deepest"):
         loop_of(tip(wall=wall))
 
 

@@ -311,9 +311,7 @@ def test_frames_have_the_displacements_by_pressure_and_tractions(tmp_path):
 
 
 def test_coupling_that_does_not_converge_is_reported(monkeypatch):
-    monkeypatch.setattr(
-        "ase_roughcontact.path_kinds.sliding.steps.MOST_ALTERNATIONS", 2
-    )
+    monkeypatch.setattr("ase_roughcontact.path_kinds.sliding.steps.MAX_ALTERNATIONS", 2)
     (step,) = coupled(stepper_of(32, Isotropic(1.0, 0.0)), 0.5, Coulomb(MU), [0.0])
     assert not step.converged
     assert "normal and lateral motion do not agree after 2 alternations" in step.message
@@ -331,7 +329,7 @@ def test_bounds_that_jump_may_have_no_solution():
 def test_coupled_atoms_go_on_with_coupling():
     atoms, law = atoms_on(SOLID), Coulomb(MU)
     list(sliding_path(atoms, law, 1.0, displacements=[0.0, 0.3], coupling="solved"))
-    with pytest.raises(ValueError, match="go on with that"):
+    with pytest.raises(ValueError, match="give the same coupling"):
         list(sliding_path(atoms, law, 1.0, displacements=[0.0]))
     options = {"displacements": [0.0], "coupling": "solved"}
     (step,) = sliding_path(atoms, law, 1.0, **options)
@@ -343,7 +341,7 @@ def test_choices_and_solids_without_coupling_are_refused():
     with pytest.raises(ValueError, match="neglected"):
         sliding_path(atoms_on(SOLID), law, 1.0, displacements=PATH, coupling="solve")
     creeping = Viscoelastic(Isotropic(1.0, 0.3), Creep([1.0], [1.0]))
-    with pytest.raises(NotImplementedError, match="which friction needs"):
+    with pytest.raises(NotImplementedError, match="friction"):
         coupled(stepper_of(16, creeping), 1.0, law, [0.0])
 
 

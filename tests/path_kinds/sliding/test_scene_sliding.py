@@ -89,7 +89,7 @@ def test_no_loop_and_no_static_friction_without_them():
     _, there = relaxed(displacements=[0, 0.01])
     assert np.isnan(static_friction(there))
     assert loop_energies(there).size == 0
-    with pytest.raises(ValueError, match="steps of a sliding path, got none"):
+    with pytest.raises(ValueError, match="got none"):
         loop_energies([])
 
 
@@ -352,7 +352,7 @@ def test_friction_needs_a_sliding_path_and_a_solid_with_lateral_response():
     with pytest.raises(ValueError, match=r'\[friction\] needs \[path\] kind = "slid'):
         Scene.parse(steps).check()
     layer = {"layer_thickness": 20.0, "layer_modulus": 5.0}
-    with pytest.raises(ValueError, match="lateral response of the solid, which Layer"):
+    with pytest.raises(ValueError, match="Layer"):
         scene_with(**{f"substrate__{k}": v for k, v in layer.items()}).check()
     creep = {"relaxation_moduli": (0.5,), "relaxation_times": (1.0,)}
     with pytest.raises(ValueError, match="no friction on a viscoelastic solid"):

@@ -334,25 +334,25 @@ def test_other_atoms_that_stick_at_the_same_positions_have_other_forces():
 def test_a_move_needs_two_finite_numbers(displacement):
     atoms = pressed(0.1, shape=(8, 8))
     sticking, before = stick(atoms, LAW), atoms.positions.copy()
-    with pytest.raises(ValueError, match="displacement must be"):
+    with pytest.raises(ValueError, match="displacement"):
         sticking.move(atoms, displacement)
     assert (atoms.positions == before).all()
 
 
 def test_what_cannot_stick_says_why():
-    with pytest.raises(ValueError, match=r"so that friction acts on it: relax the"):
+    with pytest.raises(ValueError, match="relax the atoms first"):
         stick(atoms_on(), LAW)
     with pytest.raises(TypeError, match=r"law such as Coulomb\(0\.3\), got 0\.3"):
         stick(pressed(), 0.3)
     with pytest.raises(NotImplementedError, match="Layer"):
         stick(pressed(solid=Layer(0.8, 20.0, 0.05)), LAW)
     coupled, _ = slid([0.0, 0.008], coupling="solved")
-    with pytest.raises(ValueError, match="from a path with the coupling"):
+    with pytest.raises(ValueError, match='"neglected"'):
         stick(coupled, LAW)
     atoms = pressed()
     frame = snapshot(atoms)
     frame.calc = atoms.calc
-    with pytest.raises(ValueError, match=r"padding .*: restore\(snapshot"):
+    with pytest.raises(ValueError, match=r"padding .*restore\(snapshot"):
         stick(frame, LAW)
     whole = restore(frame, ISOTROPIC)
     whole.calc = RoughContact(SPHERE, solid=ISOTROPIC, interaction=HardWall())

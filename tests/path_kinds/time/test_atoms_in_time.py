@@ -116,7 +116,7 @@ def test_a_longer_path_is_resumed_and_another_one_refused(tmp_path):
     longer = list(time_path(atoms_on(HardWall()), PATH.hold(1.0), output=output))
     assert longer[-1].time == 4.0
     other = Schedule(0.0).ramp(1.9, time=1.0)
-    with pytest.raises(ValueError, match=r"steps of another path or system.*parts"):
+    with pytest.raises(ValueError, match=r"another path .*parts"):
         list(time_path(atoms_on(HardWall()), other, output=output))
     with pytest.raises(ValueError, match="creep"):
         slower = atoms_on(HardWall(), creep=Creep.standard_solid(0.3, 2.0))
@@ -167,7 +167,7 @@ def test_atoms_with_the_past_of_another_solid_are_refused(tmp_path):
             ValueError, match=r"has crept in .*3\.33.* but this .*6\.66"
         ):
             list(time_path(crept, Schedule(2.0).hold(1.0)))
-        with pytest.raises(ValueError, match="has crept in"):
+        with pytest.raises(ValueError, match="crept"):
             crept.get_potential_energy()
 
 
@@ -193,9 +193,9 @@ def test_columns_of_a_path_in_time_are_derived_from_its_class():
 
 
 def test_errors_say_what_a_path_in_time_needs():
-    with pytest.raises(ValueError, match="give exactly one of"):
+    with pytest.raises(ValueError, match="exactly one of"):
         time_path(atoms_on(HardWall()), PATH, loads=PATH)
-    with pytest.raises(ValueError, match="need the stiffness of the cantilever"):
+    with pytest.raises(ValueError, match="give cantilever"):
         time_path(atoms_on(HardWall(), fixed=False), bases=PATH)
 
 

@@ -372,13 +372,13 @@ def test_layer_on_a_rigid_base_creeps():
 
 def test_a_path_without_time_says_what_is_needed():
     stepper = stepper_of(problem_of(16), 16)
-    with pytest.raises(ValueError, match="needs a path in time: use time_path"):
+    with pytest.raises(ValueError, match="use time_path"):
         stepper.relax(stepper.start, 0.1)
 
 
 def test_an_elastic_solid_says_what_is_needed():
     stepper = stepper_of(problem_of(16, creep=None), 16)
-    with pytest.raises(ValueError, match="needs a Viscoelastic solid, got"):
+    with pytest.raises(ValueError, match="Viscoelastic"):
         TimeSteps(stepper, TimeSpecification(Schedule(0.0).hold(1.0)))
 
 
@@ -410,7 +410,7 @@ def test_a_path_ends_where_the_contact_is_lost_under_a_tension(window, sudden):
     path = Schedule(1.0)
     path = path.step(-50.0) if sudden else path.ramp(-50.0, time=50.0)
     steps = []
-    with pytest.raises(RuntimeError, match="the contact is lost at the time"):
+    with pytest.raises(RuntimeError, match="lost at the time"):
         for step in paths.follow(
             TimeSteps(stepper, TimeSpecification(path.hold(1.0), 0.1))
         ):
