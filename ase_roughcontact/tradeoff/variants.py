@@ -23,7 +23,7 @@ PILOT = 4
 SOLVERS = NewtonKrylov, ActiveSet
 # Sides of periodic cells, in diameters of a smooth contact.
 _CELL_SIDES = (2, 4)
-# Number of atoms of which these sides are multiples, so that any grid divides them.
+# Divisor of these sides (atoms), so that any grid divides them.
 _SIDE_MULTIPLE = 16
 # Errors for which a grid is chosen, between the errors of the levels.
 _GRID_ERRORS = (0.03, 0.02, 0.005)

@@ -1,4 +1,4 @@
-"""Operations on blocks of rows against those of NumPy on whole arrays."""
+"""Operations on blocks of rows against operations of NumPy on whole arrays."""
 
 import numpy as np
 import pytest

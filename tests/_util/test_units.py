@@ -27,7 +27,7 @@ SI = {
     | dict.fromkeys(["eV/Å^2", "eV/Å²"], EV / 1e-20),
     "area": {"nm²": 1e-18, "Å^2": 1e-20},
 }
-# Units of ASE in those of the SI.
+# Units of ASE in units of the SI.
 ASE = {
     "length": 1e-10,
     "force": EV / 1e-10,
@@ -39,7 +39,7 @@ TABLES = {"length": LENGTHS, "force": FORCES, "pressure": PRESSURES, "work": WOR
 
 
 @pytest.mark.parametrize("kind", SI)
-def test_units_are_those_of_the_si(kind):
+def test_units_agree_with_the_si(kind):
     expected = {unit: value / ASE[kind] for unit, value in SI[kind].items()}
     assert {unit: UNITS[unit] for unit in expected} == pytest.approx(expected, rel=1e-8)
 

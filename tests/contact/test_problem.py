@@ -116,7 +116,7 @@ def test_a_window_is_found_again_by_its_origin(offset, start):
 
 
 @pytest.mark.parametrize("shape", [(30, 30), (32, 32)])
-def test_atoms_on_a_coarser_grid_are_those_of_the_state(shape):
+def test_atoms_on_a_coarser_grid_agree_with_the_state(shape):
     sphere = rc.RoughSphere(60.0)
     atoms = atoms_under(sphere, shape=shape)
     options = {"window": "auto", "grid": "2 a0", "validity": "ignore"}

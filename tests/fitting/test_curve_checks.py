@@ -33,7 +33,7 @@ def test_equal_forces_in_a_row_are_saturated():
 
 
 def test_a_deflection_that_changes_more_than_the_base_has_a_wrong_sensitivity():
-    # the slope is 0.5 nN/nm in contact, that of a cantilever of 0.4 N/m at most 0.4
+    # the slope is 0.5 nN/nm in contact, at most 0.4 with a cantilever of 0.4 N/m
     first, second = curve_checks(curve(CONTACT + NOISE, 0.4))
     assert "on the approach the deflection changes by 1.2" in first
     assert "sensitivity is too large" in second

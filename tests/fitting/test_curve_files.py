@@ -214,7 +214,7 @@ def test_a_table_has_depths_and_forces(tmp_path):
             read_curve(file)
 
 
-def test_times_of_a_force_curve_may_be_those_of_the_day(tmp_path):
+def test_times_of_a_force_curve_may_be_times_of_the_day(tmp_path):
     file = tmp_path / "curve.csv"
     file.write_text("time,depth (nm),force (nN)\n12:00:01,0,0\n12:00:02,1,2\n,2,3\n")
     np.testing.assert_allclose(read_curve(file).force, [0.0, 2 * NN, 3 * NN])

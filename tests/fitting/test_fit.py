@@ -114,7 +114,7 @@ def difference(forces, value):
     return (8 * near - far) / (12e-4 * value)
 
 
-def test_derivatives_are_those_of_differences():
+def test_derivatives_agree_with_differences():
     made = scene().with_values({"interaction.attraction_range": "0.12 nm"})
     heights = made.first_contact - np.array([2.0, 0.5])
     _, derivatives = forces_and_derivatives(made, heights, FREE)
@@ -142,7 +142,7 @@ def attractive(kind, attraction_range, **parameters):
 @pytest.mark.parametrize(
     "kind, others", [("power-law", {"relative_cutoff": 4.0}), ("dugdale", {})]
 )
-def test_the_derivative_to_the_range_is_that_of_differences(kind, others):
+def test_the_derivative_to_the_range_agrees_with_differences(kind, others):
     made = attractive(kind, 3.0, **others)
     heights = made.first_contact - np.array([1.5, 0.5])
     _, rows = forces_and_derivatives(made, heights, with_range=True)
@@ -183,7 +183,7 @@ def test_parameters_are_recovered_from_a_curve_with_jumps_and_drift(
     assert -1.0 < fitted.correlation[0, -1] < 0.0
     np.testing.assert_allclose(np.diag(fitted.correlation), 1.0)
     assert "work_of_adhesion" in str(fitted) and "J/m²" in str(fitted)
-    # all forces are those of the fit, but at the jumps, which are not compared
+    # all forces agree with the fit, but at the jumps, which are not compared
     assert np.count_nonzero(~fitted.compared) < 10
     residual = (fitted.fitted - drifted.force)[fitted.compared]
     assert np.abs(residual).max() < 5 * NOISE
@@ -210,7 +210,7 @@ def test_a_smooth_sphere_has_the_same_work_without_the_baseline(measured, drifte
     assert smooth_fit(scene(), drifted).work_of_adhesion < 0.9 * without
 
 
-def test_derivatives_of_residuals_are_those_of_differences(measured):
+def test_derivatives_of_residuals_agree_with_differences(measured):
     problem = Residuals(scene(), measured, ["work_of_adhesion"])
     x = np.array([1.0, ZERO / 10 - problem.values(problem.start)[1]])
     change = np.array([0.02, 0.005])
@@ -246,7 +246,7 @@ def test_points_between_a_jump_and_its_counterpart_are_not_compared(measured):
     assert trial.residuals[-1] ** 2 > 9.0 * count
 
 
-def test_the_change_by_the_grid_is_that_of_much_finer_grids(measured):
+def test_the_change_by_the_grid_agrees_with_much_finer_grids(measured):
     smooth = scene().with_values({"roughness": None, "path.tolerance": 3e-3})
     fine = smooth.with_values({"substrate.model": "continuum", "substrate.refine": 4})
     problem = Residuals(smooth, measured, [])
@@ -274,7 +274,7 @@ def test_the_range_of_the_wall_is_in_the_errors_of_a_fit():
     assert 3.0 * found.contributions["noise"][0] < error < 2.0 * found.errors[0]
     squares = sum(part**2 for part in found.contributions.values())
     np.testing.assert_allclose(found.errors**2, squares)
-    # a factor of two, whose effects on branches and jumps are added without signs
+    # a factor of two, with effects on branches and jumps that are added without signs
     problem = Residuals(assumed, curve, ["work_of_adhesion"])
     first = problem.values(problem.start)
     trial = problem.trial(
@@ -319,7 +319,9 @@ def test_standard_errors_do_not_depend_on_the_noise_that_weights_the_points():
     [(1e6, 30.0, "JKR"), (4.0, 30.0, "MD"), (0.4, 3000.0, "DMT")],
 )
 @pytest.mark.parametrize("stiffness", [1.0, np.inf])
-def test_the_fit_of_a_smooth_sphere_is_that_of_theory(radius, modulus, name, stiffness):
+def test_the_fit_of_a_smooth_sphere_agrees_with_theory(
+    radius, modulus, name, stiffness
+):
     made = scene().with_values(
         {"sphere.radius": f"{radius} nm", "substrate.contact_modulus": modulus}
     )
@@ -354,7 +356,7 @@ def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys, measured):
     options = ["--free", "work_of_adhesion, force_offset", "--picture", str(picture)]
     assert main(["fit", *files, *options]) == 0
     text, trials = capsys.readouterr()
-    # a short ramp, at whose end the attraction has not ended
+    # a short ramp, which ends within the range of the attraction
     assert trials.startswith("note: the free force of the retraction changes by")
     line = r"^residual/noise [\d.]+: work_of_adhesion 0\.1, force_offset 0\.0"
     assert re.search(line, trials, re.MULTILINE)
@@ -373,7 +375,7 @@ def with_forces(curve, change=0.0, stiffness=None, depth=None):
 
 
 def reversed_force(curve):
-    """Curve whose forces have the wrong sign, at the same heights of the base."""
+    """Curve with forces of the wrong sign, at the same heights of the base."""
     depth = curve.force / curve.stiffness - curve.base
     return with_forces(curve, -2.0 * curve.force, depth=depth)
 
@@ -421,7 +423,7 @@ def in_contact(curve):
 
 
 def without_deflection(curve):
-    """Curve whose depth is not -(base + bend)."""
+    """Curve with a depth other than -(base + bend)."""
     return with_forces(curve, 0.0, np.inf, curve.force / curve.stiffness - curve.base)
 
 
@@ -558,7 +560,7 @@ def test_a_fit_is_drawn_as_curve_residuals_and_tension(tmp_path, monkeypatch, fi
     (figure,) = figures
     upper, lower, detail = figure.axes
     measured, points = fitted.distance / UNITS["nm"], fitted.compared.copy()
-    points[: np.argmin(measured) + 1] = False  # those of the retraction
+    points[: np.argmin(measured) + 1] = False  # the points of the retraction
     for axes in (upper, detail):
         assert axes.get_ylabel() == "normal force $N$ (nN)"
         lines = {line.get_label(): line.get_data() for line in axes.lines}

@@ -1,4 +1,4 @@
-"""Fits of curves of JKR's theory, whose attraction has no range, by scenes with one."""
+"""Fits of curves of JKR's theory, without a range of attraction, by scenes with one."""
 
 import numpy as np
 import pytest

@@ -224,7 +224,7 @@ def jpk(tmp_path):
     return tmp_path / "map.jpk-force-map"
 
 
-def test_curves_of_a_map_of_jpk_are_those_of_single_files(jpk, found):
+def test_curves_of_a_map_of_jpk_agree_with_single_files(jpk, found):
     fitted = list(fit_curves(jpk, INDENTER, workers=1))
     places = [(curve.column, curve.row) for curve in fitted]
     assert places == [(0, 0), (1, 0), (1, 1), (0, 1)]

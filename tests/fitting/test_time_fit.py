@@ -34,7 +34,7 @@ CREEP = {"path.control": "load", "path.values": [0, 200.0], "path.rate": 1000.0}
 
 
 def measured(scene, column, noise, shift=0.0):
-    """Return a curve with noise, relative to its range, whose tip is shifted (Å)."""
+    """Return a curve with noise, relative to its range, of a shifted tip (Å)."""
     if shift:
         values = [value - shift for value in (0.0, 8.0 * NM, 0.0)]
         scene = scene.with_values({"path.values": values})
@@ -68,7 +68,7 @@ def test_modulus_relaxation_and_height_are_recovered():
     assert fit.warnings == ()
 
 
-def test_errors_are_those_of_the_linearised_problem():
+def test_errors_agree_with_the_linearised_problem():
     time, force = measured(TRUE, "normal_force", 5e-3)
     fit = fit_in_time(TRUE, time, force, ["contact_modulus"])
     (_, low), (_, high) = (
@@ -115,7 +115,7 @@ def test_terms_that_a_curve_does_not_show_are_named():
     assert any("can't both be determined" in each for each in fit.warnings)
 
 
-def test_a_path_that_is_not_that_of_the_measurement_is_doubted():
+def test_another_path_than_the_measured_one_is_doubted():
     time, force = measured(TRUE, "normal_force", 1e-3)
     scene = TRUE.with_values({"path.rate": 10.0})
     fit = fit_in_time(scene, time, force, ["contact_modulus"])

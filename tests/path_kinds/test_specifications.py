@@ -30,7 +30,7 @@ LAW = Tresca(0.01)
         (FrictionConfig, sliding_path, SlidingSpecification, "coupling", "neglected"),
     ],
 )
-def test_defaults_in_scenes_and_of_functions_are_those_of_the_specification(
+def test_defaults_in_scenes_and_of_functions_agree_with_the_specification(
     section, function, specification, name, value
 ):
     assert getattr(section, name) == getattr(specification, name) == value

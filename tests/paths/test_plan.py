@@ -31,7 +31,7 @@ def points(text):
 
 
 @pytest.mark.parametrize("wall", WALLS)
-def test_planned_windows_are_about_those_of_the_run(wall):
+def test_planned_windows_agree_roughly_with_the_run(wall):
     loads = [1e-3, 1.0, 100.0]
     atoms = make_atoms(wall=wall, fixed=False)
     plan = plan_path(*problem_of(atoms), "loads", loads, "auto")
@@ -125,7 +125,7 @@ def test_a_plan_has_the_total_time_and_the_peak_memory():
 
 @pytest.mark.parametrize("window", ["fixed", "auto", "periodic"])
 @pytest.mark.parametrize("wall", WALLS)
-def test_planned_memory_is_that_of_the_results(wall, window):
+def test_planned_memory_agrees_with_the_results(wall, window):
     periodic, fixed = window == "periodic", window != "auto"
     window = "fixed" if fixed else "auto"
     atoms = make_atoms(rc.RoughSphere(100.0), wall, (64, 60), periodic=periodic)

@@ -129,7 +129,7 @@ def test_pressures_at_the_hardness_are_within_the_validity():
     assert "largest pressure/hardness" in step.validity
 
 
-def test_stiffness_is_that_of_further_loading():
+def test_stiffness_agrees_with_further_loading():
     _, (low, middle, high) = steps_of(rc.PlasticWall(HARDNESS), [0.999, 1.0, 1.001])
     slope = (high.normal_force - low.normal_force) / 0.002
     assert_allclose(middle.contact_stiffness, slope, rtol=2e-3)

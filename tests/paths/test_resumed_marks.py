@@ -1,4 +1,4 @@
-"""Marks, errors and convergence of resumed steps are those of the present settings."""
+"""Marks, errors and convergence of resumed steps by the present settings."""
 
 import numpy as np
 import pytest

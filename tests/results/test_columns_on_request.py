@@ -179,7 +179,7 @@ def test_columns_of_a_scene_are_checked(columns, advice):
 def test_rough_flats_ask_for_the_conductance_by_default(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for step in Scene.parse(FLAT).relax(validity="ignore"):
-        # the elastic contact of a hard wall is that of a punch
+        # the elastic contact of a hard wall agrees with a punch
         stiffness = 0.5 * step.conductance * Scene.parse(FLAT).contact_modulus
         assert stiffness == pytest.approx(step.contact_stiffness, rel=1e-3)
     none = "output = { columns = [] }\n" + FLAT

@@ -72,20 +72,20 @@ def pressed(wall=None, depth=0.6, **options):
 
 
 @pytest.mark.parametrize("name", WALLS)
-def test_conductance_under_every_wall_is_that_of_a_dense_punch(name):
+def test_conductance_under_every_wall_agrees_with_a_dense_punch(name):
     step, seen = pressed(WALLS[name])
     assert step.conductance == pytest.approx(of_cells(seen.contact), rel=1e-6)
 
 
 @pytest.mark.parametrize("name", WALLS)
-def test_conductance_of_a_periodic_cell_is_that_of_a_dense_punch(name):
+def test_conductance_of_a_periodic_cell_agrees_with_a_dense_punch(name):
     step, seen = pressed(WALLS[name], 0.3, periodic=True)
     expected = of_periodic_cells(seen.contact)
     assert step.conductance == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-def test_conductance_of_every_solid_is_that_of_an_isotropic_half_space(name):
+def test_conductance_of_every_solid_agrees_with_an_isotropic_half_space(name):
     solid = SOLIDS[name]
     step, seen = pressed(solid=solid() if callable(solid) else solid)
     assert step.conductance == pytest.approx(of_cells(seen.contact), rel=1e-6)
@@ -128,7 +128,7 @@ def test_without_contact_there_is_no_conductance():
     assert step.conductance == 0.0
 
 
-def test_conductance_of_a_map_is_that_of_its_step():
+def test_conductance_of_a_map_agrees_with_its_step():
     step, seen = pressed(spacing=0.5)
     assert conductance(seen, resistivity=4.0) == pytest.approx(step.conductance / 4.0)
     step, seen = pressed(WALLS["adhesive"], 0.3, periodic=True)

@@ -107,7 +107,7 @@ def test_area_by_the_edge_under_walls_with_attraction_or_hardness(wall):
     assert (errors[:2] < [0.06 * areas[2], 0.02 * areas[2]]).all()
 
 
-def test_estimate_of_the_error_is_that_of_the_edge():
+def test_estimate_of_the_error_agrees_with_the_edge():
     (step, *_) = steps_on_flat("hard", 0.5, grid="a0")
     at_edge = 0.006 * step.perimeter * 0.5 + 0.125
     assert at_edge < step.area_error < at_edge + 0.03 * step.continuum_area
@@ -131,7 +131,7 @@ def test_wall_is_soft_on_grids_that_are_fine_for_its_compliance():
 
 
 @pytest.mark.parametrize("wall", WALLS)
-def test_limit_of_two_coarse_grids_is_that_of_finer_ones_within_its_error(wall):
+def test_limit_of_two_coarse_grids_agrees_with_finer_ones_within_its_error(wall):
     areas = {
         spacing: [step.contact_area for step in steps_on_flat(wall, spacing)]
         for spacing in (1.0, 0.5, 0.25)

@@ -332,7 +332,7 @@ def test_nine_of_ten_heights_on_random_layers_are_within_twice_the_estimate():
 @pytest.mark.parametrize(
     "column, grid", [("contact_area", "atoms"), ("continuum_area", "a0")]
 )
-def test_error_and_mean_pressure_are_those_of_the_area_asked_for(column, grid):
+def test_error_and_mean_pressure_agree_with_the_area_asked_for(column, grid):
     step = relaxed("hard", smooth=True, grid=grid)
     area = getattr(step, column)
     assert step.area_column == column

@@ -118,7 +118,7 @@ def test_edge_of_a_punch_is_an_error_of_force_and_height(radius, accuracy):
     for name in ("height", "penetration"):
         assert found["loads", name] > 0.1
     assert found["heights", "force"] > 0.1
-    # the punch is flat: all errors of the force are those of its edge
+    # the punch is flat: all errors of the force are errors of its edge
     assert found["penetrations", "force"] == pytest.approx(found["heights", "force"])
 
 

@@ -65,7 +65,7 @@ def test_mean_pressure_is_force_over_area_and_not_known_without_contact(name):
     assert apart.largest_pressure == 0.0
 
 
-def test_pressures_of_a_smooth_sphere_are_those_of_hertz():
+def test_pressures_of_a_smooth_sphere_agree_with_hertz():
     (step,), _ = pressed(depths=(1.0,))
     hertz = Hertz(RADIUS, 1.0)
     radius = float(hertz.contact_radius(step.normal_force))
@@ -111,7 +111,7 @@ def test_gap_error_is_the_largest_one_of_a_hard_wall(name):
 
 
 @pytest.mark.parametrize("name", WALLS)
-def test_contact_stiffness_is_that_of_differences_on_loading(name):
+def test_contact_stiffness_agrees_with_differences_on_loading(name):
     d = 1e-4  # in which no atom comes to the hardness
     (low, middle, high), _ = pressed(name, (0.5 - d, 0.5, 0.5 + d), accuracy=1e-7)
     slope = (high.normal_force - middle.normal_force) / d
@@ -171,7 +171,7 @@ def test_energy_of_a_surface_that_has_flowed_includes_the_work_of_the_flow():
     assert steps[-1].energy == pytest.approx(lost, rel=1e-12)
 
 
-def test_nominal_pressure_and_mean_gap_are_those_of_a_periodic_cell():
+def test_nominal_pressure_and_mean_gap_agree_with_a_periodic_cell():
     roughness = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, domain=32.0, seed=1)
     rough = rc.RoughSphere(math.inf, roughness)
     for periodic in (True, False):

@@ -92,7 +92,7 @@ def test_a_scan_without_noise_whose_waves_are_resolved_has_small_errors(pressed)
         assert step.area_error < 0.03 * step.continuum_area
 
 
-def test_errors_of_a_given_depth_are_those_of_force_and_area(pressed):
+def test_errors_of_a_given_depth_agree_with_force_and_area(pressed):
     noise = 0.02 * np.random.default_rng(1).normal(size=(POINTS, POINTS))
     depths = {"path.control": "penetration", "path.values": ("0.5 nm", "1 nm")}
     heights = surface(1, 8)
@@ -257,7 +257,7 @@ def test_errors_are_not_known_only_where_copies_can_not_be_pressed(pressed, load
 
 
 def spoilt(monkeypatch, kind, index):
-    """Let scans have copies of one kind, of which one ends within the contact."""
+    """Let scans have copies of one kind; one of them ends within the contact."""
     every = HeightMap.copies
 
     def some(self):
@@ -282,7 +282,7 @@ def test_three_of_four_noisy_copies_are_enough(pressed, monkeypatch):
 
 
 def test_a_quarter_of_the_pixels_alone_is_enough(pressed, monkeypatch):
-    heights = surface(1, 8)[:113, :113]  # of which every fourth has the same middle
+    heights = surface(1, 8)[:113, :113]  # every fourth point has the same middle
     plain = pressed(heights, errors=False)
     quarter = pressed(
         heights[::4, ::4], errors=False, **{"topography.spacing": 4 * PIXEL}

@@ -83,7 +83,7 @@ def assert_describes(record, atoms, unit=1e-6):
 
 @pytest.mark.parametrize("stopped", [True, False], ids=["stopped", "relaxed"])
 @pytest.mark.parametrize("wall", SOFT)
-def test_results_at_a_given_height_are_those_of_the_atoms(wall, stopped, periodic):
+def test_results_at_a_given_height_agree_with_the_atoms(wall, stopped, periodic):
     atoms = make_atoms(wall, periodic)
     record = stopped_or_relaxed(atoms, stopped, heights=[0.6 * SPACING])
     assert record.contact_area > 0.0
@@ -92,7 +92,7 @@ def test_results_at_a_given_height_are_those_of_the_atoms(wall, stopped, periodi
 
 @pytest.mark.parametrize("stopped", [True, False], ids=["stopped", "relaxed"])
 @pytest.mark.parametrize("wall", SOFT)
-def test_results_under_a_load_are_those_of_the_atoms(wall, stopped, periodic):
+def test_results_under_a_load_agree_with_the_atoms(wall, stopped, periodic):
     atoms = make_atoms(wall, periodic, fixed=False)
     record = stopped_or_relaxed(atoms, stopped, loads=[3.0])
     assert_describes(record, atoms)
@@ -178,7 +178,7 @@ def test_the_relative_tolerance_is_a_quarter_of_the_relative_error(wall, error, 
 
 
 @pytest.mark.parametrize("wall", [rc.HardWall(), rc.LennardJones93.repulsive(1.0, 1.0)])
-def test_cost_of_a_step_is_that_of_all_its_runs(wall):
+def test_cost_of_a_step_agrees_with_all_its_runs(wall):
     relaxer, runs = default_relaxer(wall), []
 
     def counted(*arguments):

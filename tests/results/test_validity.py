@@ -76,7 +76,7 @@ PRESSURES = {"mean pressure/hardness", "largest pressure/hardness"}
         (0.04, {"largest pressure/hardness"}),
         (0.1, set()),
         (np.inf, set()),
-        (None, set()),  # spacing and modulus of one are not those of copper
+        (None, set()),  # copper has another spacing and modulus than one
     ],
 )
 def test_pressures_are_compared_with_the_hardness(hardness, names):
@@ -97,7 +97,7 @@ def test_hardness_of_an_element_is_known_within_two_percent_of_its_spacing(
     assert found == HARDNESS["Cu"] * GPa if known else np.isnan(found)
 
 
-def test_hardness_of_a_crystal_is_that_of_the_table():
+def test_hardness_of_a_crystal_agrees_with_the_table():
     atoms = rc.substrate("Cu", (16, 16), rc.RoughSphere(500.0))
     atoms.calc = rc.RoughContact(rc.RoughSphere(500.0), 0.9)
     assert names_after(atoms, 1.0) == PRESSURES
@@ -177,7 +177,7 @@ def test_limits_of_smooth_spheres(depth, names, indenter, wall):
         (0.5, 0.15, True),
     ],
 )
-def test_slope_is_that_of_both_components(along, across, outside):
+def test_slope_agrees_with_both_components(along, across, outside):
     """Of a pyramid; on the diagonals of the grid."""
     x = abs(np.arange(16) - 7.5)
     pyramid = rc.HeightMap(along * x[:, None] + across * x, 1.0)
@@ -199,7 +199,7 @@ def test_tensile_load_on_a_wall_without_adhesion():
     "reach, deviation, outside",
     [(0.3, 0.0, True), (0.5, 0.0, False), (0.5, 0.7, True)],  # zones: 3.5, 9.8, 5.8 a0
 )
-def test_adhesive_zone_of_a_hard_wall_is_that_of_the_largest_local_work(
+def test_adhesive_zone_of_a_hard_wall_agrees_with_the_largest_local_work(
     reach, deviation, outside
 ):
     atoms = atoms_on(rc.RoughSphere(100.0), rc.DugdaleWall(0.02, reach))

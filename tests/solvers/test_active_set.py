@@ -48,14 +48,14 @@ def force(contact, state):
 
 @pytest.fixture(scope="module")
 def hertz():
-    """A sphere whose contact radius is 38.4 atoms."""
+    """A sphere with a contact radius of 38.4 atoms."""
     n, radius = 128, 512.0
     a = 0.3 * n
     contact = contact_of(sphere(n, radius))
     return contact, solve(contact, 4 * a**3 / (3 * radius)), a, radius
 
 
-def test_depth_area_energy_and_pressure_are_those_of_hertz(hertz):
+def test_depth_area_energy_and_pressure_agree_with_hertz(hertz):
     contact, state, a, radius = hertz
     load = force(contact, state)
     assert_allclose(-state.height, a**2 / radius, rtol=2e-4)
@@ -93,14 +93,14 @@ def dense(solid):
     return contact, height, pressure.reshape(heights.shape)
 
 
-def test_pressure_at_a_height_is_that_of_non_negative_least_squares(dense):
+def test_pressure_at_a_height_agrees_with_non_negative_least_squares(dense):
     contact, height, pressure = dense
     state = solve(contact, height=height, tolerance=1e-10)
     assert 5 < np.count_nonzero(pressure) < pressure.size
     assert_allclose(state.pressure, pressure, atol=1e-9)
 
 
-def test_periodic_solution_is_that_of_non_negative_least_squares(solid):
+def test_periodic_solution_agrees_with_non_negative_least_squares(solid):
     heights = ROUGH.heights((12, 10), 1.0)
     contact = contact_of(heights, periodic=True, solid=solid)
     state = solve(contact, 3.0, tolerance=1e-10)

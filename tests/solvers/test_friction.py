@@ -62,7 +62,7 @@ def hertz(n, radius):
     return np.sqrt(np.maximum(1.0 - r2 / radius**2, 0.0)), radius
 
 
-def test_displacement_is_that_of_cattaneo_and_mindlin():
+def test_displacement_agrees_with_cattaneo_and_mindlin():
     n, mu, modulus = 128, 0.3, 1.0
     shape, a = hertz(n, 50.3)
     bound = mu * shape
@@ -144,7 +144,7 @@ def slips(half, matrix, bound, imposed):
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("outward", [0.0, 3.0])
-def test_atoms_that_slip_are_those_of_the_dense_solution(seed, outward):
+def test_atoms_that_slip_agree_with_the_dense_solution(seed, outward):
     """A force moves the indenter over a surface that the pressure draws outward.
 
     The displacement found is given to the dense problem.

@@ -81,7 +81,7 @@ def test_energy_is_the_constrained_minimum_that_scipy_finds(wall):
 
     state = relax(contact, height=0.0)
     start = half.displacement(state.pressure) * 0.9
-    # a mean displacement is a change of height: the bound is that of the relaxed one
+    # a mean displacement is a change of height: the bound is the relaxed bound
     start -= start.mean()
     bounds = [(None, float(h)) for h in heights.ravel()]
     mean = {"type": "eq", "fun": lambda u: u.sum(), "jac": np.ones_like}
@@ -105,7 +105,7 @@ def test_weak_attraction_gives_the_hard_wall_of_the_active_set():
 
 
 @every_wall
-def test_adhesion_of_patches_is_that_of_each_patch(wall):
+def test_adhesion_of_patches_agrees_with_each_patch(wall):
     """Where the local work of adhesion is zero, the wall is a hard one."""
     n = 32
     none, half = np.zeros((n, n)), np.ones((n, n))

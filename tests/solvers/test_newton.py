@@ -60,7 +60,7 @@ def minimum(contact, height):
     return minimize(energy, start, jac=True, method="L-BFGS-B", options=options).fun
 
 
-def test_energy_is_that_of_a_generic_minimiser(periodic, wall, solid):
+def test_energy_agrees_with_a_generic_minimiser(periodic, wall, solid):
     contact = scene(12, wall, periodic=periodic, solid=solid)
     height = contact.first_contact - 0.7
     state = relax(contact, height)[-1]

@@ -48,7 +48,7 @@ def cost(contact, most, load=None, **options):
 
 @pytest.mark.parametrize("hardness", [0.02, 0.1, 0.3])
 @pytest.mark.parametrize("part", [0.05, 0.5, 0.95])
-def test_pressure_is_that_of_bounded_least_squares(hardness, part):
+def test_pressure_agrees_with_bounded_least_squares(hardness, part):
     heights = rough(14, slope=0.3)
     contact = contact_of(heights, PlasticWall(hardness))
     load = part * hardness * heights.size

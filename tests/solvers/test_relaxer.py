@@ -30,7 +30,7 @@ def test_a_run_out_of_steps_says_so(contact):
     assert not ends[2].message and ends[2].pairs > ends[1].pairs > 0.0
 
 
-def test_pairs_are_those_of_the_solver_alone(contact):
+def test_pairs_agree_with_the_solver_alone(contact):
     def pairs(between):
         found = []
         for state in default_relaxer(contact.interaction).solver(

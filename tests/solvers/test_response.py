@@ -32,7 +32,7 @@ def relaxed(contact, height):
 
 
 @pytest.mark.parametrize("wall", WALLS.values(), ids=WALLS)
-def test_derivative_of_the_force_to_the_height_is_that_of_differences(
+def test_derivative_of_the_force_to_the_height_agrees_with_differences(
     wall, periodic, solid
 ):
     heights = rough_sphere((40, 40), np.inf if periodic else 100.0, ROUGH)
@@ -93,7 +93,7 @@ def test_a_state_that_is_no_minimum_has_no_stiffness():
     assert (known <= largest + 0.01 * abs(largest))[np.isfinite(known)].all()
 
 
-def test_contact_stiffness_and_pressure_of_a_smooth_sphere_are_those_of_hertz():
+def test_contact_stiffness_and_pressure_of_a_smooth_sphere_agree_with_hertz():
     sphere = rc.RoughSphere(400.0)
     atoms = atoms_under(sphere, rc.HardWall(), (96, 96))
     (step,) = rc.load_path(atoms, penetrations=[3.0])
@@ -125,7 +125,7 @@ def difference(force, value, step=STEP):
 
 
 @pytest.mark.parametrize("kind", ["adhesive", "hard"])
-def test_derivative_to_the_radius_is_that_of_differences(kind, solid):
+def test_derivative_to_the_radius_agrees_with_differences(kind, solid):
     _, contact, state = force_of(kind=kind, solid=solid)
     response = height_response(contact, state, 1e-9)
     x = np.arange(40) - 20.0
@@ -139,7 +139,7 @@ def test_derivative_to_the_radius_is_that_of_differences(kind, solid):
 
 
 @pytest.mark.parametrize("kind", ["adhesive", "hard"])
-def test_derivative_to_the_modulus_is_that_of_differences(kind):
+def test_derivative_to_the_modulus_agrees_with_differences(kind):
     _, contact, state = force_of(kind=kind)
     response = height_response(contact, state, 1e-9)
     by_modulus = force_derivative(contact, state, response, compliance=-1.0)
@@ -147,7 +147,7 @@ def test_derivative_to_the_modulus_is_that_of_differences(kind):
     assert by_modulus == pytest.approx(expected, rel=1e-6)
 
 
-def test_derivative_to_the_work_of_adhesion_is_that_of_differences(solid):
+def test_derivative_to_the_work_of_adhesion_agrees_with_differences(solid):
     _, contact, state = force_of(solid=solid)
     response = height_response(contact, state, 1e-9)
     low, high = (
@@ -161,7 +161,7 @@ def test_derivative_to_the_work_of_adhesion_is_that_of_differences(solid):
     assert by_work == pytest.approx(expected, rel=1e-6)
 
 
-def test_derivative_to_the_height_is_that_of_raised_heights(solid):
+def test_derivative_to_the_height_agrees_with_raised_heights(solid):
     _, contact, state = force_of(solid=solid)
     response = height_response(contact, state, 1e-9)
     raised = force_derivative(contact, state, response, heights=1.0)

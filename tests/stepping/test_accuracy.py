@@ -49,7 +49,7 @@ def states(wall, path, seed, accuracy):
 @pytest.mark.parametrize("path", PATHS)
 @pytest.mark.parametrize("wall", WALLS)
 def test_errors_of_force_and_area_are_at_most_the_allowed_ones(wall, path, seed, level):
-    """That of the force relative to the repulsion, that of the area beyond one atom."""
+    """Error of the force relative to the repulsion, of the area beyond one atom."""
     allowed, reference = (
         GridModel(accuracy=level).error,
         states(wall, path, seed, REFERENCE),
@@ -97,8 +97,8 @@ def test_invalid_accuracy_is_an_error(wanted, message):
         GridModel(accuracy=wanted)
 
 
-def test_tolerance_and_errors_under_tension_are_those_of_the_magnitudes():
-    """Hard walls with attraction hold atoms in contact whose total is a tension."""
+def test_tolerance_and_errors_under_tension_agree_with_the_magnitudes():
+    """Hard walls with attraction hold atoms in contact under a total tension."""
     sphere = rc.RoughSphere(30.0)
     atoms = atoms_under(sphere, rc.DugdaleWall(0.05, 0.6), (32, 32))
     pressed, pulled = rc.load_path(atoms, [0.8, -0.35], validity="ignore")
@@ -113,7 +113,7 @@ SOFT = WALLS["repulsive"]
 
 
 def spacing(error, wave=4.0, wall=SOFT, domain=64.0, shape=None):
-    """Return the spacing of the grid in units of that of the atoms."""
+    """Return the spacing of the grid in units of the spacing of the atoms."""
     rough = rc.SelfAffine(0.1, 0.8, wave, max(wave, 32.0), domain=domain)
     return grid_for(error, rc.RoughSphere(100.0, rough), wall, 1.0, shape).spacing(1.0)
 

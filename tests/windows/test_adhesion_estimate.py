@@ -108,7 +108,7 @@ def test_effective_work_of_a_height_map_lacks_the_energy_of_its_waves(seed):
     assert 0.05 - left == pytest.approx(energy_of_the_spectrum(), rel=0.03)
 
 
-def test_contact_radius_of_a_smooth_sphere_is_that_of_jkr():
+def test_contact_radius_of_a_smooth_sphere_agrees_with_jkr():
     contact = estimate(rc.RoughSphere(1e4), 0.05)
     radius = contact.radius(0.0, 3.0)
     assert radius == pytest.approx(float(JKR(1e4, 1.0, 0.05).contact_radius(3.0)))

@@ -37,7 +37,7 @@ def test_pressure_of_atoms_in_both_windows_is_kept(atoms):
     common = OLD.slices_in(NEW)
     np.testing.assert_array_equal(after[common], np.where(before > 1e-6, before, 0.0))
     assert np.count_nonzero(after) == np.count_nonzero(after[common]) > 0
-    # the pressure that the calculator keeps is that of the displacement
+    # the pressure that the calculator keeps belongs to the displacement
     twin = atoms.copy()
     twin.calc = RoughContact(**atoms.calc.parameters)
     np.testing.assert_allclose(model_of(twin).elastic_pressure(twin), after, atol=1e-10)

@@ -39,7 +39,7 @@ from ase_roughcontact import SelfAffine, load_path, substrate
 from ase_roughcontact.windows.memory import memory_of
 
 def peak():
-    with open("/proc/self/status") as file:  # not that of the parent, as rusage has it
+    with open("/proc/self/status") as file:  # rusage would have the parent's memory
         (kilobytes,) = [int(line.split()[1]) for line in file if "VmHWM" in line]
     return 1024 * kilobytes
 
@@ -102,7 +102,7 @@ def test_estimate_is_within_a_third_of_the_memory_of_a_process(
 # Free memory
 
 
-def test_free_memory_is_that_of_the_machine_in_bytes():
+def test_free_memory_is_the_memory_of_the_machine_in_bytes():
     lines = Path("/proc/meminfo").read_text().splitlines()
     (kilobytes,) = (int(x.split()[1]) for x in lines if x.startswith("MemAvailable"))
     expected = min(1024.0 * kilobytes, control_group_memory())

@@ -75,7 +75,7 @@ def test_mean_power_of_an_ensemble_is_kept_by_smoothing():
     np.testing.assert_allclose(kept, waves, atol=1e-9)
 
 
-def test_lost_slope_is_that_of_the_waves_left_out():
+def test_lost_slope_agrees_with_the_waves_left_out():
     atoms = make_atoms()
     lost = regrid(atoms, GridChange(coarsen=4))
     smooth = atoms.calc.parameters["indenter"]
@@ -84,7 +84,7 @@ def test_lost_slope_is_that_of_the_waves_left_out():
     atoms.get_forces()  # the atoms know that they have another indenter
 
 
-def test_path_on_another_grid_is_that_of_atoms_built_with_it(recwarn):
+def test_path_on_another_grid_agrees_with_atoms_on_this_grid(recwarn):
     wall = rc.LennardJones93.repulsive(1.0, 1.0)
     built = atoms_under(SPHERE, wall, (48, 64), spacing=0.5)
     (expected,) = rc.load_path(built, heights=[1.0], fmax=1e-10)

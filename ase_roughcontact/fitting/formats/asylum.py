@@ -99,10 +99,12 @@ def _segments(note: Mapping[str, str], count: int) -> list[tuple[str | None, sli
     """Return kinds and points of the segments."""
     try:
         ends = [int(text) for text in note["Indexes"].split(",") if text.strip()]
-        ways = [float(text) for text in note["Direction"].split(",") if text.strip()]
+        directions = [
+            float(text) for text in note["Direction"].split(",") if text.strip()
+        ]
     except (KeyError, ValueError):
         return [(None, slice(0, count))]
-    kinds = [_KINDS.get(way) for way in ways[1:]]
+    kinds = [_KINDS.get(direction) for direction in directions[1:]]
     if len(kinds) != len(ends) - 1 or None in kinds or sorted(ends) != ends:
         return [(None, slice(0, count))]
     points = [slice(a, b) for a, b in pairwise(ends)]

@@ -1,4 +1,4 @@
-"""Registry of the formats of force curves, and a file whose format is sought."""
+"""Registry of the formats of force curves, and a file of an unknown format."""
 
 from __future__ import annotations
 
@@ -81,6 +81,6 @@ class CurveFormat:
     read: Callable[[CurveFile], CurveTable]
 
 
-#: Formats of one's own by their names, which are tried before those of the package.
+#: Formats of one's own by their names, which are tried before the package's formats.
 #: One more is an entry: ``FORMATS["mine"] = CurveFormat(recognises, read)``.
 FORMATS: Registry[CurveFormat] = Registry("format of force curves")

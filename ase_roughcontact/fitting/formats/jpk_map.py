@@ -1,4 +1,4 @@
-"""Maps of JPK with many curves in one archive, of which one curve at a time is read.
+"""Maps of JPK: one archive with many curves, which are read one at a time.
 
 The archive has a folder ``index/N`` for each curve, and files that the curves share. A
 copy of one folder and the shared files is a map of one curve, which is read in the same

@@ -149,7 +149,7 @@ def _head(data: bytes) -> Head:
 
 
 def _first(head: Head, *keys: str) -> str:
-    """Return the first value of one of some keys; empty if there is none."""
+    """Return the first value of one of some keys; empty if there is no such key."""
     for _, section in head:
         for key in keys:
             if section.get(key):

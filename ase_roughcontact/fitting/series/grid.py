@@ -43,7 +43,7 @@ class MapGrid:
         return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
     def values(self, values: FloatArray) -> FloatArray:
-        """Return values of the curves on the grid, NaN where there is none.
+        """Return values of the curves on the grid, NaN where there is no curve.
 
         Parameters
         ----------

@@ -74,7 +74,7 @@ def test_a_soft_cantilever_snaps_in_earlier_and_dissipates_more():
 
 @pytest.mark.parametrize("branch", ["approach", "retraction"])
 @pytest.mark.parametrize("share", [0.2, 0.7])
-def test_states_are_those_of_a_tip_on_a_spring(branch, share):
+def test_states_agree_with_a_tip_on_a_spring(branch, share):
     followed = getattr(curve(), branch)
     states = getattr(loop(), branch)
     i = int(share * len(followed.distance))

@@ -55,7 +55,7 @@ def test_rigid_sphere_has_the_pull_off_of_dmt():
 
 
 def pull_off(radius, work, reach):
-    """Return the largest tension of a path to both sides of that of theory."""
+    """Return the largest tension of a path to both sides of the theoretical one."""
     theory = MaugisDugdale(radius, 1.0, work, reach)
     *_, depth = theory.state(theory.stability_limit("load"))
     unit = np.cbrt(work**2 * radius)
@@ -112,7 +112,7 @@ def steps_of_a_flat(slope, part, tension, seed, n=32, **options):
 
 
 @pytest.mark.parametrize("slope", [1e-6, 1e-5, 1e-4, 1e-2, 0.5])
-def test_contact_on_small_slopes_is_that_of_the_hard_wall(slope):
+def test_contact_on_small_slopes_agrees_with_the_hard_wall(slope):
     attracted, hard = steps_of_a_flat(slope, 0.6, 0.02, seed=1)
     assert attracted.converged
     difference = abs(attracted.repulsive_atoms - hard.repulsive_atoms)
@@ -122,7 +122,7 @@ def test_contact_on_small_slopes_is_that_of_the_hard_wall(slope):
 
 @pytest.mark.slow  # six hundred pairs of states
 @pytest.mark.filterwarnings("ignore:work_of_adhesion")  # of a long range
-def test_contact_on_any_slope_is_that_of_the_hard_wall():
+def test_contact_on_any_slope_agrees_with_the_hard_wall():
     known, decided = [], []
     for seed in range(600):
         rng = np.random.default_rng(seed)

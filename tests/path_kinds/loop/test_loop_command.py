@@ -37,7 +37,7 @@ def run(printed):
     return printed[0]
 
 
-def test_the_loop_of_a_scene_is_that_of_its_atoms():
+def test_the_loop_of_a_scene_agrees_with_the_loop_of_its_atoms():
     scene = Scene.parse(LOOP)
     loop = relax_loop(scene, validity="ignore")
     options = {"deepest": 2.0, "step": 0.5, "tolerance": 0.01, "accuracy": "fast"}
@@ -207,7 +207,7 @@ def test_a_loop_does_not_replace_the_results_of_another_scene(run, tmp_path, cap
     assert "holds steps of another path" in capsys.readouterr().err
 
 
-def test_a_folder_of_places_is_not_that_of_a_run(tmp_path, capsys):
+def test_a_folder_of_places_is_no_folder_of_a_run(tmp_path, capsys):
     folder, scene = tmp_path / "results", tmp_path / "other.toml"
     folder.mkdir()
     (folder / "places.csv").touch()

@@ -44,7 +44,7 @@ def test_a_loop_turns_where_it_is_pressed_as_much_as_it_was_pulled_before():
     assert turn.normal_force >= largest_tension(before) > 0.0
 
 
-def test_the_pull_off_force_of_a_rough_tip_is_that_of_a_deep_loop():
+def test_the_pull_off_force_of_a_rough_tip_agrees_with_a_deep_loop():
     deep = loop_of(tip(ROUGH), 2.0 * rough().turn.penetration)
     assert rough().pull_off_force == pytest.approx(deep.pull_off_force, rel=0.015)
     assert not rough().turns_in_tension and not rough().warnings

@@ -72,7 +72,7 @@ def test_the_indenter_has_the_lateral_force():
     assert (atoms_on().calc.get_property("lateral_force", atoms_on()) == 0.0).all()
 
 
-def test_results_are_those_of_the_last_step_after_an_optimizer_of_ase():
+def test_results_agree_with_the_last_step_after_an_optimizer_of_ase():
     atoms, wall = atoms_on(), LennardJones93.repulsive(0.8, 2.5)
     atoms.calc.set(interaction=wall)
     last = slide(atoms, PATH[:3], optimizer=LBFGS, fmax=1e-3)[-1]

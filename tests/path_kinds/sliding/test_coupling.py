@@ -52,7 +52,7 @@ def punch_of(n, radius, poisson):
 
 
 def stick_radius(step):
-    """Return the radius of the area that sticks over that of the contact."""
+    """Return the radius of the area that sticks over the radius of the contact."""
     return np.sqrt(step.stick_area / (step.stick_area + step.slip_area))
 
 
@@ -78,7 +78,7 @@ def test_load_of_a_punch_that_sticks(poisson):
 @pytest.mark.parametrize("poisson", [0.0, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_load_of_a_sphere_that_sticks_as_it_is_loaded(poisson):
     # D. A. Spence, Proc. R. Soc. A 305, 55 (1968); F. M. Borodich, L. M. Keer, Proc. R.
-    # Soc. A 460, 507 (2004): a^2 = 2 I R delta, and dP/d delta is that of a punch
+    # Soc. A 460, 507 (2004): a^2 = 2 I R delta, and dP/d delta as for a punch
     n, depth, solid = 32, 0.8, Isotropic(1.0, poisson)
     beta = np.log(3.0 - 4.0 * poisson) / (2.0 * np.pi)
     integral, _ = quad(
@@ -99,7 +99,7 @@ def test_load_of_a_sphere_that_sticks_as_it_is_loaded(poisson):
     "poisson, mu", [pytest.param(0.0, 0.3, marks=pytest.mark.slow), (0.3, 0.15)]
 )
 def test_stick_radius_is_constant_under_growing_load(poisson, mu):
-    # and the same as that of a punch: D. A. Spence, J. Elasticity 5, 297 (1975)
+    # and the same as for a punch: D. A. Spence, J. Elasticity 5, 297 (1975)
     punch = coupled(punch_of(65, 29.0, poisson), 1.0, Coulomb(mu), [0.0])[0]
     depths = 1.2 * np.geomspace(0.05, 1.0, 15)
     solid = Isotropic(1.0, poisson)

@@ -106,7 +106,7 @@ def test_static_friction_is_the_largest_force_of_the_first_slide():
 
 @pytest.mark.parametrize("missed, loops", [(5e-4, 1), (2e-3, 0)])
 def test_a_loop_is_closed_where_it_misses_its_beginning_by_a_thousandth(missed, loops):
-    turns = [0.0, 1.0, missed]  # of which the last one is the end
+    turns = [0.0, 1.0, missed]  # the last one is the end
     steps = [
         SimpleNamespace(lateral_x=x, lateral_y=0.0, dissipated_energy=2.0 * number)
         for number, x in enumerate(turns)
@@ -174,7 +174,7 @@ def test_a_path_without_contact_says_so(tmp_path):
     assert list(scene.path.draw(scene, steps, tmp_path)) == ["friction.png"]
 
 
-def test_the_bound_that_is_drawn_is_that_of_the_repelled_atoms():
+def test_the_bound_that_is_drawn_agrees_with_the_repelled_atoms():
     wall = {"interaction__kind": "adhesive", "interaction__work_of_adhesion": 0.1}
     scene = scene_with(**wall, path__displacements=[0, "3 Å"], path__steps=1)
     (first, last) = steps = list(scene.relax(validity="ignore"))
@@ -280,7 +280,7 @@ def test_laws_of_a_scene():
         law(**strength, friction__kind="tresca")
 
 
-def test_poissons_ratio_is_that_of_the_substrate():
+def test_poissons_ratio_agrees_with_the_substrate():
     assert scene_with().solid == Isotropic(80.0 * GPA, 0.3)
     named = Scene.parse(TEXT).with_values(
         {"substrate.contact_modulus": None, "substrate.poisson": None}
@@ -466,7 +466,7 @@ def test_the_commands_run_resume_and_report_a_sliding_path(tmp_path, capsys):
     assert json.loads(lines[-1])["lateral_x"] == 1.0
 
 
-def test_an_ensemble_of_sliding_paths_is_that_of_its_scenes(tmp_path):
+def test_an_ensemble_of_sliding_paths_agrees_with_its_scenes(tmp_path):
     scene = scene_with(path__displacements=[0, 1], path__steps=2)
     scenes = product(scene, {"friction.coefficient": [0.1, 0.3]})
     database = tmp_path / "friction.db"

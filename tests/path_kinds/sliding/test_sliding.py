@@ -47,7 +47,7 @@ def penetration(stepper, load):
     return LoadStep.of(stepper.relax(stepper.start, load)).penetration
 
 
-def test_displacement_and_stick_radius_are_those_of_cattaneo_and_mindlin():
+def test_displacement_and_stick_radius_agree_with_cattaneo_and_mindlin():
     n, depth = 128, 12.0 / 4.0
     exact = {"accuracy": 1e-6}
     (first,) = follow(stepper_of(n, **exact), depth, Coulomb(MU), [0.0])
@@ -63,7 +63,7 @@ def test_displacement_and_stick_radius_are_those_of_cattaneo_and_mindlin():
         assert radius == pytest.approx(a * left ** (1.0 / 3.0), abs=0.5)
 
 
-def test_displacements_are_those_of_two_normal_contacts():
+def test_displacements_agree_with_two_normal_contacts():
     # Ciavarella and Jaeger for Poisson's ratio zero, whatever the grid
     n, loads = 32, np.array([10.0, 4.0])
     deep, shallow = (
@@ -85,7 +85,7 @@ def test_slip_that_is_large_against_the_contact_is_a_limit(start):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_tractions_of_rough_contacts_are_those_of_ciavarella_and_jaeger(seed):
+def test_tractions_of_rough_contacts_agree_with_ciavarella_and_jaeger(seed):
     n = 48
     rough = SelfAffine(0.1, 0.8, 4.0, 24.0, domain=48.0, seed=seed)
     loads, sphere = np.array([3.0, 9.0]), RoughSphere(10.0 * n, rough)

@@ -103,7 +103,7 @@ def test_forces_are_minus_the_gradient_of_the_energy(periodic, wall):
 
 
 @pytest.mark.parametrize("options", [{}, {"periodic": True}, {"solid": CUBIC}])
-def test_relaxed_atoms_are_those_of_the_friction_solver(options):
+def test_relaxed_atoms_agree_with_the_friction_solver(options):
     atoms, expected = pressed(**options), slid([[0.0, 0.0], MOVE], **options)
     before = atoms.get_potential_energy()
     stick(atoms, LAW).move(atoms, MOVE)

@@ -406,7 +406,7 @@ def elapse(monkeypatch, seconds):
     monkeypatch.setattr(progress, "perf_counter", lambda: next(clock))
 
 
-def test_the_time_left_of_a_path_is_that_of_its_steps_to_a_factor_of_four(
+def test_the_time_left_of_a_path_agrees_with_its_steps_to_a_factor_of_four(
     run, monkeypatch
 ):
     scene = Scene.parse(TEXT)

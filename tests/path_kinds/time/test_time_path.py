@@ -148,7 +148,7 @@ def test_limits_of_fast_and_slow_rates_are_elastic(duration, relaxed, wall):
 @pytest.mark.parametrize("periodic", [False, True])
 @pytest.mark.parametrize("wall", ["hard", "plastic", "soft", "adhesive"])
 @pytest.mark.parametrize("creep", ["three terms", "fluid"])
-def test_gaps_are_those_of_the_whole_history(creep, wall, periodic):
+def test_gaps_agree_with_the_whole_history(creep, wall, periodic):
     """The integral over all pressures, with another formula than the time steps."""
     n = 24
     creep = {
@@ -258,7 +258,7 @@ def test_jumps_at_the_instantaneous_modulus_are_reported():
 
 
 @pytest.mark.slow
-def test_a_slow_loop_is_that_of_the_relaxed_solid():
+def test_a_slow_loop_agrees_with_the_relaxed_solid():
     forces, losses = [], []
     for creep, modulus, time in ((CREEP, 1.0, 1e5), (Creep([1e-12], [1.0]), 0.2, 1.0)):
         problem = problem_of(32, ADHESIVE, creep, radius=20.0, solid=modulus)
