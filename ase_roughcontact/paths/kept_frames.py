@@ -5,7 +5,7 @@ from __future__ import annotations
 #: Which frames a trajectory keeps.
 KEPT = ("thinned", "all", "last")
 # Largest number of frames of a trajectory that is thinned, beside the last one.
-_MOST = 100
+_MAX_FRAMES = 100
 
 
 def has_frame(keep: str, step: int, last: int) -> bool:
@@ -39,6 +39,6 @@ def number_of_frames(keep: str, steps: int) -> int:
 def _distance(keep: str, last: int) -> int:
     """Return the distance of the steps that have a frame, a power of two."""
     distance = 1
-    while keep == "thinned" and last // distance >= _MOST:
+    while keep == "thinned" and last // distance >= _MAX_FRAMES:
         distance *= 2
     return distance

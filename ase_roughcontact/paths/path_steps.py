@@ -18,6 +18,7 @@ import numpy as np
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.identity import differences
+from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.control import Control
@@ -26,10 +27,6 @@ from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.retraction import relax_in_contact
 from ase_roughcontact.stepping.step import Stepper
-
-# Relative difference of targets that counts as rounding, as between the common part of
-# a path and of a longer one; near zero, relative to the neighbouring targets.
-_ROUNDING = 1e-12
 
 
 class OtherPathError(ValueError):
@@ -233,9 +230,9 @@ class NumberedSteps(PathSteps):
 
     def _same_target(self, target: float, number: int) -> bool:
         neighbours = self.targets[max(number - 1, 0) : number + 2]
-        rounding = _ROUNDING * float(np.ptp(neighbours))
+        rounding = ROUNDING * float(np.ptp(neighbours))
         return math.isclose(
-            target, self.targets[number], rel_tol=_ROUNDING, abs_tol=rounding
+            target, self.targets[number], rel_tol=ROUNDING, abs_tol=rounding
         )
 
 

@@ -102,11 +102,19 @@ def plan_path(
             steps.append(PlannedStep(target, count, problem=str(error)))
             continue
         memory = memory_of(shape, wall, solid, points=points, periodic=problem.periodic)
-        cost = memory, seconds(grid)
-        steps.append(PlannedStep(target, count, text_of(shape), text_of(grid), *cost))
+        steps.append(
+            PlannedStep(
+                target, count, text_of(shape), text_of(grid), memory, seconds(grid)
+            )
+        )
     largest = max(beyond, key=lambda error: error.radius, default=None)
-    advice = (largest.advice, largest.domain) if largest else ()
-    return Plan(tuple(steps), tuple(left_out), available_memory(), *advice)
+    return Plan(
+        tuple(steps),
+        tuple(left_out),
+        available_memory(),
+        advice=largest.advice if largest else "",
+        domain=largest.domain if largest else 0,
+    )
 
 
 def _auto_shapes(problem: Problem, control: Control) -> Callable[[float], Shapes]:

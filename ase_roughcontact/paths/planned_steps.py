@@ -17,23 +17,27 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.kept_frames import number_of_frames
 from ase_roughcontact.results.record import size_of
 
-# Sizes of a number in a frame and in a state (bytes).
-_SINGLE, _DOUBLE = 4, 8
-# Sizes of the description of a frame and of the columns of a step (bytes).
-_DESCRIPTION, _COLUMNS = 4_000, 2_000
+# Size of a number in a frame (bytes).
+_FRAME_NUMBER_SIZE = 4
+# Size of a number in a state (bytes).
+_STATE_NUMBER_SIZE = 8
+# Size of the description of a frame (bytes).
+_DESCRIPTION_SIZE = 4_000
+# Size of the columns of a step (bytes).
+_COLUMNS_SIZE = 2_000
 # Size of a frame for viewing (bytes).
-_BYTES_OF_VIEW = 120_000
+_VIEW_SIZE = 120_000
 # Largest number of steps that a plan lists; each one represents several of a longer
 # path.
-_MOST_LISTED = 500
+_MAX_LISTED = 500
 
 # Time of a step by kind of wall, in units of an exact convolution on the full grid.
-_PAIRS = {"hard": 150, "soft": 180, "attractive": 320}
+_CONVOLUTIONS = {"hard": 150, "soft": 180, "attractive": 320}
 # Time of a step with hardly any atoms (s).
-_SHORTEST = 0.05
+_MIN_SECONDS = 0.05
 # Side of the largest grid on which convolutions are timed; for larger ones the time is
 # extrapolated as n log(n).
-_TIMED_SIDE = 1024
+_MAX_TIMED_SIDE = 1024
 
 
 @dataclass(frozen=True)
@@ -118,15 +122,18 @@ class Plan:
         if not self.count:
             return 0.0
         atoms = sum(s.count * size_of(s.window) for s in self.steps if s.window)
-        size = _SINGLE * self.fields_of_frame * atoms / self.count
-        size += _DESCRIPTION + _BYTES_OF_VIEW
+        size = _FRAME_NUMBER_SIZE * self.fields_of_frame * atoms / self.count
+        size += _DESCRIPTION_SIZE + _VIEW_SIZE
         return number_of_frames(self.keep, self.count) * size
 
     @property
     def restart(self) -> float:
         """Size of the restart file (bytes)."""
         atoms = max((size_of(s.window) for s in self.steps if s.window), default=0)
-        return _DOUBLE * self.fields_of_state * atoms + _COLUMNS * self.count
+        return (
+            _STATE_NUMBER_SIZE * self.fields_of_state * atoms
+            + _COLUMNS_SIZE * self.count
+        )
 
     @property
     def memory(self) -> float:
@@ -164,14 +171,13 @@ class Plan:
             Entries for `ase_roughcontact._util.printing.show`.
         """
         heads = [heading, "window", "grid", "memory (GB)", "time (s)"]
-        rows = [
-            [
-                number(step.target / unit),
-                *((step.window, step.grid) if step.window else ("CAN'T RUN", "")),
-                *(number(value, 2) for value in (step.memory / 1e9, step.seconds)),
-            ]
-            for step in self.steps
-        ]
+        rows = []
+        for step in self.steps:
+            memory, seconds = number(step.memory / 1e9, 2), number(step.seconds, 2)
+            window = step.window or "CAN'T RUN"
+            rows.append(
+                [number(step.target / unit), window, step.grid, memory, seconds]
+            )
         total = sum(step.count for step in self.steps)
         bad = sum(step.count for step in self.steps if step.problem)
         parts = [table(heads, rows), ""]
@@ -181,19 +187,19 @@ class Plan:
             reasons = dict.fromkeys(each.problem for each in self.steps if each.problem)
             parts += [f"{bad} of {total} steps can't run:", *reasons]
             parts += [f"To run all, {self.advice}.", ""] if self.advice else [""]
-        time, memory, free = self.seconds, self.memory / 1e9, self.available / 1e9
-        most = "about" if self.repeated_step else "at most"
+        bound = "about" if self.repeated_step else "at most"
         enough = "" if self.fits else ": NOT ENOUGH"
-        return [
-            *parts,
-            f"In all about {duration(max(time, 1.0))}, about "
+        parts += [
+            f"In all about {duration(max(self.seconds, 1.0))}, about "
             f"{_size(self.frames)} of frames (sweep.traj, view.traj), "
-            f"{_size(self.restart)} to resume (sweep.restart.npz), and {most} "
-            f"{memory:.2g} GB of the {free:.2g} GB of memory that are free{enough}.",
+            f"{_size(self.restart)} to resume (sweep.restart.npz), and {bound} "
+            f"{self.memory / 1e9:.2g} GB of the {self.available / 1e9:.2g} GB of "
+            f"memory that are free{enough}.",
             "",
             "Left out:",
             entries(("-", reason) for reason in self.left_out),
         ]
+        return parts
 
 
 def _size(size: float) -> str:
@@ -219,7 +225,7 @@ def thinned(
         Number of steps that each of them represents.
     """
     number = len(targets)
-    listed = np.linspace(0, number - 1, min(number, _MOST_LISTED)).round().astype(int)
+    listed = np.linspace(0, number - 1, min(number, _MAX_LISTED)).round().astype(int)
     counts = np.diff(listed, prepend=-1)
     return np.asarray(targets, dtype=float)[listed], counts
 
@@ -242,9 +248,9 @@ def step_timer(
 
     def seconds(grid: tuple[int, int]) -> float:
         points = math.prod(grid)
-        scale = min(1.0, _TIMED_SIDE / math.sqrt(points))
+        scale = min(1.0, _MAX_TIMED_SIDE / math.sqrt(points))
         n, m = (max(8, int(side * scale)) for side in grid)
         ratio = points * math.log(points) / (n * m * math.log(n * m))
-        return _SHORTEST + _PAIRS[wall.family] * ratio * convolution(n, m)
+        return _MIN_SECONDS + _CONVOLUTIONS[wall.family] * ratio * convolution(n, m)
 
     return seconds

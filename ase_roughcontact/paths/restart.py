@@ -190,7 +190,7 @@ def read_restart(file: PathName) -> Restart | None:
     try:
         with zipfile.ZipFile(file) as archive:
             if (damaged := archive.testzip()) is not None:
-                raise ValueError(f"{damaged} is not what was written")
+                raise ValueError(f"{damaged} has a wrong checksum")
         with np.load(file, allow_pickle=False) as archive:
             arrays = dict(archive.items())
         description = json.loads(bytes(arrays.pop("description")))

@@ -127,5 +127,5 @@ def test_the_remaining_steps_and_the_number_of_iterations_may_change(other, tmp_
 
 def test_table_and_trajectory_are_two_files(tmp_path):
     same = {"csv": tmp_path / "a", "trajectory": tmp_path / "b" / ".." / "a"}
-    with pytest.raises(ValueError, match="csv and trajectory are one file"):
+    with pytest.raises(ValueError, match="csv and trajectory"):
         rc.Output(**same)
