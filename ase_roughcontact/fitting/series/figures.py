@@ -18,17 +18,18 @@ from ase_roughcontact.fitting.series.summary import is_good, known_values
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, letter
 
-# Ratio of the largest and smallest value from which a scale is logarithmic.
-_DECADES = 10.0
-# Percentiles at which the colours of a map end, and number of curves up to which they
-# end at the lowest and the largest value.
-_ENDS, _FEW = (2.0, 98.0), 50
-# Least half range of the colours, relative to their middle.
-_LEAST_RANGE = 0.005
+# Smallest ratio of the largest and smallest value on a logarithmic scale.
+_MIN_LOGARITHMIC_RATIO = 10.0
+# Percentiles of the values at which the colours of a map end.
+_COLOUR_PERCENTILES = (2.0, 98.0)
+# Largest number of curves for which they end at the lowest and the largest value.
+_MAX_CURVES_WITH_ALL_COLOURS = 50
+# Smallest half range of the colours, relative to their middle.
+_MIN_COLOUR_RANGE = 0.005
 # Largest number of bins of a histogram.
-_BINS = 40
-# Least and largest height of a map in the figure (inches).
-_HEIGHTS = 1.4, 4.0
+_MAX_BINS = 40
+# Smallest and largest height of a map in the figure (inches).
+_MAP_HEIGHTS = (1.4, 4.0)
 # Labels of the drawn quantities, and their units.
 _LABELS = {
     "contact_modulus": ("contact modulus", "Pa"),
@@ -86,7 +87,7 @@ def draw_maps(curves: Sequence[FittedCurve], names: Sequence[str], file: Path) -
     height = 2.6
     if grid is not None:
         columns, lines = grid.spacing * grid.shape
-        height = float(np.clip(0.5 + 2.1 * lines / columns, *_HEIGHTS))
+        height = float(np.clip(0.5 + 2.1 * lines / columns, *_MAP_HEIGHTS))
     with written(file, height * rows, width=6.8) as figure:
         panels = list(figure.subplots(rows, 2, squeeze=False).flat)
         for axes in panels[len(names) :]:
@@ -121,9 +122,9 @@ def draw_histogram(curves: Sequence[FittedCurve], file: Path) -> None:
     """
     values, label = _shown(curves, "contact_modulus")
     values = values[np.isfinite(values)]
-    is_log = values.max() > _DECADES * values.min()
+    is_log = values.max() > _MIN_LOGARITHMIC_RATIO * values.min()
     scale = np.log10(values) if is_log else values
-    count = min(len(np.histogram_bin_edges(scale, "auto")), _BINS)
+    count = min(len(np.histogram_bin_edges(scale, "auto")), _MAX_BINS)
     edges = np.linspace(scale.min(), scale.max(), count + 1)
     if scale.min() == scale.max():
         edges = scale.min() + np.array([-0.5, 0.5]) * max(abs(scale.min()), 1.0) * 0.01
@@ -197,12 +198,14 @@ def _shown(curves: Sequence[FittedCurve], name: str) -> tuple[FloatArray, str]:
 
 def _scale(values: FloatArray, may_be_log: bool) -> Normalize:
     """Return the scale of values, logarithmic over more than a decade."""
-    is_few = np.isfinite(values).sum() < _FEW
-    low, high = np.nanpercentile(values, (0.0, 100.0) if is_few else _ENDS)
-    if may_be_log and low > 0.0 and high > _DECADES * low:
+    is_few = np.isfinite(values).sum() < _MAX_CURVES_WITH_ALL_COLOURS
+    low, high = np.nanpercentile(
+        values, (0.0, 100.0) if is_few else _COLOUR_PERCENTILES
+    )
+    if may_be_log and low > 0.0 and high > _MIN_LOGARITHMIC_RATIO * low:
         return LogNorm(low, high)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    half = max(half, _LEAST_RANGE * abs(middle)) or 1.0
+    half = max(half, _MIN_COLOUR_RANGE * abs(middle)) or 1.0
     return Normalize(middle - half, middle + half)
 
 

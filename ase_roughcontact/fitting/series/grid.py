@@ -10,10 +10,10 @@ import numpy as np
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.series.row import FittedCurve
 
-# Part of the extent of a map within which places are on one line of its grid.
-_SAME_LINE = 1e-3
+# Largest distance of places on one line of a grid, relative to the extent of the map.
+_MAX_LINE_DISTANCE = 1e-3
 # Largest deviation of a line from its place in the grid, relative to the spacing.
-_OFF = 0.25
+_MAX_LINE_DEVIATION = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,14 +98,14 @@ def _lines(places: FloatArray, axis: int) -> np.ndarray | None:
     extent = float(np.ptp(places, axis=0).max())
     order = np.argsort(places[:, axis])
     ordered = places[order, axis]
-    begins = np.append(True, np.diff(ordered) > _SAME_LINE * extent)
+    begins = np.append(True, np.diff(ordered) > _MAX_LINE_DISTANCE * extent)
     label = np.cumsum(begins) - 1
     at = np.bincount(label, ordered) / np.bincount(label)
     if len(at) == 1:
         return np.zeros(len(places), int)
     along = (at - at[0]) / np.diff(at).min()
     number = np.rint(along)
-    if abs(along - number).max() > _OFF:
+    if abs(along - number).max() > _MAX_LINE_DEVIATION:
         return None
     found = np.empty(len(places), int)
     found[order] = number[label].astype(int)

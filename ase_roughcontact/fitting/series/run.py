@@ -32,9 +32,11 @@ from ase_roughcontact.theory.indenters import named_indenter
 
 _log = logging.getLogger(__name__)
 # Number of curves that a worker fits one after the other.
-_BATCH = 16
-# Names of the files in the folder of results.
-_TABLE, _SETTINGS = "curves.csv", "settings.json"
+_TASK_CURVES = 16
+# Name of the table in the folder of results.
+_TABLE_FILE = "curves.csv"
+# Name of the file of the settings in the folder of results.
+_SETTINGS_FILE = "settings.json"
 
 
 @dataclass(frozen=True)
@@ -148,7 +150,9 @@ def fit_curves(
             found, write = stack.enter_context(_table(Path(folder), settings, names))
         yield from found
         done, missing = len(found), names[len(found) :]
-        batches = [missing[i : i + _BATCH] for i in range(0, len(missing), _BATCH)]
+        batches = [
+            missing[i : i + _TASK_CURVES] for i in range(0, len(missing), _TASK_CURVES)
+        ]
         fitted = stack.enter_context(
             closing(_fitted(settings, batches, executor, workers))
         )
@@ -182,7 +186,7 @@ def _table(
 ) -> Iterator[tuple[list[FittedCurve], Callable[[Mapping[str, str]], None]]]:
     """Yield the results of an earlier run, and a function that writes a further row."""
     folder.mkdir(parents=True, exist_ok=True)
-    file = folder / _TABLE
+    file = folder / _TABLE_FILE
     with locked(file):
         _check_settings(folder, settings, names)
         found = read_fitted_curves(file) if file.exists() else []
@@ -201,7 +205,7 @@ def _check_settings(
         for key, value in asdict(settings).items()
     }
     given = json.dumps({**values, "files": sizes}, indent=1)
-    file = folder / _SETTINGS
+    file = folder / _SETTINGS_FILE
     if not file.exists():
         with replaced(file) as new:
             Path(new).write_text(given, encoding="utf-8")
