@@ -133,7 +133,7 @@ class Sliding(PathKind):
         values = getattr(self.plain([key], units, unit), key)
         found = UNITS[unit] * finite_array(key, list(values))
         if len(found) < 2:
-            raise ValueError(f"{key} must be two targets or more, got {len(found)}")
+            raise ValueError(f"{key} must be two or more targets, got {len(found)}")
         if integer("steps", self.steps, 1) * len(found) > MAX_STEPS:
             raise ValueError(f"a path has at most {MAX_STEPS} steps, got more")
         return found

@@ -326,7 +326,7 @@ def test_two_elastic_bodies_slide_as_their_compliances_add_up():
             "unknown unit of values 'nN'.*; forces need control = \"load\"",
         ),
         ({"path.control": "base"}, "control 'base'.* Known: load, penetration, height"),
-        ({"path.spring": 1.0}, "bases need a spring"),
+        ({"path.spring": 1.0}, "a spring needs bases"),
         ({"path.steps": 0}, "steps must be"),
         ({"path.first": 1.0}, "first"),
         ({"friction": None}, r'"sliding" needs a section \[friction\]'),
