@@ -23,6 +23,7 @@ radius = "30 nm"
 kind = "hard"
 """
 LOADS = SOLID + SPHERE + "[path]\nvalues = [5.0, 50.0, 500.0, 2000.0]\n"
+COARSE = LOADS.replace("1 nm", "2 nm")
 CREEP = SOLID + 'relaxation_moduli = [0.5]\nrelaxation_times = ["1 s"]\n' + SPHERE
 FLAT = """
 [substrate]
@@ -53,7 +54,7 @@ COMMANDS = {
         FLAT,
         1,
     ),
-    "fit": (["fit", "--free", "contact_modulus", "curve.csv"], LOADS, 1),
+    "fit": (["fit", "--free", "contact_modulus", "curve.csv"], COARSE, 1),
 }
 ROW = re.compile(r" *\d[\d./]* +[-\d]|contact_modulus +\d|height_offset +[-\d]")
 PROGRESS = re.compile(r"\d+/\d+ (steps|paths)")
@@ -64,7 +65,7 @@ NOTE = re.compile(r"Leftoutonascreenof60characters:.*?showall\)\.")
 def folder(tmp_path, monkeypatch):
     """Folder with a force curve of a Hertzian contact; the present one."""
     monkeypatch.chdir(tmp_path)
-    depth = np.linspace(-5.0, 10.0, 30)  # Å
+    depth = np.linspace(-5.0, 10.0, 16)  # Å
     modulus, radius = 95.0 * UNITS["GPa"], 300.0
     force = 4.0 / 3.0 * modulus * radius**0.5 * depth.clip(0.0) ** 1.5 / UNITS["nN"]
     force += np.random.default_rng(0).normal(size=depth.size)
@@ -73,17 +74,22 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def in_pipe_and_on_screen(command, columns, monkeypatch):
-    """Lines of a command printed into a pipe, and on a terminal."""
+def in_pipe(command):
+    """Lines of a command printed into a pipe."""
     words, scene, _ = COMMANDS[command]
     Path("scene.toml").write_text(scene)
-    arguments = [*words, "scene.toml"]
-    piped = [k for k in printed(*arguments).splitlines() if not PROGRESS.match(k)]
+    lines = printed(*words, "scene.toml").splitlines()
+    return [line for line in lines if not PROGRESS.match(line)]
+
+
+def on_screen(command, columns, monkeypatch):
+    """Lines of the same command on a terminal, begun again."""
     for each in Path().glob("roughcontact*"):
-        each.rename(f"first-{each.name}")
-    status, shown = screen_of(arguments, columns, monkeypatch)
+        each.rename(f"before-{columns}-{each.name}")
+    words = COMMANDS[command][0]
+    status, shown = screen_of([*words, "scene.toml"], columns, monkeypatch)
     assert status == 0
-    return piped, shown
+    return shown
 
 
 def without_times(lines):
@@ -107,21 +113,14 @@ def text_and_rows(lines, left_out=0):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_screen_of_80_characters_shows_what_is_printed_into_a_pipe(
-    command, folder, monkeypatch
-):
-    piped, shown = in_pipe_and_on_screen(command, 80, monkeypatch)
-    assert without_times(shown) == without_times(piped)
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_a_screen_of_60_characters_lacks_the_last_columns_only(
-    command, folder, monkeypatch
-):
-    piped, shown = in_pipe_and_on_screen(command, 60, monkeypatch)
+def test_a_screen_shows_what_is_printed_into_a_pipe(command, folder, monkeypatch):
+    piped = in_pipe(command)
+    wide = on_screen(command, 80, monkeypatch)
+    assert without_times(wide) == without_times(piped)
+    narrow = on_screen(command, 60, monkeypatch)  # lacks the last columns only
     left_out = COMMANDS[command][2]
-    assert text_and_rows(shown) == text_and_rows(piped, left_out)
-    assert bool(NOTE.search("".join("".join(shown).split()))) == bool(left_out)
+    assert text_and_rows(narrow) == text_and_rows(piped, left_out)
+    assert bool(NOTE.search("".join("".join(narrow).split()))) == bool(left_out)
 
 
 def test_a_narrow_screen_keeps_the_marks_of_limits(folder):
