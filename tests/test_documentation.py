@@ -19,6 +19,7 @@ from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.results.column import EVERYWHERE
 from ase_roughcontact.results.flat_record import FlatStep
 from ase_roughcontact.results.record import columns_of, columns_on_request
+from ase_roughcontact.scene.path_kind import PATHS
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "examples" / "guide"
@@ -230,6 +231,14 @@ def test_columns_on_the_page_agree_with_a_step():
         assert rows_of(listed) in PAGES["examples/guide/columns.md"]
     on_request = columns_on_request(LoadStep) | columns_on_request(SlidingStep)
     assert rows_of(on_request) in PAGES["examples/guide/columns.md"]
+
+
+def test_results_of_paths_are_on_the_page_of_columns():
+    for kind, path in PATHS.items():
+        for name, result in path.results.items():
+            if path.__module__.startswith("ase_roughcontact."):
+                row = f"| `{kind}` | `{name}` | {result.unit} | {result.description}"
+                assert row in PAGES["examples/guide/columns.md"]
 
 
 @pytest.mark.parametrize("page", sorted(GUIDE.glob("*.md")), ids=lambda page: page.stem)

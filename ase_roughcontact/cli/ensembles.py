@@ -217,4 +217,4 @@ def _means(
     errors = {each.error for each in results.values()}  # stand beside their values
     names = [name for name in results if name not in errors]
     found = (mean_values(realisations, database, name)[0] for name in names)
-    yield [mean for mean in found if mean.realisations or mean.failed]
+    yield [mean for mean in found if mean.realisations]

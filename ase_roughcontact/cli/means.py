@@ -82,8 +82,8 @@ def means_table(
     if lost:
         notes.append(
             note(
-                f"Means without up to {lost} realisations that failed or did not "
-                "converge: if these are not random, the mean is biased.",
+                f"Mean without up to {lost} realisations that failed, did not "
+                "converge or have no value: unless these are random, it is biased.",
                 style="yellow",
             )
         )

@@ -32,7 +32,7 @@ _COLUMN_WIDTH = 10
 # Width of the column of areas, which have errors.
 _AREA_WIDTH = 16
 # Widths of all columns.
-_WIDTHS = [*[_COLUMN_WIDTH] * 3, _AREA_WIDTH, *[_COLUMN_WIDTH] * 2, 1]
+_WIDTHS = [8, 8, _COLUMN_WIDTH, _AREA_WIDTH, *[_COLUMN_WIDTH] * 2, 1]
 # Relative error of an area that is not printed, as it is below the last digit.
 _MIN_RELATIVE_ERROR = 5e-5
 # Number of points of the scan along its longer side in the figure.

@@ -129,7 +129,7 @@ def show_study(
         Options of the command.
     study : Study
     seeds : sequence of int, optional
-        Seeds in place of those of the study.
+        Seeds that replace the seeds of the study.
     """
     # imports matplotlib
     from ase_roughcontact.ensemble.figures import draw_study
@@ -180,7 +180,7 @@ def _study_table(scene: Scene, points: Sequence[StudyPoint], study: Study) -> li
     if any(point.mean.validity for point in points):
         notes.append("* outside of the validity of the model: see column validity")
     if any(point.mean.failed for point in points):
-        notes.append("Means are without realisations that failed or did not converge.")
+        notes.append("Means are without realisations that failed, or have no value.")
     return [table(heads, rows, left=len(varied)), *notes]
 
 

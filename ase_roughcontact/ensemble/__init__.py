@@ -12,12 +12,14 @@ from ase_roughcontact.ensemble.means import (
 from ase_roughcontact.ensemble.places import read_places, run_places
 from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble
+from ase_roughcontact.ensemble.study import StudyPoint, study_points, write_study
 
 __all__ = [
     "MeanArea",
     "MeanValue",
     "Progress",
     "Sampling",
+    "StudyPoint",
     "case_of",
     "mean_areas",
     "mean_values",
@@ -27,5 +29,7 @@ __all__ = [
     "run_ensemble",
     "run_places",
     "sample_ensemble",
+    "study_points",
     "write_csv",
+    "write_study",
 ]

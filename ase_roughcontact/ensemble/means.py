@@ -77,8 +77,8 @@ class MeanValue:
     scatter : float
         Standard deviation :math:`s` of a realisation, in the unit of the column.
     failed : int
-        Number of realisations that have failed or not converged, and are not in the
-        mean.
+        Number of realisations that have failed, not converged or no value, such as a
+        static friction that is not reached; they are not in the mean.
     value_error : float
         Mean of the estimated errors of the values, relative to the mean; NaN if they
         are not known. It does not decrease with the number of realisations.
@@ -350,13 +350,12 @@ class ColumnValues:
     def _keep(self, key: tuple[str, int], row: Any, converged: bool) -> None:
         """Keep the value of a row, or that it has none."""
         value = row.get(self.column, math.nan)
-        if not converged:
+        if not converged or math.isnan(value):
             self._failed.add(key)
             return
         self._failed.discard(key)
-        if not math.isnan(value):
-            error = row.get(self._error, math.nan) if self._error else math.nan
-            self._values[key] = _Value(value, error, tuple(_limits(row)))
+        error = row.get(self._error, math.nan) if self._error else math.nan
+        self._values[key] = _Value(value, error, tuple(_limits(row)))
 
 
 def _columns_of_steps(scene: Scene) -> dict[str, Any]:

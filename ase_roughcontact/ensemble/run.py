@@ -185,6 +185,7 @@ def _run(
                 yield progress
             unfinished = meter.unfinished()
             if not unfinished:
+                _cancel(submitted)  # workers store how their cases ended
                 return
             try:
                 waiting = set(submitted.values())

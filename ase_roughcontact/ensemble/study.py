@@ -149,7 +149,7 @@ def drawn_over(parameters: Mapping[str, Sequence[Any]], over: str = "") -> str:
     Raises
     ------
     ValueError
-        If the given key is none of the parameters, or has values without numbers.
+        If the given key is not a parameter, or has values that are not numbers.
     """
     if over:
         numeric_values(over, lookup(over, parameters, "parameter of the study"))

@@ -7,6 +7,8 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``config``, ``scan``  sections of bodies, solver and output, and of a measured surface
 ``random_fields``     sections of roughness and of the local work of adhesion
 ``path_kind``         base class of the kinds of path, and the steps that are given
+``path_result``       numbers that follow from all steps of a path
+``study``             values of parameters, for ensembles
 ``file``              all sections of a file: read, changed, compared
 ``solid``             the elastic solid, from ``[substrate]``
 ``spacing``           the spacing of the grid, and lengths in units of it
@@ -39,9 +41,11 @@ from ase_roughcontact.scene.config import (
 )
 from ase_roughcontact.scene.file import default_text
 from ase_roughcontact.scene.path_kind import PathKind, Steps
+from ase_roughcontact.scene.path_result import PathResult
 from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.scene import NANONEWTON, Scene
+from ase_roughcontact.scene.study import StudyConfig
 
 __all__ = [
     "NANONEWTON",
@@ -51,11 +55,13 @@ __all__ = [
     "InteractionConfig",
     "OutputConfig",
     "PathKind",
+    "PathResult",
     "RoughnessConfig",
     "Scene",
     "SolverConfig",
     "SphereConfig",
     "Steps",
+    "StudyConfig",
     "SubstrateConfig",
     "TopographyConfig",
     "default_text",

@@ -70,8 +70,8 @@ class PathKind(Section):
     captions : mapping of str to str
         Names of the pictures that `draw` makes, with their captions.
     results : mapping of str to PathResult
-        Numbers that follow from all steps, by name: columns of an ensemble. A name is
-        none of the columns of the record.
+        Numbers that follow from all steps, by name: columns of an ensemble. Their
+        names differ from the columns of the record.
     main_result : str
         Name of the result that ensembles average by default; empty for the contact
         area.

@@ -333,3 +333,16 @@ def test_the_command_prints_all_results_and_names_what_failed(
     assert sorted(states) == ["done", "done", "failed", "failed", "state"]
     assert main([*command, "--column", "contact_area"]) == 2
     assert "pull_off_force" in capsys.readouterr().err
+
+
+def test_a_column_of_a_sliding_path_has_a_mean_at_each_step(tmp_path):
+    scenes = product(SLIDING, {"roughness.seed": (1, 2)})
+    finish(scenes, tmp_path / "e.db", executor=Here())
+    means = mean_values(scenes, tmp_path / "e.db", "stick_area")
+    steps = read_ensemble(tmp_path / "e.db")
+    assert len(means) == steps["step"].max() + 1 == 7
+    for number, mean in enumerate(means):
+        areas = steps["stick_area"][steps["step"] == number]
+        assert mean.mean == pytest.approx(0.5 * areas.sum())
+    (lost,) = mean_values(scenes, tmp_path / "e.db", "stiffness_without_slip")
+    assert (lost.realisations, lost.failed) == (0, 2)  # not asked for in [output]
