@@ -44,21 +44,21 @@ from ase_roughcontact.theory.indenters import Indenter, Paraboloid, Sphere
 #: Theories of adhesive spheres by their names.
 THEORIES: dict[str, type[JKR] | type[DMT]] = {"jkr": JKR, "dmt": DMT}
 # Range of the attraction for Tabor's parameter (Å), a typical one.
-_RANGE = 1.65
+_TYPICAL_RANGE = 1.65
 # Tabor's parameter above which DMT, and below which JKR, is doubtful.
-_TRANSITION = 1.0
+_TABOR_TRANSITION = 1.0
 # Largest contact radius of the theory, relative to the radius after Hertz.
-_EXTENT = 2.0
+_MAX_RADIUS_OF_HERTZ = 2.0
 # Number of contact radii at which the theory is tabulated.
-_GRID = 600
+_TABULATED_RADII = 600
 # Relative widening of the ends of an interval, by more than rounding.
-_WIDER = 1e-9
+_ABOVE_ROUNDING = 1e-9
 # Change of the unknowns for differences.
-_CHANGE = 1e-6
+_DIFFERENCE_STEP = 1e-6
 # Number of points before the pull-off that are not compared.
-_NEAR = 2
+_SKIPPED_BEFORE_PULL_OFF = 2
 # Least number of points in contact.
-_FEWEST = 10
+_MIN_POINTS = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +149,7 @@ def fit_adhesion(
         lambda x: model.residuals(model.values(first, x)) / part.noise,
         np.zeros(5 if with_slope else 4),
         x_scale="jac",
-        diff_step=_CHANGE,
+        diff_step=_DIFFERENCE_STEP,
     )
     return model.result(model.values(first, found.x), bool(found.success))
 
@@ -218,10 +218,10 @@ class _Model:
         last = int(np.argmin(curve.force)) if jump is None else jump
         self._in_contact = np.arange(len(curve.force)) <= last
         self.compared = np.ones(len(curve.force), bool)
-        self.compared[max(last + 1 - _NEAR, 0) : last + 2] = False
-        if last + 1 < _FEWEST:
+        self.compared[max(last + 1 - _SKIPPED_BEFORE_PULL_OFF, 0) : last + 2] = False
+        if last + 1 < _MIN_POINTS:
             raise ValueError(
-                f"a fit of adhesion needs at least {_FEWEST} points before the "
+                f"a fit of adhesion needs at least {_MIN_POINTS} points before the "
                 f"pull-off, got {last + 1}: measure more points"
             )
 
@@ -248,7 +248,7 @@ class _Model:
         _, _, contact, offset, slope = values
         # where the tip of a straight cantilever would be
         below = -self._curve.base - contact
-        deepest = max(float(below.max()), _CHANGE * float(np.ptp(below)))
+        deepest = max(float(below.max()), _DIFFERENCE_STEP * float(np.ptp(below)))
         stiffness = self._curve.stiffness
         depth, force = _law(self.theory(values), deepest, stiffness)
         pressed = np.interp(below, depth + force / stiffness, force)
@@ -289,13 +289,13 @@ class _Model:
         """Return the fit of some values of the unknowns."""
         curve = self._curve
         scales = self._scales(values)[: self._count]
-        changes = _CHANGE * np.diag(self._scales(values))[: self._count]
+        changes = _DIFFERENCE_STEP * np.diag(self._scales(values))[: self._count]
         residual = self.residuals(values)
         slopes = [
             self.residuals(values + change) - self.residuals(values - change)
             for change in changes
         ]
-        jacobian = np.transpose(slopes) / (2.0 * _CHANGE)
+        jacobian = np.transpose(slopes) / (2.0 * _DIFFERENCE_STEP)
         errors = scales * standard_errors(jacobian, residual)
         degrees = max(len(residual) - self._count, 1)
         fit = AdhesionFit(
@@ -329,9 +329,9 @@ def _law(
     of the height of the base.
     """
     least = _pull_off_radius(theory, stiffness)
-    largest = _EXTENT * math.sqrt(theory.radius * max(deepest, 0.0))
+    largest = _MAX_RADIUS_OF_HERTZ * math.sqrt(theory.radius * max(deepest, 0.0))
     largest += float(theory.contact_radius(0.0))
-    radius = least + (largest - least) * np.linspace(0.0, 1.0, _GRID) ** 2
+    radius = least + (largest - least) * np.linspace(0.0, 1.0, _TABULATED_RADII) ** 2
     return theory.penetration(radius), theory.force(radius)
 
 
@@ -351,7 +351,8 @@ def _pull_off_radius(theory: JKR | DMT, stiffness: float) -> float:
         force = 4.0 * E * a**2 / R - 3.0 * math.sqrt(2.0 * math.pi * w * E * a)
         return depth + force / stiffness
 
-    low, high = float(ends[0]) * (1.0 - _WIDER), float(ends[1]) * (1.0 + _WIDER)
+    low = float(ends[0]) * (1.0 - _ABOVE_ROUNDING)
+    high = float(ends[1]) * (1.0 + _ABOVE_ROUNDING)
     return float(brentq(slope, low, high, xtol=1e-12 * high))
 
 
@@ -361,12 +362,13 @@ def _wrong_theory(fit: AdhesionFit) -> list[str]:
     if theory is None:
         return []
     ratio = theory.work_of_adhesion / theory.contact_modulus
-    parameter = float(np.cbrt(theory.radius * ratio**2 / _RANGE**3))
+    parameter = float(np.cbrt(theory.radius * ratio**2 / _TYPICAL_RANGE**3))
     is_jkr = isinstance(theory, JKR)
-    if is_jkr == (parameter > _TRANSITION):
+    if is_jkr == (parameter > _TABOR_TRANSITION):
         return []
     other = "dmt" if is_jkr else "jkr"
+    typical = _TYPICAL_RANGE / UNITS["nm"]
     return [
-        f"Tabor's parameter is {parameter:.2g} with a typical range of "
-        f"{_RANGE / UNITS['nm']:.3g} nm: --adhesion {other} describes such a contact"
+        f"Tabor's parameter is {parameter:.2g} with a typical range of {typical:.3g} "
+        f"nm: --adhesion {other} describes such a contact"
     ]
