@@ -128,7 +128,7 @@ def test_names_of_the_package_and_files_in_code_exist(page):
 
 
 def find(dotted):
-    """Object of a dotted name, None if there is none."""
+    """Object of a dotted name, None without one."""
     parts = dotted.split(".")
     for count in range(len(parts), 0, -1):
         try:

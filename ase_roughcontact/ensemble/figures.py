@@ -17,7 +17,7 @@ from ase_roughcontact.plot.style import COLOURS, legend_below
 # Ratio of the largest to the smallest value above which an axis is logarithmic.
 _LOGARITHMIC = 9.0
 # Largest number of lines of a path with several targets.
-_MOST_LINES = 6
+_MAX_LINES = 6
 
 
 def plot_study(
@@ -118,8 +118,8 @@ def _lines(
     """Return the points of each line, by the other parameters and the target."""
     known = (p.mean.target for p in points if not math.isnan(p.mean.target))
     shown = list(dict.fromkeys(known))
-    if len(shown) > _MOST_LINES:
-        places = np.linspace(0, len(shown) - 1, _MOST_LINES).round().astype(int)
+    if len(shown) > _MAX_LINES:
+        places = np.linspace(0, len(shown) - 1, _MAX_LINES).round().astype(int)
         shown = [shown[place] for place in places]
     keys = [key for key in points[0].values if key != over]
     varied = [key for key in keys if len({str(p.values[key]) for p in points}) > 1]

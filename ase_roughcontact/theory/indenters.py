@@ -66,13 +66,13 @@ _LAYER_OF_PUNCH = (1.0, 1.133, 1.283, 0.598, -0.291)
 
 
 # Height of the side of a punch in units of its radius: beyond all depths.
-_SIDE = 1e3
+_PUNCH_HEIGHT = 1e3
 # Angle of an indenter in scene files and commands.
 _ANGLE = Parameter("deg", below=90.0)
 # Length of an indenter in scene files and commands.
 _LENGTH = Parameter("a0")
 # Number of steps of Newton's method for a depth, which converge from above.
-_STEPS = 60
+_NEWTON_STEPS = 60
 
 #: Shapes by their names; filled by the definition of subclasses.
 INDENTERS: Registry[Any] = Registry("kind of indenter")
@@ -197,7 +197,7 @@ class Indenter(Registered, ABC):
         depth = np.sqrt(force)
         while np.any(low := self.force(depth) < force):
             depth = np.where(low, 2.0 * depth, depth)
-        for _ in range(_STEPS):  # the force is convex, with the slope 2 a
+        for _ in range(_NEWTON_STEPS):  # the force is convex, with the slope 2 a
             slope = 2.0 * self.radius(depth)
             excess = self.force(depth) - force
             steps = np.divide(excess, slope, out=np.zeros_like(depth), where=slope > 0)
@@ -371,7 +371,7 @@ class Punch(Indenter):
     def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return zero on the end, and a height beyond all depths outside of it."""
         outside = np.hypot(x, y) > self.punch_radius
-        return np.where(outside, _SIDE * self.punch_radius, 0.0)
+        return np.where(outside, _PUNCH_HEIGHT * self.punch_radius, 0.0)
 
     def reach(self, level: float) -> float:
         """Return the radius of the end."""

@@ -58,7 +58,7 @@ class ScanFormat:
     read: Callable[[Path, int | str | None], RawScan | LineProfile]
 
 
-#: Formats of one's own by their names, which are tried before those of the package.
+#: Formats of one's own by their names, which are tried before the formats here.
 #: One more is an entry: ``SCAN_FORMATS["mine"] = ScanFormat(recognises, read)``.
 SCAN_FORMATS: Registry[ScanFormat] = Registry("format of scans")
 

@@ -215,7 +215,7 @@ def test_the_output_of_a_run_fits_80_columns_whatever_the_size_of_the_numbers(
 # Figures
 
 
-def test_a_run_whose_only_frame_is_out_of_contact_says_that_it_has_no_maps(
+def test_a_run_with_its_only_frame_out_of_contact_says_that_it_has_no_maps(
     tmp_path, capsys
 ):
     file, out = tmp_path / "scene.toml", tmp_path / "results"
