@@ -134,6 +134,7 @@ OWN_TRANSFORMS = {
     "elasticity.harmonics",
     "elasticity.spectra",
     "scene.random_fields",
+    "topography.interpolation",
     "topography.selfaffine",
     "topography.spectrum",
 }

@@ -171,7 +171,7 @@ def pressure_unit(value: float) -> str:
     for unit in ("GPa", "MPa", "kPa", "Pa"):
         if value >= _MIN_PRINTED_PRESSURE * PRESSURES[unit]:
             return unit
-    return "kPa"
+    return "Pa" if value > 0.0 else "kPa"
 
 
 def printed_unit(unit: str, modulus: float = math.inf) -> str:

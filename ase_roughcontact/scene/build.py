@@ -219,6 +219,13 @@ def _radius(scene: SceneFile, spacing: float) -> float:
     sphere, given, scan = scene.sphere, scene.sphere.radius, None
     if scene.topography is not None and scene.topography.role == "indenter":
         scan = scene.topography.surface
+    if scene.topography is not None and scene.topography.extrude:
+        if given != math.inf:
+            raise ValueError(
+                "an extruded profile is pressed as a flat: give radius = inf, got "
+                f"{given!r}"
+            )
+        return math.inf
     if given == math.inf:
         if scan is None or scan.periodic:
             return math.inf

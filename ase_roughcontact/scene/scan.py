@@ -61,6 +61,7 @@ class TopographyConfig(Section):
     cutoff_wavelength: float | str = 0.0
     remove_outliers: bool = False
     remove_bad_lines: bool = False
+    extrude: bool = False
 
     @property
     def edge(self) -> float:
@@ -108,7 +109,8 @@ class TopographyConfig(Section):
         pressed = surface.statistics()
         points = statistics(measured.heights, surface.spacing, periodic=False)
         missing, noise = measured.missing, measured.noise
-        parts = [
+        parts = ["a line profile, extruded along y"] if self.extrude else []
+        parts += [
             f"{width:.4g} x {height:.4g} {name}",
             f"{n} x {m} points{self._order}",
             f"{missing} ({100.0 * missing / (n * m):.2g} %) missing",

@@ -129,6 +129,7 @@ class HeightMap(Topography):
         cutoff_wavelength: Length = 0.0,
         remove_outliers: bool = False,
         remove_bad_lines: bool = False,
+        extrude: bool = False,
     ) -> HeightMap:
         """Return the lower side of an indenter for a scan of a surface.
 
@@ -186,6 +187,10 @@ class HeightMap(Topography):
             offset from both neighbours, and scars are interpolated, and the rest of a
             scan that was aborted is left out; see `bad_lines`. Places are then counted
             from the first line that is left.
+        extrude : bool
+            Whether the file is a line profile along x, of a surface with the same
+            heights at all y: long ridges, in two-dimensional contact. Noise of the
+            profile is part of it.
 
         Returns
         -------
@@ -224,8 +229,17 @@ class HeightMap(Topography):
         ((20.0, 60.0), -30.0)
         """
         scan, factor = scan_in_angstrom(
-            topography, spacing=spacing, unit=unit, channel=channel, transpose=transpose
+            topography,
+            spacing=spacing,
+            unit=unit,
+            channel=channel,
+            transpose=transpose,
+            extrude=extrude,
         )
+        if extrude:
+            if noise is not None:
+                raise ValueError("noise of an extruded profile can't be given")
+            noise = 0.0
         measured, place = pressed_scan(
             scan,
             role,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
+from scipy import fft, sparse
 from scipy.interpolate import BSpline, make_interp_spline
 
 from ase_roughcontact._util.rounding import LENGTH_ROUNDING
@@ -89,8 +89,22 @@ def _spline(values: FloatArray, axis: int, periodic: bool) -> BSpline:
             f"{values.shape[axis]} along a side"
         )
     if periodic:
-        values = np.concatenate([values, values.take([0], axis)], axis)
-    ends = "periodic" if periodic else "not-a-knot"
+        return _periodic_spline(values, axis)
     return make_interp_spline(
-        np.arange(values.shape[axis]), values, _DEGREE, axis=axis, bc_type=ends
+        np.arange(values.shape[axis]), values, _DEGREE, axis=axis, bc_type="not-a-knot"
     )
+
+
+def _periodic_spline(values: FloatArray, axis: int) -> BSpline:
+    """Return the periodic cubic spline along an axis, as a function of the index.
+
+    Its coefficients c solve (c[i - 1] + 4 c[i] + c[i + 1])/6 = values[i], which is a
+    division of Fourier transforms.
+    """
+    n = values.shape[axis]
+    weights = (2.0 + np.cos(2.0 * np.pi * np.fft.rfftfreq(n))) / 3.0
+    spectrum = np.moveaxis(fft.rfft(values, axis=axis), axis, -1) / weights
+    coefficients = np.moveaxis(fft.irfft(spectrum, n), -1, axis)
+    around = coefficients.take(np.arange(-1, n + _DEGREE - 1), axis, mode="wrap")
+    knots = np.arange(-_DEGREE, n + _DEGREE + 1.0)
+    return BSpline(knots, around, _DEGREE, extrapolate="periodic", axis=axis)

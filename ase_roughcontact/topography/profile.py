@@ -1,4 +1,4 @@
-"""Line profiles: heights along one line, which have statistics but no contact."""
+"""Line profiles: heights along one line, with statistics, and extruded as a map."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ import numpy as np
 
 from ase_roughcontact._util.units import LENGTHS, with_unit
 from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.topography.raw_scan import RawScan
+
+# Number of equal lines of an extruded profile; the contact does not depend on it.
+_LINES = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +67,37 @@ class LineProfile:
         height = (squares * steps).sum() / length
         slope = (np.diff(z) ** 2 / steps).sum() / length
         return math.sqrt(height), math.sqrt(slope)
+
+    def extruded(self) -> RawScan:
+        """Return the map of the profile along x, with the same heights at all y.
+
+        Heights between the points follow straight lines; points at the ends without a
+        height are left out. The spacing is not known without places.
+
+        Raises
+        ------
+        ValueError
+            If fewer than three points are known, or places do not increase.
+        """
+        known = np.isfinite(self.heights)
+        places = self.places
+        if places is None:
+            places = np.arange(len(self.heights), dtype=float)
+        x, z = places[known], self.heights[known]
+        if len(x) < 3 or not (np.diff(x) > 0.0).all():
+            raise ValueError(
+                f"a profile needs three points or more with increasing places, got "
+                f"{len(x)}"
+            )
+        count = round(float(np.ptp(x) / np.median(np.diff(x)))) + 1
+        even = np.linspace(x[0], x[-1], count)
+        step = float(even[1] - even[0])
+        return RawScan(
+            np.repeat(np.interp(even, x, z)[:, None], _LINES, axis=1),
+            None if self.places is None else (step, step),
+            self.unit or self.lateral_unit,
+            lateral_unit=self.lateral_unit,
+        )
 
     def described(self, unit: str | None = None) -> str:
         """Return number of points and statistics as text."""

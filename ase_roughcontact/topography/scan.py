@@ -35,6 +35,7 @@ def scan_in_angstrom(
     unit: str | None = None,
     channel: int | str | None = None,
     transpose: bool = False,
+    extrude: bool = False,
 ) -> tuple[RawScan, float]:
     """Return a scan with its spacing in Å, and the unit of given lengths in Å.
 
@@ -42,12 +43,20 @@ def scan_in_angstrom(
     """
     is_file = isinstance(topography, (str, os.PathLike))
     raw = read_scan(topography, channel) if is_file else scan_of(topography)
+    boolean(transpose=transpose, extrude=extrude)
     if isinstance(raw, LineProfile):
+        if not extrude:
+            raise ValueError(
+                f"{os.fspath(topography)!r} is {raw.described(unit)}, and a contact "
+                "needs a map: scan an area, give these values in [roughness], or give "
+                "extrude = true for a contact of long equal ridges"
+            )
+        raw = raw.extruded()
+    elif extrude:
         raise ValueError(
-            f"{os.fspath(topography)!r} is {raw.described(unit)}, and a contact needs "
-            "a map: scan an area, or give these values in [roughness]"
+            f"extrude needs a line profile, got {raw.heights.shape[0]} x "
+            f"{raw.heights.shape[1]} points: leave it out"
         )
-    boolean(transpose=transpose)
     if transpose:
         raw = raw.transposed
     if raw.unit is None and unit is None and (is_file or raw.spacing is not None):

@@ -1,4 +1,4 @@
-"""Line profiles: statistics, and no contact."""
+"""Line profiles: statistics, and the contact of an extruded one."""
 
 import math
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import HeightMap
+from ase_roughcontact.scene import Scene
 from ase_roughcontact.topography.profile import LineProfile
 from ase_roughcontact.topography.scan_files import read_scan
 
@@ -53,3 +54,55 @@ def test_a_profile_of_a_profilometer_has_its_units(tmp_path, topography):
     height, slope = read_scan(tmp_path / "profile.csv").statistics()
     assert height == pytest.approx(10.0 * WAVE.std(), rel=0.02)
     assert slope == pytest.approx(1e-3 * math.pi / math.sqrt(2.0), rel=0.02)
+
+
+def extruded(file, pressures):
+    text = f"""
+    [substrate]
+    contact_modulus = "1 GPa"
+    hardness = inf
+    [sphere]
+    radius = inf
+    [topography]
+    file = "{file}"
+    role = "substrate"
+    extrude = true
+    periodic = true
+    detrend = "mean"
+    [interaction]
+    kind = "hard"
+    [path]
+    values = {pressures}
+    """
+    return list(Scene.parse(text, str(file)).relax(validity="ignore"))
+
+
+def test_an_extruded_wave_is_the_line_contact_of_westergaard(tmp_path):
+    x = np.arange(512.0)  # nm
+    table = np.c_[x, 2.0 * np.cos(2.0 * np.pi * x / 512.0)]
+    np.savetxt(file := tmp_path / "wave.txt", table, header="units: nm")
+    # H. M. Westergaard, J. Appl. Mech. 6, 49 (1939): full contact at pi E* h / lambda
+    complete = np.pi * 1000.0 * 2.0 / 512.0  # MPa
+    shares = np.array([0.08, 0.3, 0.8])
+    steps = extruded(file, [f"{share * complete} MPa" for share in shares])
+    for step, share in zip(steps, shares, strict=True):
+        nominal = step.normal_force / step.nominal_pressure
+        exact = 2.0 / np.pi * np.arcsin(np.sqrt(share)) * nominal
+        assert abs(step.continuum_area - exact) < 2.0 * step.area_error
+        assert step.continuum_area == pytest.approx(exact, rel=0.01)
+
+
+def test_uneven_places_of_a_profile_are_interpolated():
+    places = np.delete(X, [100, 101, 500])
+    raw = LineProfile(np.delete(WAVE, [100, 101, 500]), places, "nm").extruded()
+    np.testing.assert_allclose(raw.spacing, 0.02)
+    assert (raw.heights == raw.heights[:, :1]).all()
+    np.testing.assert_allclose(raw.heights[:, 0], WAVE, atol=2e-2)
+
+
+def test_only_a_profile_is_extruded(tmp_path):
+    np.savetxt(file := tmp_path / "map.txt", WAVE.reshape(25, 40))
+    with pytest.raises(ValueError, match=r"a line profile, got 40 x 25 points"):
+        HeightMap.from_topography(
+            file, "substrate", spacing=1.0, unit="nm", extrude=True
+        )
