@@ -2,6 +2,7 @@
 
 import zipfile
 from concurrent.futures import Future
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.fitting.curve_files import read_curve
 from ase_roughcontact.fitting.series.grid import grid_of
-from ase_roughcontact.fitting.series.listing import curve_at
+from ase_roughcontact.fitting.series.listing import curve_at, listed_curves
 from ase_roughcontact.fitting.series.row import FittedCurve
 from ase_roughcontact.fitting.series.summary import SeriesSummary
 
@@ -209,6 +210,17 @@ def test_an_archive_has_the_curves_of_its_files(folder, found, tmp_path):
     assert (first.member, first.number) == ("0-1.csv", 1)
     assert first.contact_modulus == pytest.approx(found[1].contact_modulus)
     assert second.message.startswith("contains no rows")
+
+
+def test_files_are_in_the_order_of_the_numbers_in_their_names(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        for name in ("c10.csv", "c2.csv", "c1.csv"):
+            (tmp_path / name).write_text("")
+            archive.writestr(name, "")
+    listed = listed_curves([tmp_path])
+    names = [Path(curve.file).name + curve.member for curve in listed]
+    archived = ["a.zipc1.csv", "a.zipc2.csv", "a.zipc10.csv"]
+    assert names == [*archived, "c1.csv", "c2.csv", "c10.csv"]
 
 
 @pytest.fixture

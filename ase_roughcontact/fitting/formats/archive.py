@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +12,8 @@ from tempfile import TemporaryDirectory
 
 from ase_roughcontact._util.files import PathName
 
+# Digits in a name, which are kept as parts.
+_DIGITS = re.compile(r"(\d+)")
 # Largest number of files that a message names.
 _MAX_NAMED = 4
 
@@ -77,7 +80,16 @@ def _opened(file: str, changed: int) -> zipfile.ZipFile:
 def _names(archive: zipfile.ZipFile) -> list[str]:
     """Return the sorted names of files, without folders and what macOS adds."""
     names = (name for name in archive.namelist() if name[-1] != "/")
-    return sorted(name for name in names if not name.startswith("__MACOSX/"))
+    kept = (name for name in names if not name.startswith("__MACOSX/"))
+    return sorted(kept, key=name_order)
+
+
+def name_order(name: str) -> list[tuple[bool, int, str]]:
+    """Return the key by which names are sorted: 2 before 10, as numbers in them."""
+    parts = _DIGITS.split(name)
+    return [
+        (part.isdecimal(), int(part) if part.isdecimal() else 0, part) for part in parts
+    ]
 
 
 def _chosen(file: PathName, names: list[str], curve: int | str | None) -> str:

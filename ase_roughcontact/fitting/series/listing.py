@@ -8,7 +8,11 @@ from pathlib import Path
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.units import LENGTHS, quantity
-from ase_roughcontact.fitting.formats.archive import archived_names, is_archive
+from ase_roughcontact.fitting.formats.archive import (
+    archived_names,
+    is_archive,
+    name_order,
+)
 from ase_roughcontact.fitting.formats.reader import count_curves, read_positions
 from ase_roughcontact.fitting.formats.table import Calibration, Position
 
@@ -40,7 +44,8 @@ def listed_curves(
     Parameters
     ----------
     files : iterable of path
-        Files, and folders of files, which are sorted by name; hidden ones are left out.
+        Files, and folders of files, which are sorted by name, 2 before 10; hidden ones
+        are left out.
     calibration : Calibration, optional
         Calibration for files that can't be read without it.
 
@@ -124,8 +129,9 @@ def _files_of(path: Path) -> list[Path]:
         if not path.exists():
             raise FileNotFoundError(f"there is no file {path}")
         return [path]
-    inside = sorted(each for each in path.iterdir() if each.is_file())
-    return [each for each in inside if not each.name.startswith(".")]
+    inside = (each for each in path.iterdir() if each.is_file())
+    shown = (each for each in inside if not each.name.startswith("."))
+    return sorted(shown, key=lambda each: name_order(each.name))
 
 
 def _count(file: Path, calibration: Calibration | None) -> int:
