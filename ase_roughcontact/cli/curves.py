@@ -19,9 +19,9 @@ def curves(options: argparse.Namespace) -> int:
 
     Contact modulus, contact point and free force are fitted to each approach, as by the
     command curve, in parallel; pull-off forces follow from the retractions. With
-    --adhesion modulus and work of adhesion are fitted to the retractions. Without
-    --indenter nothing is fitted. A curve that can't be read or fitted does not stop the
-    others.
+    --adhesion modulus and work of adhesion are fitted to the retractions, with
+    --relaxation moduli and relaxation times to approaches and holds. Without --indenter
+    nothing is fitted. A curve that can't be read or fitted does not stop the others.
 
     DIR/curves.csv has a row for each curve: file and number, place, parameters with
     standard errors, residuals, doubts, and the reason if there is no fit. Medians,
@@ -41,6 +41,7 @@ def curves(options: argparse.Namespace) -> int:
         options.indenter,
         options.out,
         adhesion=options.adhesion,
+        relaxation=options.relaxation,
         thickness=length_of("thickness", options.thickness),
         deepest=length_of("deepest", options.deepest),
         branch=options.branch,

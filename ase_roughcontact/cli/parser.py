@@ -283,13 +283,6 @@ def _add_curve(parser: argparse.ArgumentParser) -> None:
         default="",
         help='the curve of a map that was measured there: "2 um, 3.5 um"',
     )
-    parser.add_argument(
-        "--relaxation",
-        metavar="TERMS",
-        type=int,
-        default=0,
-        help="number of relaxation times of a fit of approach and hold over time",
-    )
     _add_indenter(parser)
     _add_which(parser)
     _add_reading(parser)
@@ -317,6 +310,13 @@ def _add_indenter(parser: argparse.ArgumentParser) -> None:
     )
     text = "largest indentation that is fitted"
     parser.add_argument("--deepest", metavar="LENGTH", default="", help=text)
+    parser.add_argument(
+        "--relaxation",
+        metavar="TERMS",
+        type=int,
+        default=0,
+        help="number of relaxation times of a fit of approach and hold over time",
+    )
     parser.add_argument(
         "--adhesion",
         choices=["jkr", "dmt"],

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fitting import curve_formats as formats
 
+from ase_roughcontact import fit_curves, read_fitted_curves
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.fitting.curve_files import read_with_times
@@ -58,6 +59,31 @@ def test_with_noise_they_are_within_their_errors():
     (time,), (error,) = fit.relaxation_times, fit.relaxation_times_errors
     assert abs(time - TIME) < 3.0 * error < 0.1 * TIME
     assert fit.warnings == ()
+
+
+def test_holds_of_a_series_are_fitted_one_by_one(tmp_path):
+    for number in (1, 2):
+        time, curve = measured(noise=0.02 * number)
+        lines = ["time (s),depth (nm),force (nN),branch"]
+        depth, force = curve.depth / NM, curve.force / NN
+        kinds = np.where(time < 1.0 + RAMP, "approach", "hold")
+        points = zip(time, depth, force, kinds, strict=True)
+        lines += [f"{t:.6f},{d:.6f},{f:.6f},{kind}" for t, d, f, kind in points]
+        (tmp_path / f"{number}.csv").write_text("\n".join(lines) + "\n")
+    folder = tmp_path / "out"
+    files = [tmp_path / "1.csv", tmp_path / "2.csv"]
+    found = list(fit_curves(files, "cone 70 deg", folder, relaxation=1))
+    for curve in found:
+        assert curve.contact_modulus == pytest.approx(RELAXED, rel=0.02)
+        assert curve.instantaneous_modulus == pytest.approx(
+            RELAXED + RELAXING, rel=0.02
+        )
+        assert curve.relaxation_times == pytest.approx([TIME], rel=0.05)
+        assert curve.misfit == pytest.approx(1.0, abs=0.2)
+    stored = read_fitted_curves(folder / "curves.csv")
+    assert stored[1].relaxation_times == pytest.approx(found[1].relaxation_times)
+    with pytest.raises(ValueError, match="--indenter"):
+        next(fit_curves(files, relaxation=1))
 
 
 def test_a_hold_that_is_too_short_is_doubted():

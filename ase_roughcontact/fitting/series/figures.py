@@ -33,6 +33,7 @@ _MAP_HEIGHTS = (1.4, 4.0)
 # Labels of the drawn quantities, and their units.
 _LABELS = {
     "contact_modulus": ("contact modulus", "Pa"),
+    "relaxation_time": ("relaxation time (s)", ""),
     "pull_off_force": ("pull-off force", "nN"),
     "work_of_adhesion": ("work of adhesion", "J/m²"),
     "contact_height": ("contact point", "nm"),

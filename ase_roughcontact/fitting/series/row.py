@@ -16,6 +16,7 @@ CURVE_UNITS = {
     "y": "um",
     "contact_modulus": "Pa",
     "contact_modulus_error": "Pa",
+    "instantaneous_modulus": "Pa",
     "work_of_adhesion": "J/m²",
     "work_of_adhesion_error": "J/m²",
     "contact_height": "nm",
@@ -25,6 +26,12 @@ CURVE_UNITS = {
     "force_offset": "nN",
     "residual": "nN",
     "noise": "nN",
+}
+#: Attributes that are lists of numbers, and their units in tables.
+LIST_UNITS = {
+    "relaxation_moduli": "",
+    "relaxation_times": "s",
+    "relaxation_times_errors": "s",
 }
 #: Text between two doubts.
 SEPARATOR = " | "
@@ -50,6 +57,12 @@ class FittedCurve:
         Number of measured points.
     contact_modulus, contact_modulus_error : float
         E* and its standard error by noise (eV/Å^3).
+    instantaneous_modulus : float
+        Sum of the relaxed and the relaxing moduli, if relaxation was fitted; then
+        `contact_modulus` is the relaxed modulus (eV/Å^3).
+    relaxation_moduli, relaxation_times, relaxation_times_errors : tuple of float
+        Relaxing moduli over the instantaneous one, relaxation times and their standard
+        errors (s), if they were fitted; see `RelaxationFit`.
     work_of_adhesion, work_of_adhesion_error : float
         Work of adhesion, if it was fitted, and its standard error (eV/Å^2).
     contact_height, contact_height_error : float
@@ -84,6 +97,10 @@ class FittedCurve:
     points: int = 0
     contact_modulus: float = math.nan
     contact_modulus_error: float = math.nan
+    instantaneous_modulus: float = math.nan
+    relaxation_moduli: tuple[float, ...] = ()
+    relaxation_times: tuple[float, ...] = ()
+    relaxation_times_errors: tuple[float, ...] = ()
     work_of_adhesion: float = math.nan
     work_of_adhesion_error: float = math.nan
     contact_height: float = math.nan
@@ -98,6 +115,11 @@ class FittedCurve:
     message: str = ""
 
     @property
+    def relaxation_time(self) -> float:
+        """Longest relaxation time (s); NaN if none was fitted."""
+        return max(self.relaxation_times, default=math.nan)
+
+    @property
     def misfit(self) -> float:
         """Standard deviation of the residuals over the noise; one for a good fit."""
         return self.residual / self.noise if self.noise > 0.0 else math.nan
@@ -107,7 +129,7 @@ def curve_heads() -> dict[str, str]:
     """Return the heads of a table of curves by the names of its columns."""
     heads = {}
     for each in fields(FittedCurve):
-        unit = CURVE_UNITS.get(each.name)
+        unit = CURVE_UNITS.get(each.name) or LIST_UNITS.get(each.name)
         heads[each.name] = f"{each.name} ({unit})" if unit else each.name
     return heads | {CHECKSUM: CHECKSUM}
 
@@ -119,6 +141,8 @@ def to_row(curve: FittedCurve) -> dict[str, str]:
         value = getattr(curve, each.name)
         if each.name in CURVE_UNITS:
             value = f"{value / UNITS[CURVE_UNITS[each.name]]:.12g}"
+        elif each.name in LIST_UNITS:
+            value = " ".join(f"{number:.12g}" for number in value)
         row[each.name] = str(value)
     return with_checksum(row)
 
@@ -136,6 +160,8 @@ def from_row(row: Mapping[str, str]) -> FittedCurve:
     }
     for name in ("number", "column", "row", "points"):
         values[name] = int(row[name])
+    for name in LIST_UNITS:
+        values[name] = tuple(map(float, row[name].split()))
     for name in ("file", "member", "doubts", "message"):
         values[name] = row[name]
     return FittedCurve(**values, converged=row["converged"] == "True")

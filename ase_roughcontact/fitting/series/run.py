@@ -16,10 +16,11 @@ from ase_roughcontact._util.files import PathName, locked, replaced, table_write
 from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.fitting.adhesion import AdhesionFit, fit_shape
 from ase_roughcontact.fitting.curve_checks import curve_checks
-from ase_roughcontact.fitting.curve_files import read_curve
-from ase_roughcontact.fitting.force_curve import ForceCurve
+from ase_roughcontact.fitting.curve_files import read_curve, read_with_times
+from ase_roughcontact.fitting.force_curve import ForceCurve, noise_of
 from ase_roughcontact.fitting.indentation import IndentationFit
 from ase_roughcontact.fitting.measurement import given_calibration
+from ase_roughcontact.fitting.relaxation import RelaxationFit, fit_relaxation
 from ase_roughcontact.fitting.series.listing import CurveName, listed_curves
 from ase_roughcontact.fitting.series.row import (
     SEPARATOR,
@@ -51,6 +52,8 @@ class FitSettings:
         Thickness of a layer, and largest indentation that is compared (Å).
     adhesion : str
         Theory of adhesion, see `fit_adhesion`; empty for a fit without adhesion.
+    relaxation : int
+        Number of relaxation times of a fit of approach and hold; 0 for an elastic fit.
     branch : str or None
         Branch that is fitted, by default the approach, with adhesion the retraction.
     stiffness, sensitivity, heads
@@ -59,6 +62,7 @@ class FitSettings:
 
     indenter: str = ""
     adhesion: str = ""
+    relaxation: int = 0
     thickness: float = math.inf
     deepest: float = math.inf
     branch: str | None = None
@@ -73,6 +77,7 @@ def fit_curves(
     folder: PathName | None = None,
     *,
     adhesion: str = "",
+    relaxation: int = 0,
     thickness: float = math.inf,
     deepest: float = math.inf,
     branch: str | None = None,
@@ -99,6 +104,9 @@ def fit_curves(
     adhesion : {"", "jkr", "dmt"}
         Theory of an adhesive sphere, which is fitted to the retraction by
         `fit_adhesion`.
+    relaxation : int
+        Number of relaxation times, which are fitted to approach and hold over the times
+        in the file by `fit_relaxation`; 0 for an elastic fit.
     thickness, deepest
         See `fit_indentation` (Å).
     branch, stiffness, sensitivity, heads
@@ -133,6 +141,7 @@ def fit_curves(
     settings = FitSettings(
         indenter,
         adhesion,
+        relaxation,
         thickness,
         deepest,
         branch,
@@ -140,6 +149,11 @@ def fit_curves(
         sensitivity,
         tuple(heads),
     )
+    if relaxation and (adhesion or not indenter):
+        raise ValueError(
+            "a fit of relaxation needs an indenter, and has no adhesion: give "
+            '--indenter "sphere 5 um", and leave out --adhesion'
+        )
     if indenter:
         named_indenter(indenter)  # an error before the first curve
     given = [files] if isinstance(files, (str, Path)) else list(files)
@@ -248,17 +262,16 @@ def fit_batch(settings: FitSettings, names: Sequence[CurveName]) -> list[FittedC
 def _fit_curve(settings: FitSettings, name: CurveName) -> FittedCurve:
     """Return the result of a curve; an error becomes its message."""
     result = FittedCurve(name.file, name.member, name.number)
+    given = settings.stiffness, settings.sensitivity, settings.heads, name.number
     try:
-        curve = read_curve(
-            name.file,
-            None,
-            settings.stiffness,
-            settings.sensitivity,
-            settings.heads,
-            name.number,
-        )
+        curve = read_curve(name.file, None, *given)
         result = _measured(result, curve)
-        if settings.indenter:
+        if settings.relaxation:
+            time, held = read_with_times(name.file, *given)
+            shape = named_indenter(settings.indenter)
+            relaxed = fit_relaxation(time, held, shape, settings.relaxation)
+            result = _with_relaxation(result, relaxed)
+        elif settings.indenter:
             fit = fit_shape(
                 curve if settings.branch is None else curve.only(settings.branch),
                 named_indenter(settings.indenter),
@@ -290,6 +303,29 @@ def _measured(result: FittedCurve, curve: ForceCurve) -> FittedCurve:
         pull_off_force=curve.pull_off_force,
         noise=curve.noise,
         doubts=SEPARATOR.join(curve_checks(curve)),
+    )
+
+
+def _with_relaxation(result: FittedCurve, fit: RelaxationFit) -> FittedCurve:
+    """Return a result with the fit of a viscoelastic solid.
+
+    The fit compares averages of neighbouring points, which have less noise.
+    """
+    doubts = [each for each in (result.doubts, *fit.warnings) if each]
+    return replace(
+        result,
+        contact_modulus=fit.contact_modulus,
+        contact_modulus_error=fit.contact_modulus_error,
+        instantaneous_modulus=fit.instantaneous_modulus,
+        relaxation_moduli=tuple(fit.relaxation_moduli.tolist()),
+        relaxation_times=tuple(fit.relaxation_times.tolist()),
+        relaxation_times_errors=tuple(fit.relaxation_times_errors.tolist()),
+        contact_height=-fit.contact_depth,
+        force_offset=fit.force_offset,
+        residual=fit.noise,
+        noise=noise_of(fit.force),
+        converged=fit.converged,
+        doubts=SEPARATOR.join(doubts),
     )
 
 

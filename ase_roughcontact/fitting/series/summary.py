@@ -17,6 +17,7 @@ from ase_roughcontact.fitting.series.row import SEPARATOR, FittedCurve
 # Quantities with quartiles, and their units; the modulus has a unit by its size.
 _SHOWN = {
     "contact_modulus": "",
+    "relaxation_time": "s",
     "work_of_adhesion": "J/m²",
     "pull_off_force": "nN",
     "residual": "nN",
