@@ -96,8 +96,12 @@ def with_indenter(
     step = every * grid.spacing
     radius = 0.5 * _RELATIVE_RADIUS * (max(index.shape) - 1) * step + 0.6 * step
     inside = _from_middle(upper) <= radius
+    # vertical sides, as of a punch, are as high as the body is wide
+    upper[..., 2] = np.minimum(upper[..., 2], radius)
     horizontal = _NEIGHBOUR_DISTANCE * covalent_radii[view.numbers[0]] / step
-    steepness = max(1.0, 2.0 * _RELATIVE_RANGE * radius / upper[inside, 2].max())
+    height, steepness = float(upper[inside, 2].max()), 1.0
+    if height > 0.0:  # not a flat punch on a flat surface
+        steepness = max(1.0, 2.0 * _RELATIVE_RANGE * radius / height)
     scale = np.array([horizontal, horizontal, horizontal * steepness])
     contact_map = ContactMap.from_frame(frame)
     contact = contact_map.contact
