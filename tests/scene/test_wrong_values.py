@@ -52,7 +52,7 @@ WORDS = {
     *("substrate.symbol", "substrate.material", "substrate.calculator"),
     *("substrate.potential", "substrate.crystal", "substrate.surface"),
     *("substrate.model", "substrate.shape", "substrate.spacing", "sphere.unit"),
-    "sphere.material",
+    *("sphere.material", "indenter.material", "study.over"),
     *("sphere.profile", "roughness.unit", "roughness.normalise", "topography.file"),
     *("topography.role", "topography.unit", "topography.detrend", "topography.center"),
     *("topography.channel", "heterogeneity.unit", "heterogeneity.file"),
@@ -63,8 +63,8 @@ WORDS = {
 MAY_BE_EMPTY = {
     *("substrate.symbol", "substrate.material", "substrate.calculator"),
     *("substrate.potential", "substrate.crystal", "substrate.surface"),
-    *("substrate.model", "sphere.material", "topography.file", "topography.role"),
-    "heterogeneity.file",
+    *("substrate.model", "sphere.material", "indenter.material"),
+    *("topography.file", "topography.role", "heterogeneity.file", "study.over"),
 }
 INFINITE = {"sphere.radius", "substrate.hardness"}
 LISTS = {
@@ -77,7 +77,7 @@ SWITCHES = {
     *("substrate.anisotropic", "substrate.rigid_base", "substrate.sliding"),
     *("substrate.periodic", "roughness.random_amplitudes", "topography.periodic"),
     *("topography.transpose", "topography.remove_outliers", "heterogeneity.periodic"),
-    "topography.remove_bad_lines",
+    *("topography.remove_bad_lines", "topography.extrude"),
     *("heterogeneity.random_amplitudes", "interaction.permanent"),
 }
 
