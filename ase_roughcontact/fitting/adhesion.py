@@ -133,7 +133,7 @@ def fit_adhesion(
 
     Notes
     -----
-    Standard errors are those of `fit_indentation`.
+    Standard errors are calculated as in `fit_indentation`.
     """
     made = lookup(theory, THEORIES, "theory of adhesion")
     positive(radius=radius)
