@@ -7,6 +7,7 @@ all fields of a contact: for normal displacements, friction and explicit atoms.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -213,21 +214,27 @@ class DuccTransform(BlockTransform):
             ducc0.fft.c2c(columns, out=columns, nthreads=threads, **axis)
 
     def _parts(self, count: int) -> list[tuple[slice, int]]:
-        """Return parts of the rows or columns, and their numbers of threads.
-
-        Threads of ducc0 share rows evenly, and what does not fill the vector registers
-        is rounded differently. So each thread gets whole vectors, and one thread the
-        vectors that are left, and then the rest.
-        """
+        """Return parts of the rows or columns, and their numbers of threads."""
         if self.threads is None:
             return [(slice(0, count), 1)]
-        vectors, most = count // _VECTOR_LENGTH, usable_threads(self.threads)
-        threads = min(range(1, most + 1), key=lambda t: vectors // t + vectors % t)
-        shared = _VECTOR_LENGTH * (vectors - vectors % threads)
-        full = _VECTOR_LENGTH * vectors
-        parts = [
-            (slice(0, shared), threads),
-            (slice(shared, full), 1),
-            (slice(full, count), 1),
-        ]
-        return [(part, t) for part, t in parts if part.start < part.stop]
+        return _shared_parts(count, usable_threads(self.threads))
+
+
+@lru_cache
+def _shared_parts(count: int, most: int) -> list[tuple[slice, int]]:
+    """Return parts of rows or columns, and their numbers of threads.
+
+    Threads of ducc0 share rows evenly, and what does not fill the vector registers is
+    rounded differently. So each thread gets whole vectors, and one thread the vectors
+    that are left, and then the rest.
+    """
+    vectors = count // _VECTOR_LENGTH
+    threads = min(range(1, most + 1), key=lambda t: vectors // t + vectors % t)
+    shared = _VECTOR_LENGTH * (vectors - vectors % threads)
+    full = _VECTOR_LENGTH * vectors
+    parts = [
+        (slice(0, shared), threads),
+        (slice(shared, full), 1),
+        (slice(full, count), 1),
+    ]
+    return [(part, number) for part, number in parts if part.start < part.stop]
