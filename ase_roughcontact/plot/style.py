@@ -11,6 +11,7 @@ import numpy as np
 from cycler import cycler
 from matplotlib import rc_context
 
+from ase_roughcontact._util.rounding import LENGTH_ROUNDING
 from ase_roughcontact._util.validation import FloatArray
 
 #: First branch of a force curve.
@@ -111,9 +112,15 @@ def add_arrow(axes: Any, x: FloatArray, y: FloatArray, colour: str) -> None:
 
 
 def limit_to(axes: Any, x: FloatArray, y: FloatArray, margin: float) -> None:
-    """Limit axes to some points, with a margin relative to their range."""
+    """Limit axes to some points, with a margin relative to their range.
+
+    Values that are equal but for rounding have the range of their size.
+    """
     for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
-        width = margin * (float(np.ptp(values)) or 1.0)
+        extent, size = float(np.ptp(values)), float(abs(values).max())
+        if extent <= LENGTH_ROUNDING * size:
+            extent = size or 1.0
+        width = margin * extent
         limit(values.min() - width, values.max() + width)
 
 

@@ -255,3 +255,10 @@ def test_measured_moduli_lie_on_the_series_that_they_were_made_of(axes):
         assert found == pytest.approx(measured.get_ydata(), rel=0.01)
     assert axes.lines[0].get_ydata()[0] < axes.lines[0].get_ydata()[-1]  # storage grows
     assert axes.get_ylabel() == "modulus (MPa)"
+
+
+def test_forces_that_are_equal_but_for_rounding_are_not_magnified(axes):
+    force = 1.6 + 1e-12 * np.arange(4.0)  # eV/Å
+    plot.plot_force(axes, [0.0, 1.0, 2.0, 3.0], force)
+    low, high = axes.get_ylim()
+    assert high - low > 0.1 * force.max()

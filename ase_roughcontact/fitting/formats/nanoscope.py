@@ -250,14 +250,11 @@ def _ramp(
         height = np.append(np.arange(1.0 - towards, 1.0), -np.arange(back))
         nm = step * _length_per_volt(file, head, found[1]) / UNITS["nm"]
         columns["ramp"] = ("nm", False, nm * height)
-    forward, reverse = (_number(_first(head, f"{each} vel.")) for each in _VELOCITIES)
+    forward = _number(_first(head, "Forward vel."))
+    reverse = _number(_first(head, "Reverse vel."))
     if forward and reverse:
         down = step / forward * np.arange(towards)
         up = down[-1] + _number(_first(head, "Hold Time", "Ramp delay"))
         up = up + step / reverse * np.arange(1, back + 1)
         columns["time"] = ("s", None, np.append(down, up))
     return columns
-
-
-# Beginnings of the keys of the velocities of approach and retraction.
-_VELOCITIES = "Forward", "Reverse"
