@@ -184,6 +184,27 @@ def fit_shape(
     """
     if not adhesion:
         return fit_indentation(curve, indenter, thickness, deepest)
+    radius = checked_sphere(indenter, adhesion, thickness, deepest)
+    return fit_adhesion(curve, radius, adhesion)
+
+
+def checked_sphere(
+    indenter: Indenter, adhesion: str, thickness: float, deepest: float
+) -> float:
+    """Return the radius of an adhesive sphere (Å).
+
+    Parameters
+    ----------
+    indenter, adhesion, thickness, deepest
+        See `fit_shape`.
+
+    Raises
+    ------
+    ValueError
+        If the indenter is not a sphere, the theory is unknown, or a thickness or a
+        largest indentation is given.
+    """
+    lookup(adhesion, THEORIES, "theory of adhesion")
     if not isinstance(indenter, Paraboloid | Sphere):
         raise ValueError(
             f"a fit of adhesion needs a sphere, got a {indenter.name}: give --indenter "
@@ -194,7 +215,7 @@ def fit_shape(
             "a fit of adhesion takes the whole retraction on a half space: leave out "
             "--thickness and --deepest"
         )
-    return fit_adhesion(curve, indenter.tip_radius, adhesion)
+    return indenter.tip_radius
 
 
 class _Model:

@@ -202,6 +202,22 @@ def test_without_an_indenter_curves_are_read_only(folder):
     assert curve.pull_off_force / UNITS["nN"] == pytest.approx(0.2, abs=4.0 * NOISE)
 
 
+@pytest.mark.parametrize(
+    ("indenter", "options", "advice"),
+    [
+        ("ball 5 um", {}, "unknown indenter"),
+        ("cone 35 deg", {"adhesion": "jkr"}, "needs a sphere"),
+        ("sphere 5 um", {"adhesion": "vdw"}, "jkr"),
+        ("", {"adhesion": "jkr"}, "--indenter"),
+        ("sphere 5 um", {"adhesion": "jkr", "relaxation": 1}, "not fitted together"),
+        ("pyramid 35 deg", {"thickness": 1e4}, "no formula for a thin layer"),
+    ],
+)
+def test_settings_without_a_fit_are_an_error(folder, indenter, options, advice):
+    with pytest.raises(ValueError, match=advice):
+        next(fit_curves(folder, indenter, **options))
+
+
 def test_an_archive_has_the_curves_of_its_files(folder, found, tmp_path):
     with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
         for name in ("0-1.csv", "1-4.csv"):

@@ -14,7 +14,7 @@ from pathlib import Path
 from ase_roughcontact._util.checked_rows import checked_rows
 from ase_roughcontact._util.files import PathName, locked, replaced, table_writer
 from ase_roughcontact._util.workers import worker_pool
-from ase_roughcontact.fitting.adhesion import AdhesionFit, fit_shape
+from ase_roughcontact.fitting.adhesion import AdhesionFit, checked_sphere, fit_shape
 from ase_roughcontact.fitting.curve_checks import curve_checks
 from ase_roughcontact.fitting.curve_files import read_curve, read_with_times
 from ase_roughcontact.fitting.force_curve import ForceCurve, noise_of
@@ -69,6 +69,25 @@ class FitSettings:
     stiffness: float | None = None
     sensitivity: str = ""
     heads: tuple[str, ...] = ()
+
+    def check(self) -> None:
+        """Raise `ValueError` for settings with which no curve can be fitted."""
+        if not self.indenter:
+            if self.adhesion or self.relaxation:
+                raise ValueError(
+                    "fits of adhesion and relaxation need the shape: --indenter "
+                    '"sphere 5 um"'
+                )
+            return
+        indenter = named_indenter(self.indenter)
+        indenter.force_on_layer(0.0, self.thickness)
+        if self.adhesion:
+            checked_sphere(indenter, self.adhesion, self.thickness, self.deepest)
+        if self.adhesion and self.relaxation:
+            raise ValueError(
+                "adhesion and relaxation are not fitted together: leave out --adhesion "
+                "or --relaxation"
+            )
 
 
 def fit_curves(
@@ -126,8 +145,8 @@ def fit_curves(
     Raises
     ------
     ValueError
-        If there are no curves, the indenter is unknown, or the folder has the results
-        of other files or settings.
+        If there are no curves, the indenter or the theory is unknown or they do not go
+        together, or the folder has the results of other files or settings.
     ImportError
         If a package that reads the format is missing.
     RuntimeError
@@ -149,13 +168,7 @@ def fit_curves(
         sensitivity,
         tuple(heads),
     )
-    if relaxation and (adhesion or not indenter):
-        raise ValueError(
-            "a fit of relaxation needs an indenter, and has no adhesion: give "
-            '--indenter "sphere 5 um", and leave out --adhesion'
-        )
-    if indenter:
-        named_indenter(indenter)  # an error before the first curve
+    settings.check()
     given = [files] if isinstance(files, (str, Path)) else list(files)
     names = listed_curves(given, given_calibration(stiffness, sensitivity))
     with ExitStack() as stack:
