@@ -80,6 +80,8 @@ def plot_study(
             axes.plot(x, theory, "--", color=colour, lw=0.8, label=label)
         if x.min() > 0.0 and x.max() > _LOGARITHMIC * x.min():
             axes.set_xscale("log")
+            axes.set_xticks(x, [f"{value:g}" for value in x])
+            axes.minorticks_off()
     axes.set_xlabel(f"{over} ({x_unit})" if x_unit else over)
     return axes
 
