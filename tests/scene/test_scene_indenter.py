@@ -9,13 +9,10 @@ from ase.io import read
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
-from ase_roughcontact.fitting.fit import fit_curve
-from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.theory.indenters import INDENTERS, Indenter
 
 NM, GPA, NN = UNITS["nm"], UNITS["GPa"], UNITS["nN"]
-STIFFNESS = 50.0 * UNITS["N/m"]
 TANGENT = math.tan(math.radians(70.0))
 TEXT = """
 [substrate]
@@ -179,21 +176,3 @@ def test_a_punch_that_just_touches_has_a_view(tmp_path):
     first, second = read(folder / "view.traj", ":")
     assert np.isfinite(first.positions).all()
     assert max(len(first), len(second)) < 10_000  # the sides are not drawn to their end
-
-
-@pytest.mark.slow
-def test_a_modulus_is_fitted_with_a_cone():
-    depth = np.linspace(0.0, 4.0, 300)  # nm
-    force = 2.0 / math.pi * TANGENT * depth**2  # nN, for 1 GPa
-    base = np.linspace(4.0, -4.0 - force[-1] / 50.0, 60)
-    measured = np.interp(-base, depth + force / 50.0, force)
-    curve = ForceCurve(-base * NM - measured * NN / STIFFNESS, measured * NN, STIFFNESS)
-    text = TEXT.replace("1 GPa", "1.4 GPa").replace("1 nm", "2 nm")
-    start = scene("cone", "half_angle = 70.0", text)
-    fit = fit_curve(start, curve, ["contact_modulus"])
-    assert fit.converged
-    assert fit.values[0] == pytest.approx(1.0, rel=0.005)
-    with pytest.raises(
-        ValueError, match="radius can't be fitted: the indenter is a cone"
-    ):
-        fit_curve(start, curve, ["radius"])
