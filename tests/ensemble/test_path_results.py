@@ -323,7 +323,8 @@ def test_the_command_prints_all_results_and_names_what_failed(
     command = ["ensemble", str(file), "--database", str(database), "--workers", "1"]
     # the window of 8 x 8 atoms is too small for the loop
     shapes = "--set", "substrate.shape=[24,24],[8,8]", "--set", "roughness.seed=1,2"
-    assert main([*command, *shapes, "--results", str(tmp_path / "r.csv")]) == 1
+    with pytest.warns(UserWarning, match="2 of 4 .* larger shape"):
+        assert main([*command, *shapes, "--results", str(tmp_path / "r.csv")]) == 1
     printed = capsys.readouterr()
     assert "pull-off force (nN)" in printed.out
     names = [line.partition(": RuntimeError")[0] for line in printed.err.splitlines()]
