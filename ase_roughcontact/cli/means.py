@@ -131,7 +131,7 @@ def _table(scene: Scene, means: Sequence[MeanValue], with_expected: bool) -> Any
     with_error = any(mean.value_error >= _MIN_PRINTED_ERROR for mean in means)
     with_marks = any(mean.validity for mean in means)
     if with_error:
-        heads.append("error of values (%)")
+        heads.append("value error (%)")
     if with_expected:
         heads.append("expected (likely)")
     if with_marks:
