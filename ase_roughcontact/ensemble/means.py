@@ -285,7 +285,7 @@ class ColumnValues:
         Parameters
         ----------
         cases : sequence of str
-            Names of the cases.
+            Names of the cases; one that is named several times counts once.
         wanted : float
             Wanted relative error; infinity for none.
         """
@@ -295,7 +295,7 @@ class ColumnValues:
         means = []
         for number, target in enumerate(self.targets.tolist()):
             stored, failed = [], 0
-            for case in cases:
+            for case in dict.fromkeys(cases):  # each realisation counts once
                 key = case, number
                 if key in self._values:
                     stored.append(self._values[key])

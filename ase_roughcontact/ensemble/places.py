@@ -318,10 +318,10 @@ def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.n
     x, y : ndarray, shapes (n,) and (m,)
         Positions of the places (Å).
     values : ndarray, shape (n, m)
-        Values of the attribute; NaN where there is no result.
+        Values of the attribute; NaN where there is no converged result.
     """
     x, i = np.unique([place.x for place in places], return_inverse=True)
     y, j = np.unique([place.y for place in places], return_inverse=True)
     values = np.full((len(x), len(y)), np.nan)
-    values[i, j] = [place.value(name) for place in places]
+    values[i, j] = [p.value(name) if p.converged else math.nan for p in places]
     return x, y, values

@@ -149,8 +149,14 @@ def drawn_over(parameters: Mapping[str, Sequence[Any]], over: str = "") -> str:
     Raises
     ------
     ValueError
-        If the given key is not a parameter, or has values that are not numbers.
+        If the given key is not a parameter, is the seed, or has values that are not
+        numbers.
     """
+    if over == SEED:
+        raise ValueError(
+            f"means are over the values of {SEED}: give another parameter for the "
+            "figure, or omit it"
+        )
     if over:
         numeric_values(over, lookup(over, parameters, "parameter of the study"))
         return over
@@ -205,7 +211,8 @@ def _theory(reference: Reference, mean: MeanValue) -> tuple[float, str]:
     result = scene.path.results.get(mean.column)
     if result is not None and result.theory is not None and not scene.is_flat:
         return float(result.theory(smooth)), f"{smooth.name}, smooth sphere"
-    with_load = scene.path.controlled == LOAD and mean.target > 0.0
+    in_time = scene.path.schedule(scene.bodies) is not None  # targets are times
+    with_load = scene.path.controlled == LOAD and mean.target > 0.0 and not in_time
     if result is None and mean.column in _AREAS and with_load and not scene.is_flat:
         area = float(smooth.contact_area(mean.target))
         ratio = float(reference.relative_area(mean.target))

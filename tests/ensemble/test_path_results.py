@@ -22,6 +22,7 @@ from ase_roughcontact.ensemble import (
     write_csv,
 )
 from ase_roughcontact.ensemble.means import realisations_needed, standard_error
+from ase_roughcontact.ensemble.study import study_points
 from ase_roughcontact.scene import PathKind, Scene, relax_loop
 from ase_roughcontact.scene.path_result import PathResult
 
@@ -276,9 +277,25 @@ def test_a_mean_names_realisations_that_it_lacks(loops, tmp_path):
     assert any("1 realisations that failed" in plain(each) for each in notes)
 
 
+def test_a_seed_that_is_named_several_times_counts_once(loops):
+    (one, two), found, database = loops
+    (mean,) = mean_values([one, one, one, two], database)
+    assert mean.realisations == 2
+    assert mean.mean == pytest.approx(found["pull_off_force"].mean())
+    assert mean.scatter == pytest.approx(np.std(found["pull_off_force"], ddof=1))
+
+
 def test_a_step_column_of_a_loop_has_no_mean(loops):
     with pytest.raises(ValueError, match="pull_off_force"):
         mean_values(loops[0], loops[2], "contact_area")
+
+
+def test_the_targets_of_a_path_in_time_are_no_loads_for_a_theory(tmp_path):
+    finish([TIME], tmp_path / "e.db", executor=Here())
+    points = study_points(TIME, {}, tmp_path / "e.db", "contact_area")
+    # at the ends of loading (0.1 nN at 2 nN/s) and of the dwell
+    assert [point.mean.target for point in points] == pytest.approx([0.05, 0.25])
+    assert all(np.isnan(point.theory) and not point.theory_name for point in points)
 
 
 def test_seeds_of_a_path_in_time_are_added_until_the_creep_depth_is_known(tmp_path):

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import read_places, run_places
+from ase_roughcontact.ensemble.places import Place, as_map
 from ase_roughcontact.scene import Scene, relax_loop
 from ase_roughcontact.scene.results import write_inputs
 
@@ -179,6 +180,13 @@ def test_a_row_in_which_a_run_was_killed_is_calculated_again(scene_of, tmp_path)
     run = run_places(scene, (2, 1), tmp_path / "out", executor)
     assert_same(*(sorted(each, key=attrgetter("x")) for each in (run, first)))
     assert executor.count == 1 and table.read_text() == text
+
+
+def test_a_place_that_did_not_converge_is_not_in_the_maps():
+    found = Place(0.0, 0.0, area=3.0, converged=True)
+    others = Place(0.0, 5.0, area=4.0), Place(5.0, 5.0, area=5.0, converged=True)
+    _, _, values = as_map([found, *others], "area")
+    np.testing.assert_array_equal(values, [[3.0, np.nan], [np.nan, 5.0]])
 
 
 def test_a_table_in_which_a_bit_has_changed_is_refused_or_has_the_same_values(

@@ -159,6 +159,14 @@ def test_wrong_values_are_refused(given, message):
         Scene.parse(f"[study]\n{given}")
 
 
+def test_a_figure_over_the_seeds_is_refused_before_the_run(tmp_path, capsys):
+    (tmp_path / "my.toml").write_text(LOADS.toml + STUDY)
+    options = ["--database", str(tmp_path / "e.db"), "--over", "roughness.seed"]
+    assert main(["ensemble", str(tmp_path / "my.toml"), *options]) == 2
+    assert "another parameter" in capsys.readouterr().err
+    assert not (tmp_path / "e.db").exists()
+
+
 def test_seeds_and_an_error_exclude_each_other(tmp_path, capsys):
     study = STUDY.replace("seeds = 3", "seeds = 3\nerror = 0.1")
     (tmp_path / "my.toml").write_text(LOADS.toml + study)
