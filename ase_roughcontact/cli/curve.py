@@ -35,7 +35,7 @@ def curve(options: argparse.Namespace) -> int:
     Branches, direction, turn, free force, noise and spring constant are printed as they
     were read, with what was left out or changed, and with what makes a fit doubtful: a
     saturated deflection, free forces that drift or differ, no free part, a wrong
-    sensitivity or sign.
+    sensitivity or sign. They are printed and drawn also if the fit fails.
 
     With --indenter the contact modulus, the contact point and the free force are fitted
     to the approach, or the branch that is given, and drawn over the indentation with
@@ -54,10 +54,11 @@ def curve(options: argparse.Namespace) -> int:
     Exit status: 0 the curve was read, and the fit has converged, 1 it has not, 2 the
     file or an option is invalid.
     """
-    from ase_roughcontact.fitting import curve_figures  # imports matplotlib
-    from ase_roughcontact.plot.files import check_picture
+    from ase_roughcontact.plot.files import check_picture  # imports matplotlib
 
     check_picture(options.picture)
+    if options.relaxation and not options.indenter:
+        raise ValueError('--relaxation needs the shape: --indenter "sphere 5 um"')
     stiffness = stiffness_of(options)
     number, notes = options.curve_number, []
     if options.at:
@@ -67,35 +68,50 @@ def curve(options: argparse.Namespace) -> int:
         notes = [f"note: curve {number}, measured at {x:.6g} um, {y:.6g} um"]
     given = stiffness, options.sensitivity, options.columns, number
     measured = read_curve(options.curve, options.branch, *given)
-    checks = curve_checks(measured)
     fit: IndentationFit | RelaxationFit | None = None
-    if options.relaxation and not options.indenter:
-        raise ValueError('--relaxation needs the shape: --indenter "sphere 5 um"')
-    if options.relaxation:
+    if options.indenter:
         shape = named_indenter(options.indenter)
-        held = read_with_times(options.curve, *given)
-        fit = fit_relaxation(*held, shape, options.relaxation)
-        curve_figures.draw_relaxation(fit, options.picture)
-    elif options.indenter:
-        fit = fit_shape(
-            measured,
-            named_indenter(options.indenter),
-            options.adhesion,
-            length_of("thickness", options.thickness),
-            length_of("deepest", options.deepest),
-        )
-        curve_figures.draw_indentation(fit, options.picture)
-    else:
+        thickness = length_of("thickness", options.thickness)
+        deepest = length_of("deepest", options.deepest)
+        try:
+            if options.relaxation:
+                held = read_with_times(options.curve, *given)
+                fit = fit_relaxation(*held, shape, options.relaxation)
+            else:
+                adhesion = options.adhesion
+                fit = fit_shape(measured, shape, adhesion, thickness, deepest)
+        except ValueError:
+            _report(options, measured, notes, None)  # may say why it can't be fitted
+            raise
+    _report(options, measured, notes, fit)
+    return 0 if fit is None or fit.converged else 1
+
+
+def _report(
+    options: argparse.Namespace,
+    measured: ForceCurve,
+    notes: list[str],
+    fit: IndentationFit | RelaxationFit | None,
+) -> None:
+    """Draw and print a curve as it was read, with its checks, and a fit."""
+    from ase_roughcontact.fitting import curve_figures  # imports matplotlib
+
+    if fit is None:
         curve_figures.draw_curve(measured, options.picture)
+    elif isinstance(fit, RelaxationFit):
+        curve_figures.draw_relaxation(fit, options.picture)
+    else:
+        curve_figures.draw_indentation(fit, options.picture)
+    checks = curve_checks(measured)
     if options.json:
         write(_line(measured, checks, fit))
     elif not options.quiet:
-        notes += [f"note: {remark}" for remark in measured.remarks]
-        notes += [f"warning: {check}" for check in checks]
+        remarks = [f"note: {remark}" for remark in measured.remarks]
+        warned = [f"warning: {check}" for check in checks]
         fitted = [] if fit is None else ["", *fit.parts]
-        show(table(("", "", ""), _rows(measured), left=1), *notes, *fitted)
+        rows = table(("", "", ""), _rows(measured), left=1)
+        show(rows, *notes, *remarks, *warned, *fitted)
         write(str(options.picture))
-    return 0 if fit is None or fit.converged else 1
 
 
 def length_of(name: str, text: str) -> float:

@@ -53,6 +53,25 @@ def test_a_wrong_indenter_is_an_error(file, tmp_path, capsys):
     assert "unknown indenter 'ball'" in capsys.readouterr().err
 
 
+def test_a_curve_that_cannot_be_fitted_is_printed_and_drawn_with_its_checks(
+    tmp_path, capsys
+):
+    # the deflection of a rigid sample, with a sensitivity that is 1.4 times too large
+    height = np.linspace(300.0, -100.0, 600)
+    deflection = 1.4 * np.maximum(-height, 0.0)
+    deflection += np.random.default_rng(0).normal(size=height.size)
+    file, picture = tmp_path / "steep.csv", tmp_path / "f.png"
+    rows = np.column_stack([height, deflection])
+    head = "distance (nm),deflection (nm)"
+    np.savetxt(file, rows, delimiter=",", header=head, comments="")
+    words = ["curve", str(file), "--cantilever", "1 N/m", "--picture", str(picture)]
+    assert main([*words, "--indenter", "paraboloid 100 nm"]) == 2
+    printed = capsys.readouterr()
+    assert "sensitivity" in printed.out
+    assert "no contact is found" in printed.err
+    assert picture.exists()
+
+
 def test_a_plan_of_a_curve_names_the_command_that_draws_it(file, capsys):
     assert main(["plan", str(file)]) == 2
     assert f"ase-roughcontact curve {file}" in capsys.readouterr().err
