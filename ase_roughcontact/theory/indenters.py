@@ -399,14 +399,23 @@ class _ByContactRadius(Indenter):
         """Return depths, and forces N/E*, at contact radii."""
 
     @cached_property
-    def _splines(self) -> tuple[Callable[[FloatArray], FloatArray], ...]:
-        """Force and contact radius as functions of the depth."""
-        radius = self.radii
-        depth, force = self.at_radius(radius)
-        depth, force = np.append(0.0, depth), np.append(0.0, force)
-        radius = np.append(self.least_radius, radius)
-        by_depth = CubicHermiteSpline(depth, force, 2.0 * radius)
-        return by_depth, lambda d: np.interp(d, depth, radius)
+    def _table(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Depths, forces and contact radii, from the first contact on."""
+        depth, force = self.at_radius(self.radii)
+        radius = np.append(self.least_radius, self.radii)
+        return np.append(0.0, depth), np.append(0.0, force), radius
+
+    @cached_property
+    def _force_spline(self) -> Callable[[FloatArray], FloatArray]:
+        """Force as a function of the depth in the table."""
+        depth, force, radius = self._table
+        return CubicHermiteSpline(depth, force, 2.0 * radius)
+
+    def _beyond(self, depth: FloatArray) -> tuple[FloatArray, float]:
+        """Return depths beyond the table, and the slope of the radius there."""
+        table, _, radius = self._table
+        slope = (radius[-1] - radius[-2]) / (table[-1] - table[-2])
+        return np.maximum(depth - table[-1], 0.0), float(slope)
 
     @property
     def least_radius(self) -> float:
@@ -420,12 +429,18 @@ class _ByContactRadius(Indenter):
 
     def force(self, depth: ArrayLike) -> FloatArray:
         """Return N/E*."""
-        return self._splines[0](_above_zero(depth))
+        depth = _above_zero(depth)
+        beyond, slope = self._beyond(depth)
+        added = beyond * (2.0 * self._table[2][-1] + slope * beyond)
+        return self._force_spline(depth - beyond) + added
 
     def radius(self, depth: ArrayLike) -> FloatArray:
-        """Return the contact radius."""
+        """Return the contact radius; beyond the table it is linear in the depth."""
         depth = _above_zero(depth)
-        return np.where(depth > 0.0, self._splines[1](depth), 0.0)
+        beyond, slope = self._beyond(depth)
+        table, _, radius = self._table
+        inside = np.interp(depth, table, radius) + slope * beyond
+        return np.where(depth > 0.0, inside, 0.0)
 
 
 @dataclass(frozen=True)
@@ -528,12 +543,12 @@ class TruncatedCone(_ByContactRadius):
 
     @property
     def length(self) -> float:
-        """B."""
+        """b, the radius of the end."""
         return self.end_radius
 
     @property
     def least_radius(self) -> float:
-        """B."""
+        """b, the radius of the end."""
         return self.end_radius
 
     @property

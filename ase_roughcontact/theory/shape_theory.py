@@ -19,19 +19,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import FloatArray, unmasked
+from ase_roughcontact._util.validation import FloatArray, finite_array, unmasked
 from ase_roughcontact.theory.indenters import Indenter
 from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS
 
-# Smallest depth without adhesion of the table of adhesive contacts, in units of the
-# depth at which adhesion and elasticity have equal forces.
+# Smallest depth without adhesion in the search for the pull-off, in units of a depth
+# beyond which there is no tension.
 _MIN_DEPTH = 1e-6
-# Largest depth of this table, in the same units.
-_MAX_DEPTH = 1e4
-# Number of depths in this table.
+# Number of depths in this search, and in a curve.
 _TABLE_POINTS = 4000
-# Ratio of depths in the search for a depth, and for the end of a curve.
+# Ratio of depths in the search for a depth without tension.
 _DEPTH_RATIO = 1.25
+# Quantities of an adhesive contact, and their positions.
+_QUANTITIES = "penetration", "normal_force"
+_PENETRATION, _FORCE = 0, 1
+# Number of halvings of an interval of depths: to rounding.
+_HALVINGS = 60
 
 
 @dataclass(frozen=True)
@@ -78,22 +81,20 @@ class ShapeTheory:
         """Largest tension of a contact (eV/Å); zero without adhesion."""
         if not self.work_of_adhesion:
             return 0.0
-        return -float(self._contacts[2].min())
+        return -float(self._contact(self._plain_at_pull_off[1])[1])
 
     @property
     def pull_off_penetration(self) -> float:
         """Penetration at pull-off of a tip at a given height (Å); zero if w is zero."""
         if not self.work_of_adhesion:
             return 0.0
-        return float(self._contacts[1].min())
+        return float(self._contact(self._plain_at_pull_off[0])[0])
 
     def penetration(self, normal_force: float) -> float:
         """Return the penetration of the stable contact under a force (Å)."""
         if not self.work_of_adhesion:
             return float(self.shape.depth(normal_force / self.contact_modulus))
-        _, depth, forces = self._contacts
-        stable = slice(int(forces.argmin()), None)
-        return float(np.interp(normal_force, forces[stable], depth[stable]))
+        return float(self._contact(self._plain_depth(normal_force, _FORCE))[0])
 
     def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
         """Return the radius of the stable contact.
@@ -112,9 +113,7 @@ class ShapeTheory:
         if not self.work_of_adhesion:
             depth = self.shape.depth(np.maximum(force, 0.0) / self.contact_modulus)
             return self.shape.radius(depth)
-        radius, _, forces = self._contacts
-        stable = slice(int(forces.argmin()), None)
-        return np.interp(force, forces[stable], radius[stable])
+        return self.shape.radius(self._plain_depth(force, _FORCE))
 
     def contact_area(self, normal_force: ArrayLike) -> FloatArray:
         """Return the area of the stable contact; see `SphereTheory.contact_area`."""
@@ -141,23 +140,53 @@ class ShapeTheory:
         if not self.work_of_adhesion:
             depth = np.linspace(0.0, max(penetration, 0.0), CURVE_POINTS)
             return depth, self.contact_modulus * self.shape.force(depth)
-        _, depth, force = self._contacts
-        stable = slice(int(depth.argmin()), None)
-        kept = depth[stable] <= penetration
-        return depth[stable][kept], force[stable][kept]
+        first = self._plain_at_pull_off[0]
+        if not penetration > self.pull_off_penetration:
+            return np.empty(0), np.empty(0)
+        last = float(self._plain_depth(penetration, _PENETRATION))
+        return self._contact(np.geomspace(first, last, _TABLE_POINTS))
 
     @cached_property
-    def _contacts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Radii, depths and forces of adhesive contacts, in the order of the radii."""
+    def _plain_at_pull_off(self) -> tuple[float, float]:
+        """Depths without adhesion at the least penetration, and at the least force."""
+        highest = self.work_of_adhesion / self.contact_modulus
+        while self._contact(highest)[_FORCE] < 0.0:
+            highest *= _DEPTH_RATIO
+        plain = highest * np.geomspace(_MIN_DEPTH, 1.0, _TABLE_POINTS)
+        penetration, force = self._contact(plain)
+        return float(plain[penetration.argmin()]), float(plain[force.argmin()])
+
+    def _plain_depth(self, values: ArrayLike, quantity: int) -> FloatArray:
+        """Return the depths without adhesion of stable contacts by bisection.
+
+        Parameters
+        ----------
+        values : array_like
+            Penetrations (Å) or forces (eV/Å), at least the value at pull-off.
+        quantity : int
+            Position of the quantity in `_QUANTITIES`.
+
+        Returns
+        -------
+        ndarray, shape of `values`
+            Depths (Å).
+        """
+        values = finite_array(_QUANTITIES[quantity], values)
+        low = np.full(values.shape, self._plain_at_pull_off[quantity])
+        high = 2.0 * low
+        while np.any(below := self._contact(high)[quantity] < values):
+            high = np.where(below, 2.0 * high, high)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            below = self._contact(middle)[quantity] < values
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        return high
+
+    def _contact(self, plain: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return penetrations (Å) and forces (eV/Å) at depths without adhesion."""
+        plain = np.asarray(plain, float)
         modulus, work = self.contact_modulus, self.work_of_adhesion
-
-        def tension(radius: FloatArray) -> FloatArray:
-            return np.sqrt(8.0 * math.pi * modulus * work * radius**3)
-
-        scale = np.array(work / modulus)
-        while tension(self.shape.radius(scale)) > modulus * self.shape.force(scale):
-            scale = _DEPTH_RATIO * scale
-        plain = float(scale) * np.geomspace(_MIN_DEPTH, _MAX_DEPTH, _TABLE_POINTS)
         radius = self.shape.radius(plain)
-        depth = plain - np.sqrt(2.0 * math.pi * work * radius / modulus)
-        return radius, depth, modulus * self.shape.force(plain) - tension(radius)
+        tension = np.sqrt(8.0 * math.pi * modulus * work * radius**3)
+        penetration = plain - np.sqrt(2.0 * math.pi * work * radius / modulus)
+        return penetration, modulus * self.shape.force(plain) - tension

@@ -130,6 +130,21 @@ def test_large_contacts_are_on_the_sides(made, limit):
     assert made.force(2e3) == pytest.approx(limit.force(2e3), rel=2e-3)
 
 
+@pytest.mark.parametrize("radius", [3e4, 1e6])
+def test_a_truncated_cone_has_any_contact_radius(radius):
+    depth = radius * math.acos(1.0 / radius) / math.tan(ANGLE)
+    force = (radius**2 * math.acos(1.0 / radius) + radius) / math.tan(ANGLE)
+    cone = TruncatedCone(ANGLE, 1.0)
+    assert cone.radius(depth) == pytest.approx(radius, rel=1e-6)
+    assert cone.force(depth) == pytest.approx(force, rel=1e-6)
+
+
+def test_a_sphere_far_below_its_equator_is_a_punch():
+    sphere, depth = Sphere(3.0), np.array([60.0, 3e3])
+    np.testing.assert_allclose(sphere.radius(depth), 3.0)
+    np.testing.assert_allclose(sphere.force(depth), 6.0 * depth - 9.0, rtol=1e-8)
+
+
 def test_there_is_no_force_above_the_surface():
     for indenter in (Paraboloid(1.0), Sphere(1.0), Punch(1.0), RoundedCone(0.5, 1.0)):
         np.testing.assert_array_equal(indenter.force([-1.0, 0.0]), 0.0)

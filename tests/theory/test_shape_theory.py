@@ -51,6 +51,32 @@ def test_an_adhesive_paraboloid_is_the_sphere_of_jkr():
     assert np.isnan(theory.contact_area(-1.1 * jkr.pull_off_force))
 
 
+@pytest.mark.parametrize("ratio", [1e3, 1e6])
+def test_an_adhesive_paraboloid_far_above_the_pull_off_is_the_sphere_of_jkr(ratio):
+    theory = ShapeTheory(Paraboloid(RADIUS), MODULUS, WORK)
+    jkr = JKR(RADIUS, MODULUS, WORK)
+    force = ratio * jkr.pull_off_force
+    radius = float(jkr.contact_radius(force))
+    assert float(theory.contact_radius(force)) == pytest.approx(radius, rel=1e-9)
+    assert theory.penetration(force) == pytest.approx(jkr.penetration(radius), rel=1e-9)
+    depth, forces = theory.curve_to(theory.penetration(force))
+    assert depth[-1] == pytest.approx(theory.penetration(force))
+    assert forces[-1] == pytest.approx(force)
+
+
+@pytest.mark.parametrize("work", [1e-8, 1e-12, 1e-20])
+def test_a_cone_of_vanishing_adhesion_is_the_cone_of_sneddon(work):
+    cone = Cone(math.radians(45.0))
+    plain, theory = ShapeTheory(cone, MODULUS), ShapeTheory(cone, MODULUS, work)
+    np.testing.assert_allclose(
+        theory.contact_area(FORCES), plain.contact_area(FORCES), rtol=1e-3
+    )
+    for force in FORCES:
+        assert theory.penetration(force) == pytest.approx(
+            plain.penetration(force), rel=1e-3
+        )
+
+
 def test_a_punch_is_pulled_off_at_the_force_of_kendall():
     theory = ShapeTheory(Punch(30.0), MODULUS, WORK)
     kendall = math.sqrt(8.0 * math.pi * MODULUS * WORK * 30.0**3)
