@@ -199,7 +199,9 @@ def _force_curve(file: PathName, read: Measurement, turn: int | None) -> ForceCu
     if force is None or depth is None:
         raise ValueError(_incomplete(file, read))
     stiffness = math.inf if known is None else known
-    return ForceCurve(depth, force, stiffness, turn, read.remarks, read.table.position)
+    position = read.table.position
+    curve = ForceCurve(depth, force, stiffness, turn, read.remarks, position)
+    return curve.approach_first
 
 
 def _incomplete(file: PathName, read: Measurement) -> str:

@@ -194,12 +194,39 @@ class ForceCurve:
     @property
     def _approaches(self) -> int:
         """Number of times that the base comes down through most of its range."""
+        return int(np.sum(np.diff(self._visited_ends) < 0))
+
+    @property
+    def _visited_ends(self) -> np.ndarray:
+        """Ends of the range of the base in the order of visits: 1 high, -1 low."""
         level = (self.base - self.base.min()) / max(
             np.ptp(self.base), np.finfo(float).tiny
         )
         ends = (level > 1.0 - _END_PART).astype(int) - (level < _END_PART).astype(int)
         ends = ends[ends != 0]
-        return int(np.sum((ends[:-1] > 0) & (ends[1:] < 0)))
+        return ends[np.diff(ends, prepend=0) != 0]
+
+    @property
+    def approach_first(self) -> ForceCurve:
+        """Curve with the approach first, and a remark if it came after the retraction.
+
+        Without a given turn, the base of such a curve starts low, rises and comes down:
+        it is split where the base is highest.
+        """
+        if self.turn is not None or self._visited_ends.tolist() != [-1, 1, -1]:
+            return self
+        first = int(np.argmax(self.base)) + 1  # point of the approach
+        remark = (
+            "the retraction is written before the approach: the curve was split where "
+            "the base is highest"
+        )
+        return replace(
+            self,
+            depth=np.roll(self.depth, -first),
+            force=np.roll(self.force, -first),
+            turn=len(self.depth) - first,
+            remarks=(*self.remarks, remark),
+        )
 
     @property
     def _tenth(self) -> int:

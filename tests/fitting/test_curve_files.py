@@ -214,6 +214,23 @@ def test_a_table_has_depths_and_forces(tmp_path):
             read_curve(file)
 
 
+def test_a_table_without_branches_may_have_the_retraction_first(tmp_path):
+    up = np.linspace(-100.0, 300.0, 401)
+    adhesive = np.where((up > -10.0) & (up < 20.0), -5.0, np.maximum(-up, 0.0))
+    pressed = np.maximum(-up, 0.0)
+    rows = np.column_stack([[*up, *up[::-1]], [*adhesive, *pressed[::-1]]])
+    file = tmp_path / "curve.csv"
+    head = "distance (nm),force (nN)"
+    np.savetxt(file, rows, delimiter=",", header=head, comments="")
+    curve = read_curve(file, stiffness=2.0 * UNITS["N/m"])
+    approach, retraction = curve.branches
+    assert (approach.direction, approach.points) == (-1.0, slice(0, 401))
+    assert (retraction.direction, retraction.points) == (1.0, slice(401, 802))
+    np.testing.assert_allclose(curve.force[approach.points] / NN, pressed[::-1])
+    np.testing.assert_allclose(curve.base[retraction.points] / NM, up, atol=1e-9)
+    assert len(curve.remarks) == 1
+
+
 def test_times_of_a_force_curve_may_be_times_of_the_day(tmp_path):
     file = tmp_path / "curve.csv"
     file.write_text("time,depth (nm),force (nN)\n12:00:01,0,0\n12:00:02,1,2\n,2,3\n")
