@@ -189,7 +189,7 @@ class Bodies:
         """
         depth = np.maximum(unmasked(penetration), 0.0)
         if self.shape is not None:
-            return self.shape.area_ratio * np.pi * self.shape.radius(depth) ** 2
+            return self.shape.contact_area(self.shape.radius(depth))
         return np.pi * self.radius * depth
 
     def force_at(self, penetration: float) -> float:

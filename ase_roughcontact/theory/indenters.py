@@ -56,6 +56,12 @@ _PYRAMID_TANGENT_RATIO = 0.73762 * math.pi / 2.0
 # Contact area of a pyramid over the contact area of this cone: relaxed pyramids have
 # A = 1.4785 (tan(theta) d)^2.
 _PYRAMID_AREA_RATIO = 1.4785 / (math.pi * 0.73762**2)
+# Power of b/a by which this ratio decreases from 1 for a relaxed truncated pyramid.
+_TRUNCATED_AREA_POWER = 3.5
+# Coefficients of this ratio for a relaxed rounded pyramid, by powers of b/a.
+_ROUNDED_AREA_RATIO = (_PYRAMID_AREA_RATIO, 0.1543, 0.4232, -0.39882)
+# Smallest b/a of its contacts on the paraboloid, which are circles.
+_ROUNDED_END_RATIO = 1.14
 # Coefficients of the polynomial for a sphere on a thin layer, by powers of a length
 # over the thickness.
 _LAYER_OF_SPHERE = (1.0, 1.133, 1.497, 1.469, 0.755)
@@ -93,7 +99,7 @@ class Indenter(Registered, ABC):
     layer_limit : float
         Largest ratio of `layer_length` and thickness for which the polynomial holds.
     area_ratio : float
-        Ratio of the contact area to the area of a circle of the contact radius.
+        Ratio of the area of a large contact to the area of a circle of its radius.
     vertical : bool
         Whether the sides are vertical, so that they never touch.
     edged : bool
@@ -179,6 +185,21 @@ class Indenter(Registered, ABC):
     def radius(self, depth: ArrayLike) -> FloatArray:
         """Return the contact radius (length); see `force`."""
         return np.full(np.shape(depth), np.nan)
+
+    def contact_area(self, radius: ArrayLike) -> FloatArray:
+        """Return the contact area.
+
+        Parameters
+        ----------
+        radius : array_like
+            Contact radius a, for a pyramid of the cone with its force (length).
+
+        Returns
+        -------
+        ndarray, shape of `radius`
+            Area (length squared).
+        """
+        return self.area_ratio * np.pi * np.asarray(radius, float) ** 2
 
     def depth(self, force: ArrayLike) -> FloatArray:
         """Return the penetration under a force, by Newton's method.
@@ -565,7 +586,9 @@ class TruncatedPyramid(TruncatedCone):
     """Four-sided pyramid with a flat end: the truncated cone with its force.
 
     The end is a square with the area of a circle of the radius `end_radius`. Where both
-    end and sides count, the force of a relaxed contact is about 2 % larger.
+    end and sides count, the force of a relaxed contact is about 2 % larger. The ratio
+    of the contact area to a circle was fitted to relaxed contacts, with an error of
+    0.5 %.
     """
 
     kind = "truncated pyramid"
@@ -581,6 +604,13 @@ class TruncatedPyramid(TruncatedCone):
     def half_side(self) -> float:
         """Half the side of the end."""
         return 0.5 * math.sqrt(math.pi) * self.end_radius
+
+    def contact_area(self, radius: ArrayLike) -> FloatArray:
+        """Return the contact area, see `Indenter.contact_area`."""
+        radius = np.asarray(radius, float)
+        beyond = np.maximum(radius, self.end_radius)
+        end = (self.end_radius / beyond) ** _TRUNCATED_AREA_POWER
+        return (self.area_ratio + (1.0 - self.area_ratio) * end) * np.pi * radius**2
 
     def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the heights of four faces around a square."""
@@ -661,7 +691,8 @@ class RoundedPyramid(RoundedCone):
     r"""Four-sided pyramid with a rounded tip: the rounded cone with its force.
 
     Where both tip and sides count, the force of a relaxed contact is about 3 % larger.
-    Tip and edges are rounded by a paraboloid,
+    The ratio of the contact area to a circle was fitted to relaxed contacts, with an
+    error of 0.5 %. Tip and edges are rounded by a paraboloid,
     :math:`h = \max_p [p \cdot x - R p^2/2]` with :math:`|p_x| + |p_y| \le \cot\theta`:
     the slopes of a pyramid and of its edges.
     """
@@ -673,6 +704,13 @@ class RoundedPyramid(RoundedCone):
     def tangent(self) -> float:
         """Tangent of the half angle of a cone with this force."""
         return _PYRAMID_TANGENT_RATIO * math.tan(self.half_angle)
+
+    def contact_area(self, radius: ArrayLike) -> FloatArray:
+        """Return the contact area, see `Indenter.contact_area`."""
+        radius = np.asarray(radius, float)
+        beyond = np.maximum(radius, self.length / _ROUNDED_END_RATIO)
+        ratio = np.polynomial.Polynomial(_ROUNDED_AREA_RATIO)(self.length / beyond)
+        return ratio * np.pi * radius**2
 
     def profile(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the heights of faces, rounded edges and a paraboloid at the tip."""

@@ -120,8 +120,7 @@ class ShapeTheory:
         force = unmasked(normal_force).astype(float)
         exists = force >= -self.pull_off_force
         radius = self.contact_radius(np.where(exists, force, 0.0))
-        area = self.shape.area_ratio * np.pi * radius**2
-        return np.where(exists, area, np.nan)
+        return np.where(exists, self.shape.contact_area(radius), np.nan)
 
     def curve_to(self, penetration: float) -> tuple[FloatArray, FloatArray]:
         """Return a curve of force against penetration, for figures.

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.theory import ShapeTheory
 from ase_roughcontact.theory.indenters import (
     Cone,
     Paraboloid,
@@ -34,6 +35,21 @@ model = "continuum"
 hardness = inf
 [sphere]
 radius = "100 nm"
+[interaction]
+kind = "hard"
+[path]
+control = "penetration"
+values = [1.0]
+"""
+PYRAMID = """
+[substrate]
+contact_modulus = "1 GPa"
+spacing = "4 nm"
+model = "continuum"
+hardness = inf
+[indenter]
+half_angle = 65.0
+{indenter}
 [interaction]
 kind = "hard"
 [path]
@@ -214,3 +230,33 @@ def test_a_relaxed_pyramid_has_the_force_of_the_formula(tmp_path):
     bilodeau = 0.7453 * UNITS["GPa"] * math.tan(angle) * 20.0**2
     assert force == pytest.approx(bilodeau, rel=0.011)
     assert force < bilodeau
+
+
+@pytest.mark.parametrize(
+    "made, area",
+    [
+        (RoundedPyramid(ANGLE, 1000.0), math.pi * 1000.0 * 1.0),
+        (TruncatedPyramid(ANGLE, 1000.0), math.pi * 1000.0**2),
+    ],
+)
+def test_the_contact_of_a_blunt_pyramid_is_its_end_at_a_small_depth(made, area):
+    theory = ShapeTheory(made, 0.5)
+    assert theory.contact_area(0.5 * made.force(1.0)) == pytest.approx(area, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "indenter, depth",
+    [
+        ('kind = "rounded pyramid"\ntip_radius = "200 nm"', 400.0),
+        ('kind = "truncated pyramid"\nend_radius = "80 nm"', 350.0),
+    ],
+    ids=["rounded", "truncated"],
+)
+def test_the_contact_of_a_relaxed_blunt_pyramid_has_the_area(indenter, depth):
+    scene = Scene.parse(PYRAMID.format(indenter=indenter))
+    (step,) = scene.relax(np.array([depth]), validity="ignore")
+    theory = scene.bodies.nonadhesive
+    area = float(theory.contact_area(step.normal_force))
+    ends = math.pi * theory.contact_radius(step.normal_force) ** 2
+    assert area != pytest.approx(float(ends), rel=0.01)
+    assert step.continuum_area == pytest.approx(area, rel=0.01)
