@@ -18,8 +18,8 @@ from ase_roughcontact.scene import Scene
 
 # Attributes of a mean that need a wanted error.
 _SAMPLING_ATTRIBUTES = "expected", "likely"
-# Relative error of the values above which it is printed.
-_MIN_PRINTED_ERROR = 0.001
+#: Relative error of the values above which it is printed.
+MIN_PRINTED_ERROR = 0.001
 
 
 def printed_units(scene: Scene, column: str) -> str:
@@ -128,7 +128,7 @@ def _table(scene: Scene, means: Sequence[MeanValue], with_expected: bool) -> Any
         heading = column_heading(scene, means[0].column)
         heads = [f"{target} ({unit})", f"mean {heading}"]
     heads += ["standard error (%)", "scatter", "realisations"]
-    with_error = any(mean.value_error >= _MIN_PRINTED_ERROR for mean in means)
+    with_error = any(mean.value_error >= MIN_PRINTED_ERROR for mean in means)
     with_marks = any(mean.validity for mean in means)
     if with_error:
         heads.append("value error (%)")

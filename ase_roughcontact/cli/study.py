@@ -17,7 +17,11 @@ from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import prints_text, scene_text
-from ase_roughcontact.cli.means import column_heading, printed_units
+from ase_roughcontact.cli.means import (
+    MIN_PRINTED_ERROR,
+    column_heading,
+    printed_units,
+)
 from ase_roughcontact.ensemble.means import check_column, default_column
 from ase_roughcontact.ensemble.study import (
     SEED,
@@ -175,6 +179,16 @@ def _study_table(scene: Scene, points: Sequence[StudyPoint], study: Study) -> li
         row += [point.theory / scale] * with_theory
         rows.append([*row, "*" * bool(mean.validity)])
     notes = ["±: standard error of the mean; scatter: standard deviation of one."]
+    value_errors = [
+        abs(mean.mean) * mean.value_error
+        for mean in (point.mean for point in points)
+        if mean.value_error >= MIN_PRINTED_ERROR
+    ]
+    if value_errors:
+        notes.append(
+            f"Grid, window and steps change single values by up to "
+            f"{number(max(value_errors) / scale, 2)}, which more seeds do not reduce."
+        )
     names = dict.fromkeys(point.theory_name for point in points if point.theory_name)
     notes += [f"Theory: {name}." for name in names]
     if any(point.mean.validity for point in points):

@@ -180,15 +180,16 @@ def write_study(file: PathName, points: Sequence[StudyPoint]) -> None:
         File to write; an existing file is overwritten.
     points : sequence of StudyPoint
         Points of one or more columns with the same parameters. Numbers are in ASE's
-        units, which a column names; `error` is relative.
+        units, which a column names, the errors, too.
     """
     keys = list(dict.fromkeys(key for point in points for key in point.values))
-    heads = ["column", "unit", *keys, "target", "mean", "error", "scatter"]
+    heads = ["column", "unit", *keys, "target", "mean", "standard_error", "scatter"]
     heads += ["realisations", "failed", "value_error", "theory", "validity"]
     rows = []
     for point in points:
         mean = point.mean
-        numbers = mean.target, mean.mean, mean.error, mean.scatter
+        size = abs(mean.mean)
+        numbers = mean.target, mean.mean, size * mean.error, mean.scatter
         rows.append(
             [
                 mean.column,
@@ -197,7 +198,7 @@ def write_study(file: PathName, points: Sequence[StudyPoint]) -> None:
                 *(f"{number:.10g}" for number in numbers),
                 mean.realisations,
                 mean.failed,
-                f"{mean.value_error:.10g}",
+                f"{size * mean.value_error:.10g}",
                 f"{point.theory:.10g}",
                 mean.validity,
             ]

@@ -35,11 +35,10 @@ def report():
     cells = {}
     for row in rows:
         key = row["roughness.rms_height"]
-        mean, scatter, theory = (
+        mean, error, scatter, theory = (
             float(row[name]) / UNITS_SHOWN[row["unit"]]
-            for name in ("mean", "scatter", "theory")
+            for name in ("mean", "standard_error", "scatter", "theory")
         )
-        error = abs(mean) * float(row["error"])
         found = cells.setdefault(key, [row["realisations"]])
         found += [f"{mean:.3g} ± {error:.1g}", f"{scatter:.2g}"]
         if theory == theory:

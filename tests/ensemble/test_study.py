@@ -51,7 +51,10 @@ def rows_of(folder):
         return list(csv.DictReader(file))
 
 
-def test_a_study_ends_with_means_over_the_seeds_and_a_figure(run, tmp_path, capsys):
+def test_a_study_ends_with_means_over_the_seeds_and_a_figure(
+    run, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr("ase_roughcontact.cli.study.MIN_PRINTED_ERROR", 0.0)
     (figure,) = run(LOADS.toml + STUDY)
     rows = rows_of(tmp_path)
     assert [row["sphere.radius"] for row in rows] == [
@@ -70,8 +73,8 @@ def test_a_study_ends_with_means_over_the_seeds_and_a_figure(run, tmp_path, caps
         assert areas.size == int(row["realisations"]) == 3
         assert float(row["mean"]) == pytest.approx(areas.mean())
         assert float(row["scatter"]) == pytest.approx(np.std(areas, ddof=1))
-        half = t.ppf(0.975, 2) * np.std(areas, ddof=1) / np.sqrt(3) / areas.mean()
-        assert float(row["error"]) == pytest.approx(half / 1.959964)
+        half = t.ppf(0.975, 2) * np.std(areas, ddof=1) / np.sqrt(3)
+        assert float(row["standard_error"]) == pytest.approx(half / 1.959964)
     (axes,) = figure.axes
     lines = [line for line in axes.lines if line.get_linestyle() == "-"]
     lines = [line for line in lines if len(line.get_xdata()) == 3]
@@ -82,6 +85,9 @@ def test_a_study_ends_with_means_over_the_seeds_and_a_figure(run, tmp_path, caps
     assert axes.get_xlabel() == "sphere.radius"
     printed = capsys.readouterr().out
     assert f"{means[0]:.4g}"[:4] in printed and "e-study.png" in printed
+    largest = max(float(row["value_error"]) for row in rows) / 100.0  # nm^2
+    shown = printed.split("single values by up to ")[1].split(",")[0]
+    assert float(shown) == pytest.approx(largest, rel=0.05)
 
 
 def test_a_study_of_smooth_spheres_stands_beside_hertz(run, tmp_path):
@@ -115,7 +121,7 @@ def test_a_study_with_an_error_has_as_many_seeds_as_it_needs(run, tmp_path):
     run(text.replace("steps = 3 }", "steps = 2 }"), "--quiet")
     rows = rows_of(tmp_path)
     assert all(int(row["realisations"]) >= 8 for row in rows)
-    assert all(float(row["error"]) <= 0.5 for row in rows)
+    assert all(float(row["standard_error"]) <= 0.5 * float(row["mean"]) for row in rows)
 
 
 def test_a_study_does_not_change_the_scene(tmp_path):

@@ -106,9 +106,9 @@ def fitted_curve(settings: FitSettings, name: CurveName) -> FittedCurve:
         raise
     except Exception as error:
         # the name of the file is in other columns
-        message = str(error).removeprefix(name.file).lstrip(":/ ")
-        message = message.removeprefix(name.member).lstrip(": ")
-        message = message.removeprefix(f", curve {name.number}").lstrip(": ")
+        message = str(error).removeprefix(name.file).lstrip(",:/ ")
+        message = message.removeprefix(name.member).lstrip(",: ")
+        message = message.removeprefix(f"curve {name.number}").lstrip(": ")
         return replace(result, message=message or type(error).__name__)
     return result
 
