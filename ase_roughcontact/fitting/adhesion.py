@@ -113,7 +113,8 @@ def fit_adhesion(
     Parameters
     ----------
     curve : ForceCurve
-        Curve with a retraction, and the stiffness of the cantilever.
+        Curve with a retraction, and the stiffness of the cantilever. Its `saturated`
+        points are not compared.
     radius : float
         Radius of the sphere (Å).
     theory : {"jkr", "dmt"}
@@ -238,7 +239,7 @@ class _Model:
         jump = curve.branches[0].jump
         last = int(np.argmin(curve.force)) if jump is None else jump
         self._in_contact = np.arange(len(curve.force)) <= last
-        self.compared = np.ones(len(curve.force), bool)
+        self.compared = ~curve.saturated
         self.compared[max(last + 1 - _SKIPPED_BEFORE_PULL_OFF, 0) : last + 2] = False
         if last + 1 < _MIN_POINTS:
             raise ValueError(
@@ -283,8 +284,9 @@ class _Model:
         """Return first values by closed forms."""
         curve, R = self._curve, self._radius
         offset = curve.far_force
-        force = curve.force[self._in_contact] - offset
-        depth = curve.depth[self._in_contact] + offset / curve.stiffness
+        known = self._in_contact & ~curve.saturated
+        force = curve.force[known] - offset
+        depth = curve.depth[known] + offset / curve.stiffness
         tension = curve.pull_off_force
         if self._theory is JKR:
             work = tension / (1.5 * math.pi * R)

@@ -10,8 +10,6 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve, MeasuredBranch
 
-# Smallest number of equal extreme forces in a row that show a saturated signal.
-_MIN_SATURATED_POINTS = 10
 # Smallest reported difference of free forces, relative to the noise.
 _MIN_NOISE_RATIO = 5.0
 # Smallest reported difference of free forces, relative to the range of the forces.
@@ -117,18 +115,15 @@ def _name(branch: MeasuredBranch) -> str:
 
 
 def _saturated(curve: ForceCurve) -> list[str]:
-    """Return a check of forces that are all equal at their largest or lowest."""
+    """Return checks of forces that are all equal at their largest or lowest."""
     checks = []
-    step = 1e-9 * float(np.ptp(curve.force))
-    for extreme in (curve.force.max(), curve.force.min()):
-        is_free = abs(extreme - curve.far_force) < _MIN_NOISE_RATIO * curve.noise
-        equal = np.concatenate([[False], abs(curve.force - extreme) <= step, [False]])
-        ends = np.flatnonzero(np.diff(equal.astype(int)))
-        longest = int(np.max(np.diff(ends)[::2], initial=0))
-        if longest >= _MIN_SATURATED_POINTS and not is_free:
+    high = curve.force > 0.5 * (curve.force.max() + curve.force.min())
+    for points in (curve.saturated & high, curve.saturated & ~high):
+        if points.any():
+            level = float(np.median(curve.force[points])) / UNITS["nN"]
             checks.append(
-                f"the force is {extreme / UNITS['nN']:.4g} nN on {longest} points in a "
-                "row: the photodiode seems saturated there; leave them out"
+                f"the force is {level:.4g} nN on {points.sum()} points: the photodiode "
+                "seems saturated there; fits of an elastic indenter leave them out"
             )
     return checks
 

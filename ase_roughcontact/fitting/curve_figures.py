@@ -75,7 +75,7 @@ def draw_indentation(fit: IndentationFit, file: Path) -> None:
         _mark(upper, fit.curve, contact, "o", "contact point")
         _draw_points(middle, indentation, fit.force / _NN, fit.compared)
         low, high = (depth / _NM for depth in fit.drawn_depths)
-        depths = np.linspace(low, max(high, indentation.max()), _DRAWN_POINTS)
+        depths = np.linspace(low, 1.05 * high, _DRAWN_POINTS)
         middle.plot(depths, fit.model(depths * _NM) / _NN, color=BLUE, lw=1.5)
         residual = (fit.fitted - fit.curve.force) / _NN
         lower.plot(

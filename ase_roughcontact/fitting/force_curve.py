@@ -36,6 +36,10 @@ _END_PART = 0.25
 _MIN_JUMP = 8.0
 # Number of points of a drawn branch.
 _DRAWN_POINTS = 2000
+# Smallest number of equal extreme forces in a row that show a saturated signal.
+_MIN_SATURATED_POINTS = 10
+# Smallest distance of a saturated force from the free force, relative to the noise.
+_MIN_SATURATED_FORCE = 5.0
 # Smallest noise that is assumed, relative to the range of the forces.
 _MIN_NOISE = 1e-4
 
@@ -319,6 +323,25 @@ class ForceCurve:
     def noise(self) -> float:
         """Standard deviation of the noise of the force."""
         return noise_of(self.force)
+
+    @cached_property
+    def saturated(self) -> np.ndarray:
+        """Points of a saturated deflection, shape (k,), bool.
+
+        At least ten forces in a row are equal at the largest or the lowest force, which
+        is not the free force.
+        """
+        saturated = np.zeros(len(self.force), bool)
+        rounding = 1e-9 * float(np.ptp(self.force))
+        for extreme in (self.force.max(), self.force.min()):
+            distance = abs(extreme - self.far_force)
+            if distance < _MIN_SATURATED_FORCE * self.noise:
+                continue
+            equal = abs(self.force - extreme) <= rounding
+            ends = np.flatnonzero(np.diff(equal, prepend=False, append=False))
+            for start, stop in zip(ends[::2], ends[1::2], strict=True):
+                saturated[start:stop] |= stop - start >= _MIN_SATURATED_POINTS
+        return saturated
 
     @cached_property
     def branches(self) -> list[MeasuredBranch]:

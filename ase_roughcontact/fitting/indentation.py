@@ -172,7 +172,8 @@ def fit_indentation(
     ----------
     curve : ForceCurve
         Curve with the stiffness of the cantilever, infinite if the depth is prescribed.
-        If it has two branches, the approach is fitted.
+        If it has two branches, the approach is fitted. Its `saturated` points are not
+        compared.
     indenter : Indenter
         Indenter with lengths in Å.
     thickness : float
@@ -200,15 +201,15 @@ def fit_indentation(
     """
     part = curve.only("approach" if curve.branches[0].direction < 0.0 else "retraction")
     model = _Model(part, indenter, thickness, with_slope)
-    compared = np.ones(len(part.force), bool)
+    compared = ~part.saturated
     values, converged = model.solve(compared, model.first(compared))
-    chosen = model.below(values) <= deepest
+    chosen = ~part.saturated & (model.below(values) <= deepest)
     for _ in range(_MAX_SELECTIONS):
         if np.array_equal(chosen, compared):
             break
         compared = chosen
         values, converged = model.solve(compared, values)
-        chosen = model.below(values) <= deepest
+        chosen = ~part.saturated & (model.below(values) <= deepest)
     return model.result(values, compared, converged)
 
 
@@ -370,6 +371,11 @@ def wide_contact(fit: IndentationFit, advice: str) -> list[str]:
 def fit_warnings(fit: IndentationFit) -> list[str]:
     """Return reasons to doubt a fit."""
     warnings = []
+    if fit.curve.saturated.any():
+        warnings.append(
+            f"{fit.curve.saturated.sum()} points with a saturated force are not "
+            "compared"
+        )
     deepest = float(fit.indentation[fit.compared].max())
     if 3.0 * fit.contact_modulus_error > fit.contact_modulus:
         warnings.append("the modulus is not larger than three standard errors")

@@ -67,6 +67,21 @@ def test_modulus_and_work_of_adhesion_are_found_within_their_errors(case):
     assert fit.work_of_adhesion == pytest.approx(work * UNITS["J/m²"], rel=0.05)
 
 
+def test_saturated_forces_are_left_out_of_a_fit_of_adhesion():
+    theory, modulus, work, radius, _ = SOFT
+    whole = curve_of(SOFT)
+    force = np.minimum(whole.force, 0.4 * whole.force.max())
+    depth = -whole.base - force / whole.stiffness
+    fit = fit_adhesion(
+        ForceCurve(depth, force, whole.stiffness, whole.turn),
+        radius * UNITS["nm"],
+        theory,
+    )
+    off = fit.contact_modulus - modulus * MODULUS
+    assert abs(off) < 3.0 * fit.contact_modulus_error < 0.1 * fit.contact_modulus
+    assert fit.work_of_adhesion == pytest.approx(work * UNITS["J/m²"], rel=0.05)
+
+
 def test_a_fit_without_noise_is_exact():
     theory, modulus, work, radius, _ = SOFT
     fit = fit_adhesion(curve_of(SOFT, noise=1e-5), radius * UNITS["nm"], theory)

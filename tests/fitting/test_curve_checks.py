@@ -32,6 +32,13 @@ def test_equal_forces_in_a_row_are_saturated():
     assert "the force is 6 nN on" in check
 
 
+def test_fewer_equal_forces_or_free_ones_are_not_saturated():
+    force = CONTACT + NOISE
+    most = np.sort(force)[-9]  # a limit at nine points
+    assert not curve(np.minimum(force, most)).saturated.any()
+    assert not curve(CONTACT).saturated.any()
+
+
 def test_a_deflection_that_changes_more_than_the_base_has_a_wrong_sensitivity():
     # the slope is 0.5 nN/nm in contact, at most 0.4 with a cantilever of 0.4 N/m
     first, second = curve_checks(curve(CONTACT + NOISE, 0.4))

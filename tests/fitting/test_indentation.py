@@ -82,6 +82,19 @@ def test_points_below_a_depth_are_left_out():
     assert fit.indentation[fit.compared].max() <= 181.0 * NM
 
 
+@pytest.mark.parametrize("deepest", [math.inf, 300.0 * NM])
+def test_saturated_forces_are_left_out(deepest):
+    indenter = named_indenter("paraboloid 10 um")
+    whole = measured(indenter)
+    force = np.minimum(whole.force, 0.4 * whole.force.max())
+    curve = ForceCurve(-whole.base - force / STIFFNESS, force, STIFFNESS)
+    fit = fit_indentation(curve, indenter, deepest=deepest)
+    assert abs(fit.contact_modulus - MODULUS) < 3.0 * fit.contact_modulus_error
+    assert not fit.compared[force == force.max()].any()
+    (warning,) = fit.warnings
+    assert f"{np.sum(force == force.max())} points" in warning
+
+
 def test_another_shape_is_doubted():
     curve = measured(named_indenter("punch 0.3 um"))
     (warning,) = fit_indentation(curve, named_indenter("cone 35 deg")).warnings
