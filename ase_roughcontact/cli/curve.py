@@ -23,6 +23,7 @@ from ase_roughcontact.fitting.indentation import IndentationFit
 from ase_roughcontact.fitting.measurement import given_calibration
 from ase_roughcontact.fitting.relaxation import RelaxationFit, fit_relaxation
 from ase_roughcontact.fitting.series.listing import curve_at
+from ase_roughcontact.fitting.series.one_curve import FitSettings
 from ase_roughcontact.theory.indenters import named_indenter
 
 # Names of the work of adhesion and its standard error.
@@ -57,8 +58,13 @@ def curve(options: argparse.Namespace) -> int:
     from ase_roughcontact.plot.files import check_picture  # imports matplotlib
 
     check_picture(options.picture)
-    if options.relaxation and not options.indenter:
-        raise ValueError('--relaxation needs the shape: --indenter "sphere 5 um"')
+    adhesion, relaxation = options.adhesion, options.relaxation
+    thickness = length_of("thickness", options.thickness)
+    deepest = length_of("deepest", options.deepest)
+    settings = FitSettings(
+        options.indenter, adhesion, relaxation, thickness, deepest, options.branch
+    )
+    settings.check()
     stiffness = stiffness_of(options)
     number, notes = options.curve_number, []
     if options.at:
@@ -71,14 +77,11 @@ def curve(options: argparse.Namespace) -> int:
     fit: IndentationFit | RelaxationFit | None = None
     if options.indenter:
         shape = named_indenter(options.indenter)
-        thickness = length_of("thickness", options.thickness)
-        deepest = length_of("deepest", options.deepest)
         try:
-            if options.relaxation:
+            if relaxation:
                 held = read_with_times(options.curve, *given)
-                fit = fit_relaxation(*held, shape, options.relaxation)
+                fit = fit_relaxation(*held, shape, relaxation)
             else:
-                adhesion = options.adhesion
                 fit = fit_shape(measured, shape, adhesion, thickness, deepest)
         except ValueError:
             _report(options, measured, notes, None)  # may say why it can't be fitted

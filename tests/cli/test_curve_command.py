@@ -53,6 +53,19 @@ def test_a_wrong_indenter_is_an_error(file, tmp_path, capsys):
     assert "unknown indenter 'ball'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--indenter", "sphere 5 um", "--relaxation", "1", "--deepest", "100 nm"],
+        ["--indenter", "sphere 5 um", "--relaxation", "1", "--adhesion", "jkr"],
+        ["--adhesion", "jkr"],
+    ],
+)
+def test_options_that_the_fit_would_ignore_are_an_error(file, options, capsys):
+    assert main(["curve", str(file), "--cantilever", "0.05 N/m", *options]) == 2
+    assert options[-2] in capsys.readouterr().err
+
+
 def test_a_curve_that_cannot_be_fitted_is_printed_and_drawn_with_its_checks(
     tmp_path, capsys
 ):

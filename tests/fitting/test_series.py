@@ -211,6 +211,10 @@ def test_without_an_indenter_curves_are_read_only(folder):
         ("", {"adhesion": "jkr"}, "--indenter"),
         ("sphere 5 um", {"adhesion": "jkr", "relaxation": 1}, "not fitted together"),
         ("pyramid 35 deg", {"thickness": 1e4}, "no formula for a thin layer"),
+        ("", {"deepest": 100.0}, "--indenter"),
+        ("sphere 5 um", {"relaxation": 1, "thickness": 1e4}, "--thickness"),
+        ("sphere 5 um", {"relaxation": 1, "deepest": 100.0}, "--deepest"),
+        ("sphere 5 um", {"relaxation": 1, "branch": "retraction"}, "--branch"),
     ],
 )
 def test_settings_without_a_fit_are_an_error(folder, indenter, options, advice):
@@ -299,6 +303,15 @@ def test_places_make_the_grid_of_a_map_with_gaps(found):
     values = grid.values(np.arange(7.0))
     expected = [[0, 2, np.nan, np.nan, 4], [1, 3, np.nan, np.nan, 5]]
     np.testing.assert_array_equal(values, expected)
+
+
+def test_a_line_of_decreasing_places_is_a_map_of_one_row():
+    curves = [at(-10.0 * i, 2.0, column=i, row=0) for i in range(6)]
+    grid = grid_of(curves)
+    np.testing.assert_allclose(grid.spacing, np.array([-10.0, 10.0]) * UNITS["um"])
+    left, right, lower, upper = np.array(grid.extent) / UNITS["um"]
+    assert (left, right) == pytest.approx((5.0, -55.0))
+    assert (lower, upper) == pytest.approx((-3.0, 7.0))
 
 
 def test_places_without_a_grid_have_none():

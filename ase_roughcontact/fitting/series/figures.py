@@ -87,7 +87,7 @@ def draw_maps(curves: Sequence[FittedCurve], names: Sequence[str], file: Path) -
     rows = (len(names) + 1) // 2
     height = 2.6
     if grid is not None:
-        columns, lines = grid.spacing * grid.shape
+        columns, lines = abs(grid.spacing) * grid.shape
         height = float(np.clip(0.5 + 2.1 * lines / columns, *_MAP_HEIGHTS))
     with written(file, height * rows, width=6.8) as figure:
         panels = list(figure.subplots(rows, 2, squeeze=False).flat)
@@ -227,7 +227,7 @@ def _draw_grid(
     axes: Any, grid: MapGrid, values: FloatArray, style: dict[str, Any]
 ) -> tuple[Any, str]:
     """Draw values on a grid; return the image and the unit of its coordinates."""
-    unit = _length_unit(max(grid.spacing * grid.shape))
+    unit = _length_unit(max(abs(grid.spacing) * grid.shape))
     edges = [edge / UNITS[unit] for edge in grid.extent]
     axes.set_facecolor("0.85")  # no value
     image = axes.imshow(

@@ -23,7 +23,8 @@ class MapGrid:
     Attributes
     ----------
     first, spacing : ndarray, shape (2,)
-        Coordinates of the first point along columns and rows, and distances (Å).
+        Coordinates of the first point along columns and rows, and distances (Å), which
+        are negative if the coordinates decrease.
     shape : (int, int)
         Numbers of columns and rows.
     numbers : ndarray of int, shape (k, 2)
@@ -122,5 +123,5 @@ def _axes(places: FloatArray, numbers: np.ndarray) -> tuple[FloatArray, FloatArr
         if np.ptp(numbers[:, axis]) > 0:
             line = np.polyfit(numbers[:, axis], places[:, axis], 1)
             spacing[axis], first[axis] = line
-    spacing[spacing == 0.0] = spacing.max()
+    spacing[spacing == 0.0] = abs(spacing).max()
     return first, spacing

@@ -48,11 +48,12 @@ class FitSettings:
 
     def check(self) -> None:
         """Raise `ValueError` for settings with which no curve can be fitted."""
+        bounded = min(self.thickness, self.deepest) < math.inf
         if not self.indenter:
-            if self.adhesion or self.relaxation:
+            if self.adhesion or self.relaxation or bounded:
                 raise ValueError(
-                    "fits of adhesion and relaxation need the shape: --indenter "
-                    '"sphere 5 um"'
+                    "--adhesion, --relaxation, --thickness and --deepest need the "
+                    'shape: --indenter "sphere 5 um"'
                 )
             return
         indenter = named_indenter(self.indenter)
@@ -63,6 +64,11 @@ class FitSettings:
             raise ValueError(
                 "adhesion and relaxation are not fitted together: leave out --adhesion "
                 "or --relaxation"
+            )
+        if self.relaxation and (bounded or self.branch is not None):
+            raise ValueError(
+                "relaxation is fitted to the whole approach and hold on a half space: "
+                "leave out --thickness, --deepest and --branch, or --relaxation"
             )
 
 
