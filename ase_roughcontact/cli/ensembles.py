@@ -205,16 +205,19 @@ def _heading(settings: Mapping[str, Any]) -> str:
 def _means(
     options: argparse.Namespace, study: Study, realisations: Sequence[Scene]
 ) -> Iterator[Sequence[MeanValue]]:
-    """Yield means of the wanted columns, or of the area and all results of the path."""
+    """Yield means of the wanted columns, or of the area and all results of the path.
+
+    A result that no realisation has is left out, unless it is the main one.
+    """
     scene, database = realisations[0], options.database
     for column in study.columns:
         yield mean_values(realisations, database, column)
     if study.columns:
         return
-    if not scene.path.main_result:
+    results, main = scene.path.results, scene.path.main_result
+    if not main:
         yield mean_values(realisations, database)
-    results = scene.path.results
     errors = {each.error for each in results.values()}  # stand beside their values
     names = [name for name in results if name not in errors]
     found = (mean_values(realisations, database, name)[0] for name in names)
-    yield [mean for mean in found if mean.realisations]
+    yield [mean for mean in found if mean.realisations or mean.column == main]

@@ -144,7 +144,7 @@ class EnsembleDatabase:
     def set_state(
         self, case: str, state: str, data: dict[str, Any], **values: Any
     ) -> None:
-        """Store how the calculation of a case ended.
+        """Store how the calculation of a case ended, in place of an earlier end.
 
         Parameters
         ----------
@@ -160,9 +160,11 @@ class EnsembleDatabase:
         with self._transaction() as db:
             db.reserve(record="case", case=case)
             row = db.get(record="case", case=case)
-            pairs = row.key_value_pairs | {"state": state, **_without_nan(values)}
+            pairs = {"record": "case", "case": case, "state": state}
+            pairs |= _without_nan(values)
             pairs[CHECKSUM] = checksum(pairs, None, data)
-            db.update(row.id, data=data, **pairs)
+            old = list(row.key_value_pairs.keys() - pairs.keys())
+            db.update(row.id, delete_keys=old, data=data, **pairs)
 
     def lock(self, name: str) -> AbstractContextManager[bool]:
         """Lock a name until the end of the context or of this process.

@@ -23,7 +23,7 @@ from ase_roughcontact.scene import Scene
 #: Reason for an unknown error.
 TOO_FEW = "fewer than two realisations have a converged value"
 #: Reason for an unknown error.
-ZERO = "the mean is zero"
+ZERO = "the mean is zero within rounding"
 # Probability with which a normally distributed mean is within 1.96 standard errors.
 _CONFIDENCE = 0.95
 # Probabilities with which the needed number exceeds the ends of its likely range.
@@ -118,7 +118,8 @@ class MeanValue:
         count = values.size
         mean = float(values.mean()) if count else math.nan
         scatter = float(values.std(ddof=1)) if count > 1 else math.nan
-        if count < 2 or mean == 0.0:
+        rounding = count * np.finfo(float).eps * scatter
+        if count < 2 or abs(mean) <= rounding:
             more["unknown"] = TOO_FEW if count < 2 else ZERO
             return cls(
                 target, count, mean, math.nan, 0, (0, 0), scatter=scatter, **more

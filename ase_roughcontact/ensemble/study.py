@@ -209,15 +209,17 @@ def write_study(file: PathName, points: Sequence[StudyPoint]) -> None:
 def _theory(reference: Reference, mean: MeanValue) -> tuple[float, str]:
     """Return the value by theory and its name; NaN without one."""
     scene, smooth = reference.scene, reference.smooth
+    shape = scene.bodies.shape
+    name = f"{smooth.name}, smooth {'sphere' if shape is None else shape.name}"
     result = scene.path.results.get(mean.column)
     if result is not None and result.theory is not None and not scene.is_flat:
-        return float(result.theory(smooth)), f"{smooth.name}, smooth sphere"
+        return float(result.theory(smooth)), name
     in_time = scene.path.schedule(scene.bodies) is not None  # targets are times
     with_load = scene.path.controlled == LOAD and mean.target > 0.0 and not in_time
     if result is None and mean.column in _AREAS and with_load and not scene.is_flat:
         area = float(smooth.contact_area(mean.target))
         ratio = float(reference.relative_area(mean.target))
         if scene.rough is None or math.isnan(ratio):
-            return area, f"{smooth.name}, smooth sphere"
+            return area, name
         return area * ratio, "theory of rough spheres"
     return math.nan, ""

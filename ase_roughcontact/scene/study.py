@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.units import QUANTITY
-from ase_roughcontact._util.validation import finite, integer, lookup, shown
+from ase_roughcontact._util.validation import finite, integer, lookup, positive, shown
 from ase_roughcontact.scene.section import Problems, Section
 
 # Keys of a range of values.
@@ -53,6 +53,8 @@ class StudyConfig(Section):
             for key, values in keys.items():
                 with problems.of(cls.title):
                     parameters[key] = values_of(key, values)
+        with problems.of(cls.title):
+            _check_numbers(given)
         problems.check()
         return cls(**cls.checked(given), parameters=parameters)
 
@@ -67,6 +69,14 @@ class StudyConfig(Section):
         """Return the values by key, and the values of parameters by their keys."""
         entries = super().entries()
         return entries | entries.pop("parameters")
+
+
+def _check_numbers(given: Mapping[str, Any]) -> None:
+    """Raise `ValueError` for a number of seeds or an error that no study can have."""
+    if given.get("seeds") is not None:
+        integer("seeds", given["seeds"], 1)
+    if given.get("error") is not None:
+        positive(error=given["error"])
 
 
 def values_of(key: str, given: Any) -> tuple[Any, ...]:
@@ -133,7 +143,9 @@ def range_values(
     if unit != other:
         raise ValueError(f"the range of {key} needs one unit, got {first} to {last}")
     integer("steps", steps, 1)
-    spaced = lookup(scale, {"linear": np.linspace, "geometric": np.geomspace}, "scale")
+    spaced = lookup(
+        str(scale), {"linear": np.linspace, "geometric": np.geomspace}, "scale"
+    )
     if scale == "geometric" and not low * high > 0.0:
         raise ValueError(
             f"a geometric range of {key} needs ends of one sign and not zero, got "
@@ -143,7 +155,7 @@ def range_values(
     whole = isinstance(first, int) and isinstance(last, int)
     if whole and all(value.is_integer() for value in values):
         return tuple(map(int, values))
-    return tuple(f"{value:g} {unit}" if unit else value for value in values)
+    return tuple(f"{value:.{_DIGITS}g} {unit}" if unit else value for value in values)
 
 
 def _number_and_unit(key: str, given: Any) -> tuple[float, str]:

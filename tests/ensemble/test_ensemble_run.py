@@ -93,6 +93,18 @@ def test_a_failed_case_stops_no_other_and_is_tried_again(tmp_path):
     assert len(read_ensemble(database, case=case_of(SCENE))["step"]) == 3
 
 
+def test_a_case_that_succeeds_keeps_nothing_of_an_earlier_failure(tmp_path):
+    finish([SCENE], tmp_path / "new.db")
+    database = EnsembleDatabase(str(tmp_path / "e.db"))
+    database.create()
+    earlier = {"message": "MemoryError: too large", "pull_off_force": 3.0}
+    database.set_state(case_of(SCENE), "failed", {}, **earlier)
+    finish([SCENE], tmp_path / "e.db")
+    found = read_ensemble(tmp_path / "e.db", record="case")
+    assert_same(found, read_ensemble(tmp_path / "new.db", record="case"))
+    assert list(found["message"]) == [""]
+
+
 def test_a_run_that_has_lost_its_lock_says_so(tmp_path):
     def remove_locks():
         for file in tmp_path.glob("*.lock"):

@@ -316,6 +316,13 @@ def test_errors_of_few_values_are_students_and_of_many_the_normal_ones():
         assert realisations_needed(3.0, standard_error(3.0, count)) == count
 
 
+@pytest.mark.parametrize("mean", [0.0, 1e-200, 1e-17])
+def test_a_mean_that_is_zero_within_rounding_has_no_relative_error(mean):
+    found = MeanValue.of(0.0, np.array([-1.0, 1.0, 3.0 * mean]), 0.05)
+    assert np.isnan(found.error) and found.expected == 0
+    assert "zero" in found.unknown and found.scatter == pytest.approx(1.0)
+
+
 def test_intervals_of_adaptive_samples_contain_the_mean_nearly_as_often_as_they_say():
     """Simulated values: 1.96 errors hold above 93 %, without Student's t 90 %."""
     rng, hits = np.random.default_rng(0), []
@@ -353,6 +360,20 @@ def test_the_command_prints_all_results_and_names_what_failed(
     assert sorted(states) == ["done", "done", "failed", "failed", "state"]
     assert main([*command, "--column", "contact_area"]) == 2
     assert "pull_off_force" in capsys.readouterr().err
+
+
+def test_a_static_friction_that_no_seed_reaches_is_shown_as_not_known(
+    tmp_path, capsys, monkeypatch
+):
+    pool = "ase_roughcontact.ensemble.run.worker_pool"
+    monkeypatch.setattr(pool, lambda executor, workers: Here())
+    stuck = SLIDING.with_values({"friction.coefficient": 5.0})
+    (tmp_path / "my.toml").write_text(stuck.toml)
+    given = [str(tmp_path / "my.toml"), "--database", str(tmp_path / "e.db")]
+    main(["ensemble", *given, "--set", "roughness.seed=1,2"])
+    lines = capsys.readouterr().out.splitlines()
+    (row,) = (line for line in lines if line.startswith("static friction"))
+    assert "0 of 2" in row
 
 
 def test_a_column_of_a_sliding_path_has_a_mean_at_each_step(tmp_path):

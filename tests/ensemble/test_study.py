@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from scipy.stats import t
 
 from ase_roughcontact.cli import main
-from ase_roughcontact.ensemble import read_ensemble
+from ase_roughcontact.ensemble import read_ensemble, study_points
 from ase_roughcontact.scene import Scene, Steps
 from ase_roughcontact.theory import Hertz
 
@@ -102,6 +102,18 @@ def test_a_study_of_smooth_spheres_stands_beside_hertz(run, tmp_path):
         assert float(row["theory"]) == pytest.approx(expected)
 
 
+def test_the_theory_of_a_cone_has_the_name_of_a_cone(tmp_path):
+    cone = Scene.parse('indenter = { kind = "cone", half_angle = 70.0 }')
+    scene = cone.with_values({"path": LOADS.path})
+    points = study_points(scene, {}, tmp_path / "e.db", "contact_area")
+    for point in points:
+        # I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965): N = E* A / (2 tan(theta))
+        area = 2.0 * np.tan(np.radians(70.0)) * point.mean.target
+        assert point.theory == pytest.approx(area / scene.contact_modulus)
+        assert point.theory_name == "Sneddon, smooth cone"
+    assert len(points) == 2
+
+
 def test_options_replace_values_of_the_section_and_are_drawn_in_their_unit(
     run, tmp_path
 ):
@@ -138,6 +150,8 @@ def test_a_study_does_not_change_the_scene(tmp_path):
     [
         ('{ first = "1 nm", last = "4 nm", steps = 3, scale = "geometric" }',
          ("1 nm", "2 nm", "4 nm")),
+        ('{ first = "1 nm", last = "1.0000003 nm", steps = 4 }',
+         ("1 nm", "1.0000001 nm", "1.0000002 nm", "1.0000003 nm")),
         ("{ first = 0.0, last = 1.0, steps = 5 }", (0.0, 0.25, 0.5, 0.75, 1.0)),
         ("{ first = 0, last = 3, steps = 4 }", (0, 1, 2, 3)),
         ('["1 nm", 3]', ("1 nm", 3)),
@@ -158,6 +172,11 @@ def test_values_are_lists_or_ranges(given, values):
          "one sign"),
         ("radius = [1, 2]", "section"),
         ("sphere.radius = { first = 1, last = 2, number = 2 }", "number"),
+        ('sphere.radius = { first = 1, last = 2, steps = 2, scale = ["a"] }', "scale"),
+        ("seeds = 0", "seeds"),
+        ("seeds = -3", "seeds"),
+        ("error = 0.0", "error"),
+        ("error = -1.0", "error"),
     ],
 )  # fmt: skip
 def test_wrong_values_are_refused(given, message):
