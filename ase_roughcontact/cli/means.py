@@ -61,7 +61,7 @@ def means_lines(
 def means_table(
     scene: Scene, means: Sequence[MeanValue], sampling: Sampling | None = None
 ) -> list[Any]:
-    """Return a table of means with notes: limits, lost realisations, needed ones.
+    """Return a table of means with notes: limits, failed realisations, needed ones.
 
     Parameters
     ----------
@@ -78,15 +78,16 @@ def means_table(
         notes.append(
             f"Errors are not known in {count} of {len(means)} {_rows(means)}: {reason}."
         )
-    lost = max((mean.failed for mean in means), default=0)
-    if lost:
+    failed = max((mean.failed for mean in means), default=0)
+    if failed:
         notes.append(
             note(
-                f"Mean without up to {lost} realisations that failed, did not "
+                f"Mean without up to {failed} realisations that failed, did not "
                 "converge or have no value: unless these are random, it is biased.",
                 style="yellow",
             )
         )
+    notes += lower_bound_notes(scene, means)
     limits = dict.fromkeys(mean.validity for mean in means if mean.validity)
     if limits:
         # the last step has the largest contact of most paths
@@ -98,6 +99,23 @@ def means_table(
     if sampling is not None:
         notes += _needed(sampling, bool(reasons))
     return [_table(scene, means, sampling is not None), *notes]
+
+
+def lower_bound_notes(scene: Scene, means: Sequence[MeanValue]) -> Iterator[Any]:
+    """Yield a note for each column with values that are lower bounds."""
+    most: dict[str, MeanValue] = {}
+    for mean in means:
+        largest = most.setdefault(mean.column, mean)
+        if mean.lower_bounds > largest.lower_bounds:
+            most[mean.column] = mean
+    for column, mean in most.items():
+        if mean.lower_bounds:
+            text = (
+                f"{column_heading(scene, column)}: a lower bound in "
+                f"{mean.lower_bounds} of {mean.realisations} realisations, and so is "
+                "the mean: go deeper before the retraction."
+            )
+            yield note(text, style="yellow")
 
 
 def _rows(means: Sequence[MeanValue]) -> str:

@@ -20,6 +20,7 @@ from ase_roughcontact.cli.common import prints_text, scene_text
 from ase_roughcontact.cli.means import (
     MIN_PRINTED_ERROR,
     column_heading,
+    lower_bound_notes,
     printed_units,
 )
 from ase_roughcontact.ensemble.means import check_column, default_column
@@ -195,7 +196,8 @@ def _study_table(scene: Scene, points: Sequence[StudyPoint], study: Study) -> li
         notes.append("* outside of the validity of the model: see column validity")
     if any(point.mean.failed for point in points):
         notes.append("Means are without realisations that failed, or have no value.")
-    return [table(heads, rows, left=len(varied)), *notes]
+    bounds = lower_bound_notes(scene, [point.mean for point in points])
+    return [table(heads, rows, left=len(varied)), *notes, *bounds]
 
 
 def _targets(scene: Scene, points: Sequence[StudyPoint]) -> dict[float, str]:

@@ -24,7 +24,7 @@ from ase_roughcontact.results.record import (
 )
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.path_kind import PATHS
-from ase_roughcontact.scene.path_result import results_of
+from ase_roughcontact.scene.path_result import lower_bounds_of, results_of
 from ase_roughcontact.topography import SelfAffine
 
 # Types of the columns that the scene determines.
@@ -70,6 +70,7 @@ _CASE_COLUMNS: dict[str, type] = {
     "steps": int,
     "unconverged": int,
     "validity": str,
+    "lower_bounds": str,
 }
 
 
@@ -188,6 +189,7 @@ def case_columns(scene: Scene, steps: Sequence[LoadStep]) -> dict[str, Any]:
     path, bodies = scene.path, scene.bodies
     return {
         "message": "; ".join(path.warnings(bodies, steps)),
+        "lower_bounds": "; ".join(lower_bounds_of(path, bodies, steps)),
         **scene_columns(scene),
         **results_of(path, bodies, steps),
     }
@@ -218,9 +220,10 @@ def read_ensemble(
 
         The row of a case has the ``state`` in which it ended, "done" or "failed", a
         ``message`` with reasons, the number of its ``steps`` and of the ``unconverged``
-        ones, all limits of the model that they exceed (``validity``), and the results
-        that the kinds of path declare (`PathKind.results`), such as
-        ``pull_off_force``; NaN where a case failed or a result is not defined.
+        ones, all limits of the model that they exceed (``validity``), the names of
+        results that are ``lower_bounds``, and the results that the kinds of path
+        declare (`PathKind.results`), such as ``pull_off_force``; NaN
+        where a case failed or a result is not defined.
 
     Raises
     ------

@@ -160,8 +160,8 @@ class EnsembleDatabase:
         with self._transaction() as db:
             db.reserve(record="case", case=case)
             row = db.get(record="case", case=case)
-            pairs = {"record": "case", "case": case, "state": state}
-            pairs |= _without_nan(values)
+            named = {"record": "case", "case": case, "state": state}
+            pairs = named | _without_nan(values)
             pairs[CHECKSUM] = checksum(pairs, None, data)
             old = list(row.key_value_pairs.keys() - pairs.keys())
             db.update(row.id, delete_keys=old, data=data, **pairs)

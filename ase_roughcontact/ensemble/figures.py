@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -61,7 +61,7 @@ def plot_study(
         ]
         mean, error, scatter, theory = (np.array(columns).T / UNITS[unit])[:, order]
         x = np.array(numbers)[order]
-        label = _label(names, targets or {}) or "mean, with standard error"
+        label = _label(names, members, targets or {}) or "mean, with standard error"
         band = {"color": colour, "alpha": 0.2, "lw": 0}
         scatters = "" if number else "scatter of realisations"
         axes.fill_between(x, mean - scatter, mean + scatter, label=scatters, **band)
@@ -117,27 +117,48 @@ def draw_study(
 def _lines(
     points: Sequence[StudyPoint], over: str
 ) -> dict[tuple[Any, ...], list[StudyPoint]]:
-    """Return the points of each line, by the other parameters and the target."""
-    known = (p.mean.target for p in points if not math.isnan(p.mean.target))
-    shown = list(dict.fromkeys(known))
+    """Return the points of each line, by the other parameters and the target.
+
+    Points of a line have the same number among the targets of their paths: the targets
+    themselves may change with the parameter.
+    """
+    numbers = _target_numbers(points)
+    shown = range(max(numbers) + 1)
     if len(shown) > _MAX_LINES:
         places = np.linspace(0, len(shown) - 1, _MAX_LINES).round().astype(int)
-        shown = [shown[place] for place in places]
+        shown = places.tolist()
     keys = [key for key in points[0].values if key != over]
     varied = [key for key in keys if len({str(p.values[key]) for p in points}) > 1]
     lines: dict[tuple[Any, ...], list[StudyPoint]] = {}
-    for point in points:
-        target = point.mean.target
-        if not (math.isnan(target) or target in shown):
+    for point, number in zip(points, numbers, strict=True):
+        if number not in shown:
             continue
-        several = len(shown) > 1 and not math.isnan(target)
         names = tuple(f"{key} = {point.values[key]}" for key in varied)
-        lines.setdefault((*names, target if several else None), []).append(point)
+        target = number if len(shown) > 1 else None
+        lines.setdefault((*names, target), []).append(point)
     return lines
 
 
-def _label(names: tuple[Any, ...], targets: Mapping[float, str]) -> str:
-    *values, target = names
-    if target is not None:
-        values.append(targets.get(target, f"{target:.4g}"))
+def _target_numbers(points: Sequence[StudyPoint]) -> list[int]:
+    """Return the number of each point among the targets of its path, from zero."""
+    counts: Counter[str] = Counter()
+    numbers = []
+    for point in points:
+        path = str(point.values)
+        numbers.append(counts[path])
+        counts[path] += 1
+    return numbers
+
+
+def _label(
+    names: tuple[Any, ...], members: Sequence[StudyPoint], texts: Mapping[float, str]
+) -> str:
+    """Return the parameters of a line, and its target or, if it changes, its number."""
+    *values, number = names
+    if number is not None:
+        target = members[0].mean.target
+        if all(point.mean.target == target for point in members):
+            values.append(texts.get(target, f"{target:.4g}"))
+        else:
+            values.append(f"target {number + 1}")
     return ", ".join(values)

@@ -35,16 +35,17 @@ _ERROR_OF_COLUMN = {
     "height": "height_error",
     "penetration": "penetration_error",
 }
-# Separator of limits in the row of a case.
-_LIMIT_SEPARATOR = "; "
+# Separator of limits, and of lower bounds, in the row of a case.
+_LIST_SEPARATOR = "; "
 
 
 class _Value(NamedTuple):
-    """Value of a realisation, its estimated error, and the limits that it exceeds."""
+    """Value of a realisation, its error, exceeded limits, and if it is a bound."""
 
     value: float
     error: float
     limits: tuple[str, ...]
+    is_lower_bound: bool
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,9 @@ class MeanValue:
         are not known. It does not decrease with the number of realisations.
     validity : str
         Limits of the model that realisations exceed, with their numbers; empty if none.
+    lower_bounds : int
+        Number of realisations with a value that is a lower bound, such as the pull-off
+        force of a tip that is still pulled where it turns.
     """
 
     target: float
@@ -98,6 +102,7 @@ class MeanValue:
     failed: int = 0
     value_error: float = math.nan
     validity: str = ""
+    lower_bounds: int = 0
 
     @classmethod
     def of(
@@ -321,10 +326,11 @@ class ColumnValues:
             column=self.column,
             failed=failed,
             value_error=float(errors.mean()) / mean if mean else math.nan,
-            validity=_LIMIT_SEPARATOR.join(
+            validity=_LIST_SEPARATOR.join(
                 f"{limit} in {count} of {len(stored)}"
                 for limit, count in limits.items()
             ),
+            lower_bounds=sum(each.is_lower_bound for each in stored),
         )
 
     def _read_cases(self) -> set[str]:
@@ -356,7 +362,9 @@ class ColumnValues:
             return
         self._failed.discard(key)
         error = row.get(self._error, math.nan) if self._error else math.nan
-        self._values[key] = _Value(value, error, tuple(_limits(row)))
+        bounds = row.get("lower_bounds", "").split(_LIST_SEPARATOR)
+        limits = tuple(_limits(row))
+        self._values[key] = _Value(value, error, limits, self.column in bounds)
 
 
 def _columns_of_steps(scene: Scene) -> dict[str, Any]:
@@ -388,6 +396,6 @@ def _limits(row: Any) -> Iterator[str]:
     """Yield the names of the limits in the row of a step or a case."""
     text = row.get("validity", "")
     if row.record == "case":
-        yield from filter(None, text.split(_LIMIT_SEPARATOR))
+        yield from filter(None, text.split(_LIST_SEPARATOR))
     else:
         yield from (check.name for check in failed_checks(text).values())

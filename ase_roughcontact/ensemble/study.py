@@ -185,6 +185,7 @@ def write_study(file: PathName, points: Sequence[StudyPoint]) -> None:
     keys = list(dict.fromkeys(key for point in points for key in point.values))
     heads = ["column", "unit", *keys, "target", "mean", "standard_error", "scatter"]
     heads += ["realisations", "failed", "value_error", "theory", "validity"]
+    heads.append("lower_bounds")
     rows = []
     for point in points:
         mean = point.mean
@@ -201,6 +202,7 @@ def write_study(file: PathName, points: Sequence[StudyPoint]) -> None:
                 f"{size * mean.value_error:.10g}",
                 f"{point.theory:.10g}",
                 mean.validity,
+                mean.lower_bounds,
             ]
         )
     write_table(file, heads, rows)

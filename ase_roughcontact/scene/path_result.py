@@ -65,6 +65,8 @@ class PathResult:
     theory : callable or None
         Function of a theory of the smooth sphere, see `ase_roughcontact.theory`, that
         returns the number (in the same unit).
+    is_lower_bound : callable
+        Function of a `FinishedPath` that returns whether the number is a lower bound.
     """
 
     value: Callable[[FinishedPath], float]
@@ -75,6 +77,7 @@ class PathResult:
     includes: Callable[[FinishedPath], bool] = lambda path: True
     error: str = ""
     theory: Callable[[Any], float] | None = None
+    is_lower_bound: Callable[[FinishedPath], bool] = lambda path: False
 
     def of(self, path: FinishedPath) -> float:
         """Return the number, NaN where it is not defined."""
@@ -100,3 +103,11 @@ def results_of(
     """
     finished = FinishedPath(path, bodies, steps)
     return {name: each.of(finished) for name, each in path.results.items()}
+
+
+def lower_bounds_of(
+    path: Any, bodies: Bodies, steps: Sequence[LoadStep]
+) -> tuple[str, ...]:
+    """Return the names of the results that are lower bounds; see `results_of`."""
+    finished, results = FinishedPath(path, bodies, steps), path.results
+    return tuple(k for k, each in results.items() if each.is_lower_bound(finished))

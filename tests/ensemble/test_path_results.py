@@ -22,7 +22,7 @@ from ase_roughcontact.ensemble import (
     write_csv,
 )
 from ase_roughcontact.ensemble.means import realisations_needed, standard_error
-from ase_roughcontact.ensemble.study import study_points
+from ase_roughcontact.ensemble.study import study_points, write_study
 from ase_roughcontact.scene import PathKind, Scene, relax_loop
 from ase_roughcontact.scene.path_result import PathResult
 
@@ -283,6 +283,21 @@ def test_a_seed_that_is_named_several_times_counts_once(loops):
     assert mean.realisations == 2
     assert mean.mean == pytest.approx(found["pull_off_force"].mean())
     assert mean.scatter == pytest.approx(np.std(found["pull_off_force"], ddof=1))
+
+
+def test_a_mean_of_pull_off_forces_that_are_lower_bounds_says_so(loops, tmp_path):
+    assert mean_values(loops[0], loops[2])[0].lower_bounds == 0
+    scenes, found = calculated(LOOP.with_values({"path.deepest": -0.2}), tmp_path)
+    assert all("lower bound" in message for message in found["message"])
+    (mean,) = mean_values(scenes, tmp_path / "e.db")
+    assert mean.realisations == mean.lower_bounds == 2
+    _, *notes = means_table(scenes[0], [mean])
+    assert any("lower bound in 2 of 2" in plain(each) for each in notes)
+    write_study(tmp_path / "s.csv", study_points(scenes[0], {}, tmp_path / "e.db"))
+    head, row = (tmp_path / "s.csv").read_text().splitlines()
+    assert (
+        dict(zip(head.split(","), row.split(","), strict=True))["lower_bounds"] == "1"
+    )
 
 
 def test_a_step_column_of_a_loop_has_no_mean(loops):

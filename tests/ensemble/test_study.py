@@ -128,6 +128,19 @@ def test_options_replace_values_of_the_section_and_are_drawn_in_their_unit(
     np.testing.assert_allclose(axes.lines[0].get_xdata(), [0.05, 0.1])
 
 
+def test_targets_that_change_with_the_parameter_are_lines_over_it(run):
+    path = {"path": Steps(first=2.0, last=10.0, steps=3), "roughness": None}
+    scene = SCENE.with_values(path)
+    (figure,) = run(scene.toml, "--set", "path.last=10,20,30,40")
+    lines = [line for line in figure.axes[0].lines if line.get_linestyle() == "-"]
+    lines = [line for line in lines if len(line.get_xdata()) == 4]
+    assert len(lines) == 3
+    np.testing.assert_allclose(lines[2].get_xdata(), [10.0, 20.0, 30.0, 40.0])
+    # the last target is the parameter, the first is the same for all its values
+    assert (np.diff(lines[2].get_ydata()) > 0.0).all()
+    np.testing.assert_allclose(np.ptp(lines[0].get_ydata()), 0.0)
+
+
 def test_a_study_with_an_error_has_as_many_seeds_as_it_needs(run, tmp_path):
     text = LOADS.toml + STUDY.replace("seeds = 3", "error = 0.5")
     run(text.replace("steps = 3 }", "steps = 2 }"), "--quiet")

@@ -31,6 +31,7 @@ RESULTS = {
         "eV/Å",
         "pull-off force",
         theory=lambda sphere: sphere.pull_off_force,
+        is_lower_bound=lambda done: done.result.turns_in_tension,
     ),
     "dissipated_energy": PathResult(
         lambda done: done.result.dissipated_energy,
@@ -74,6 +75,7 @@ RESULTS = {
         "cantilever pull-off force",
         _ON_CANTILEVER,
         theory=lambda sphere: sphere.pull_off_force,
+        is_lower_bound=lambda done: _on_cantilever(done, "turn_force") < 0.0,
     ),
     "cantilever_dissipated_energy": PathResult(
         lambda done: _on_cantilever(done, "dissipated_energy"),

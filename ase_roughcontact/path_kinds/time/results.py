@@ -72,6 +72,7 @@ RESULTS = {
         "walls that attract",
         lambda done: done.bodies.wall.attractive,
         theory=lambda sphere: sphere.pull_off_force,
+        is_lower_bound=lambda done: bool(done.path.warnings(done.bodies, done.steps)),
     ),
     "creep_depth": PathResult(
         _creep_depth,
