@@ -344,6 +344,15 @@ def test_an_approach_that_ends_early_has_the_points_of_a_nanoscope_file(tmp_path
     assert curve.base[400] == pytest.approx(curve.base[401])
 
 
+@pytest.mark.parametrize("empty", [0, 1])
+def test_a_branch_without_points_in_a_nanoscope_file_is_an_error(empty, tmp_path):
+    curve = [(DOWN, PUSH), (UP, PULL)]
+    curve[empty] = (np.empty(0), np.empty(0))
+    formats.nano_scope(file := tmp_path / "curve.000", [curve], sensor=False)
+    with pytest.raises(ValueError, match="export it as text"):
+        read_curve(file)
+
+
 def test_a_force_volume_of_nanoscope_has_numbered_curves(tmp_path):
     raised = (DOWN, PUSH + 1.0), (UP, PULL + 1.0)
     formats.nano_scope(file := tmp_path / "map.spm", [CURVE, raised], size=2)

@@ -219,7 +219,7 @@ def _integers(
     for stored in (towards, back):
         of_curve = stored + back
         for size in (2, 4):
-            if of_curve and length == size * of_curve * count:
+            if min(towards, back) > 0 and length == size * of_curve * count:
                 start = offset + size * of_curve * index
                 block = data[start : start + size * of_curve]
                 values = np.frombuffer(block, f"<i{size}").astype(float)
@@ -229,7 +229,8 @@ def _integers(
                     return both, (len(approach), back)
     raise ValueError(
         f"{file} has {length} bytes of a channel, which are not {count} x ({towards} + "
-        f"{back}) points of two or four bytes, as if it had holds: {_EXPORT}"
+        f"{back}) points of two or four bytes in two branches, as if it had holds: "
+        f"{_EXPORT}"
     )
 
 
