@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import replace
 from typing import Any
 
 from ase_roughcontact._util.printing import number, show, table, write
@@ -79,8 +80,9 @@ def curve(options: argparse.Namespace) -> int:
         shape = named_indenter(options.indenter)
         try:
             if relaxation:
-                held = read_with_times(options.curve, *given)
-                fit = fit_relaxation(*held, shape, relaxation)
+                time, held = read_with_times(options.curve, *given)
+                measured = replace(measured, remarks=held.remarks)  # keeps the hold
+                fit = fit_relaxation(time, held, shape, relaxation)
             else:
                 fit = fit_shape(measured, shape, adhesion, thickness, deepest)
         except ValueError:

@@ -198,7 +198,8 @@ def _baseline(curve: ForceCurve, branches: list[MeasuredBranch]) -> list[str]:
         if abs(change) > least:
             checks.append(
                 f"the free force of the {_name(branch)} changes by "
-                f"{change / UNITS['nN']:.3g} nN over the ramp: fit force_slope, too"
+                f"{change / UNITS['nN']:.3g} nN over the ramp: fits of an elastic "
+                "indenter contain this slope; for a scene fit force_slope, too"
             )
     if len(free) == 2 and abs(free[0] - free[1]) > least:
         first, last = (f"{force / UNITS['nN']:.3g}" for force in free)

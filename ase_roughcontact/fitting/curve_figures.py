@@ -107,7 +107,9 @@ def draw_relaxation(fit: RelaxationFit, file: Path) -> None:
         upper, lower = panels
         everywhere = np.ones(len(fit.time), bool)
         _draw_points(upper, fit.time, fit.force / _NN, everywhere)
-        label = f"{fit.indenter.name}, {len(fit.relaxation_times)} relaxation times"
+        terms = len(fit.relaxation_times)
+        times = "relaxation time" if terms == 1 else "relaxation times"
+        label = f"{fit.indenter.name}, {terms} {times}"
         upper.plot(fit.time, fit.fitted / _NN, color=BLUE, lw=1.5, label=label)
         residual = (fit.fitted - fit.force) / _NN
         lower.plot(fit.time, residual, ".", color=BLUE, ms=2)

@@ -36,6 +36,8 @@ _MAX_POINTS = 800
 _TRIED_CONTACTS = 40
 # Number of relaxation times of the solid that is tried first.
 _TRIED_TIMES = 8
+# Largest logarithm of a modulus or a time over its unit.
+_MAX_LOGARITHM = 100.0
 # Change of the unknowns for differences.
 _DIFFERENCE_STEP = 1e-5
 
@@ -54,7 +56,7 @@ class RelaxationFit(Printed):
         E_inf + sum of E_k (eV/Å^3).
     relaxation_moduli, relaxation_times : ndarray, shape (m,)
         E_k over the instantaneous modulus, as in ``[substrate]`` of a scene, and tau_k
-        (s).
+        (s); NaN, not known, where the standard error is zero or not below the value.
     relaxation_times_errors : ndarray, shape (m,)
         Standard errors (s).
     contact_depth, force_offset : float
@@ -100,7 +102,8 @@ class RelaxationFit(Printed):
         for k, modulus in enumerate(self.relaxation_moduli):
             time, error = self.relaxation_times[k], self.relaxation_times_errors[k]
             rows.append([f"relaxation_moduli[{k}]", number(float(modulus)), "", ""])
-            row = [number(float(time)), number(float(error), 2), "s"]
+            shown = "not known" if math.isnan(time) else number(float(time))
+            row = [shown, number(float(error), 2), "s"]
             rows.append([f"relaxation_times[{k}]", *row])
         depth, offset = self.contact_depth / UNITS["nm"], self.force_offset
         rows.append(["contact_depth", number(depth, 5), "", "nm"])
@@ -189,8 +192,10 @@ class _Model:
     def _values(self, x: FloatArray) -> tuple[FloatArray, FloatArray, float, float]:
         """Return E_inf and E_k, tau_k, the contact depth and the offset."""
         m = self._terms
-        moduli = self._modulus * np.exp(x[: m + 1])
-        times = self._time[-1] * np.exp(x[m + 1 : 2 * m + 1])
+        # what the points do not determine may go to zero or infinity
+        factors = np.exp(np.clip(x[: 2 * m + 1], -_MAX_LOGARITHM, _MAX_LOGARITHM))
+        moduli = self._modulus * factors[: m + 1]
+        times = self._time[-1] * factors[m + 1 :]
         return moduli, times, self._extent * x[-2], self._range * x[-1]
 
     def _responses(self, contact: float, times: FloatArray) -> FloatArray:
@@ -255,6 +260,10 @@ class _Model:
         )
         order = np.argsort(times)
         m, total = self._terms, float(moduli.sum())
+        time_errors = times * errors[m + 1 : 2 * m + 1]
+        is_known = (time_errors > 0.0) & (time_errors < times)
+        times = np.where(is_known, times, math.nan)
+        time_errors = np.where(is_known, time_errors, math.nan)
         fit = RelaxationFit(
             indenter=self._indenter,
             contact_modulus=float(moduli[0]),
@@ -262,7 +271,7 @@ class _Model:
             instantaneous_modulus=total,
             relaxation_moduli=moduli[1:][order] / total,
             relaxation_times=times[order],
-            relaxation_times_errors=(times * errors[m + 1 : 2 * m + 1])[order],
+            relaxation_times_errors=time_errors[order],
             contact_depth=contact,
             force_offset=offset,
             time=self._time,
@@ -278,12 +287,18 @@ class _Model:
         warnings = []
         spacing = float(np.median(np.diff(self._time)))
         duration = float(self._time[-1])
-        for time in fit.relaxation_times:
-            if not spacing <= time <= duration:
+        fewer = "fit fewer terms" if self._terms > 1 else "leave out --relaxation"
+        advice = f"{spacing:.2g} to {duration:.3g} s: {fewer}, or hold longer"
+        for k, time in enumerate(fit.relaxation_times):
+            if math.isnan(time):
+                warnings.append(
+                    f"relaxation_times[{k}] is not known: no such relaxation is seen "
+                    f"in the measured times, {advice}"
+                )
+            elif not spacing <= time <= duration:
                 warnings.append(
                     f"the relaxation time of {time:.3g} s is outside of the measured "
-                    f"times, {spacing:.2g} to {duration:.3g} s: fit fewer terms, or "
-                    "hold longer"
+                    f"times, {advice}"
                 )
         if 3.0 * fit.contact_modulus_error > fit.contact_modulus:
             warnings.append(

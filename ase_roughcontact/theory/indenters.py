@@ -744,8 +744,8 @@ def named_indenter(text: str) -> Indenter:
     Parameters
     ----------
     text : str
-        Such as ``"sphere 5 um"``, ``"cone 35 deg"``, ``"punch 2 um"`` (radii),
-        ``"rounded pyramid 35 deg 20 nm"``.
+        Such as ``"sphere 5 um"``, ``"cone 35 deg"``, ``"punch 2 um"`` (radii), also
+        "flat punch" or "cylinder", ``"rounded pyramid 35 deg 20 nm"``.
 
     Returns
     -------
@@ -759,6 +759,7 @@ def named_indenter(text: str) -> Indenter:
     words = text.split()
     count = next((i for i, word in enumerate(words) if not word.isalpha()), len(words))
     name, values = " ".join(words[:count]), words[count:]
+    name = _OTHER_NAMES.get(name, name)
     if name not in INDENTERS:
         raise ValueError(
             f"unknown indenter {name!r}: give one of {', '.join(INDENTERS)}, with its "
@@ -780,6 +781,8 @@ def named_indenter(text: str) -> Indenter:
     return indenter
 
 
+# Other names of indenters.
+_OTHER_NAMES = {"flat punch": "punch", "cylinder": "punch"}
 # Dimensions by the units of their parameters.
 _KINDS = {"a0": "length", "deg": "angle"}
 # Examples of the dimensions of an indenter, for messages.

@@ -67,8 +67,13 @@ def chosen(channels: Sequence[Channel], wanted: int | str | None = None) -> int:
     Raises
     ------
     ValueError
-        If the channel is not found or no length, or none or several are heights.
+        If there is no channel, it is not found or no length, or none or several are
+        heights.
     """
+    if not channels:
+        raise ValueError(
+            "the file has no channel: it seems to be cut off, copy or export it again"
+        )
     if wanted is None:
         found = [i for i, each in enumerate(channels) if each.is_height]
     elif isinstance(wanted, str):

@@ -13,6 +13,7 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.fitting.curve_files import read_with_times
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.fitting.relaxation import fit_relaxation
+from ase_roughcontact.fitting.series.row import FittedCurve
 from ase_roughcontact.theory.indenters import Cone, named_indenter
 
 NM, NN, KPA, N_M = (UNITS[unit] for unit in ("nm", "nN", "kPa", "N/m"))
@@ -94,6 +95,27 @@ def test_a_hold_that_is_too_short_is_doubted():
     assert any("fit fewer terms" in w or "three standard" in w for w in fit.warnings)
 
 
+@pytest.mark.parametrize("terms", [1, 2])
+def test_relaxation_times_of_an_elastic_solid_are_not_known(terms):
+    time, curve = measured()
+    force = RELAXED * CONE.force(curve.depth - 300.0 * NM)
+    force += 0.02 * NN * np.random.default_rng(0).normal(size=time.size)
+    elastic = ForceCurve(curve.depth, force, curve.stiffness)
+    fit = fit_relaxation(time, elastic, CONE, terms)
+    unknown = np.isnan(fit.relaxation_times)
+    assert unknown.any()
+    np.testing.assert_array_equal(np.isnan(fit.relaxation_times_errors), unknown)
+    assert sum("is not known" in warning for warning in fit.warnings) == unknown.sum()
+    assert any("fit fewer terms" in w for w in fit.warnings) == (terms > 1)
+    assert "not known" in str(fit)
+
+
+def test_the_longest_relaxation_time_of_a_series_is_a_known_one():
+    times = math.nan, 0.5, 1.5
+    curve = FittedCurve("c.h5", "", 1, relaxation_times=times)
+    assert curve.relaxation_time == 1.5
+
+
 def test_times_that_do_not_increase_are_an_error():
     time, curve = measured()
     with pytest.raises(ValueError, match="increasing times"):
@@ -128,5 +150,6 @@ def test_the_command_fits_a_hold(file, tmp_path, capsys):
     line = json.loads(capsys.readouterr().out)
     assert line["relaxation_moduli"] == pytest.approx([0.6], rel=0.02)
     assert line["units"]["relaxation_times"] == "s"
+    assert line["remarks"] == []  # the hold is not left out
     assert (tmp_path / "hold.png").exists()
     assert main([*words[:2], "--relaxation", "1"]) == 2

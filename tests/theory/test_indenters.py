@@ -184,6 +184,8 @@ def test_a_thin_layer_is_stiffer():
         ("sphere 5 um", Sphere(5e4)),
         ("cone 35 deg", Cone(ANGLE)),
         ("punch 2 µm", Punch(2e4)),
+        ("flat punch 2 um", Punch(2e4)),
+        ("cylinder 2 um", Punch(2e4)),
         ("rounded pyramid 35 deg 20 nm", RoundedPyramid(ANGLE, 200.0)),
     ],
 )

@@ -128,3 +128,9 @@ def test_names_of_other_quantities_are_no_heights(name):
     channels = [Channel(name, (4, 4), "nm"), Channel("ZSensor", (4, 4), "nm")]
     assert chosen(channels) == 1
     assert chosen(channels, name) == 0
+
+
+@pytest.mark.parametrize("wanted", [None, 0, "Height"])
+def test_a_file_without_channels_seems_cut_off(wanted):
+    with pytest.raises(ValueError, match="cut off"):
+        chosen([], wanted)

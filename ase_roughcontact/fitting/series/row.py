@@ -116,8 +116,9 @@ class FittedCurve:
 
     @property
     def relaxation_time(self) -> float:
-        """Longest relaxation time (s); NaN if none was fitted."""
-        return max(self.relaxation_times, default=math.nan)
+        """Longest relaxation time that is known (s); NaN without any."""
+        known = (time for time in self.relaxation_times if not math.isnan(time))
+        return max(known, default=math.nan)
 
     @property
     def misfit(self) -> float:
