@@ -142,7 +142,7 @@ def range_values(
     (low, unit), (high, other) = ends
     if unit != other:
         raise ValueError(f"the range of {key} needs one unit, got {first} to {last}")
-    integer("steps", steps, 1)
+    integer("steps", steps, 1 if first == last else 2)
     spaced = lookup(
         str(scale), {"linear": np.linspace, "geometric": np.geomspace}, "scale"
     )

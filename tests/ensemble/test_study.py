@@ -180,6 +180,7 @@ def test_values_are_lists_or_ranges(given, values):
     [
         ("sphere.radius = []", "at least one"),
         ("sphere.radius = { first = 1, last = 2 }", "steps"),
+        ("sphere.radius = { first = 1, last = 2, steps = 1 }", "steps"),
         ('sphere.radius = { first = "1 nm", last = 2, steps = 2 }', "one unit"),
         ('sphere.radius = { first = 0, last = 2, steps = 2, scale = "geometric" }',
          "one sign"),

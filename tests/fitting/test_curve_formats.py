@@ -421,3 +421,8 @@ def test_formats_of_instruments_without_their_packages_name_the_extra(
     (file := tmp_path / "curve.jpk-force").write_bytes(b"PK\0\0")
     with pytest.raises(ImportError, match="extra curves"):
         read_curve(file)
+
+
+def test_a_folder_is_not_a_curve(tmp_path):
+    with pytest.raises(ValueError, match="is a folder: .*command curves"):
+        read_curve(tmp_path)

@@ -68,6 +68,10 @@ def read_table(
         If a package that reads the format is missing.
     """
     calibration = calibration or Calibration()
+    if Path(file).is_dir():
+        raise ValueError(
+            f"{file} is a folder: give one of its files, or use the command curves"
+        )
     if is_archive(file):
         with unpacked(file, curve) as path:
             return read_table(path, heads, None, calibration)
