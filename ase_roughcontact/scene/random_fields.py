@@ -230,7 +230,7 @@ def _matrix(file: str) -> np.ndarray:
     """Return the works of adhesion of a text file, or of NumPy's .npy."""
     try:
         values = np.load(file) if file.endswith(".npy") else np.loadtxt(file, ndmin=2)
-    except (OSError, ValueError) as error:
+    except (EOFError, OSError, ValueError) as error:
         raise ValueError(f"cannot read a matrix from {file!r}: {error}") from error
     values = nonnegative_array("work of adhesion", values)
     if values.ndim != 2 or not values.any():

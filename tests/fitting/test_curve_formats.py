@@ -424,5 +424,5 @@ def test_formats_of_instruments_without_their_packages_name_the_extra(
 
 
 def test_a_folder_is_not_a_curve(tmp_path):
-    with pytest.raises(ValueError, match="is a folder: .*command curves"):
+    with pytest.raises(ValueError, match=r"is a folder: .*command curves"):
         read_curve(tmp_path)

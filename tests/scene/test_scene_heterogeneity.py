@@ -61,3 +61,10 @@ def test_file_is_a_map_of_the_work_of_adhesion(tmp_path):
 def test_invalid_sections_are_errors(text, message):
     with pytest.raises(ValueError, match=message):
         Scene.parse(text).check()
+
+
+def test_an_empty_file_is_named(tmp_path):
+    (tmp_path / "empty.npy").write_bytes(b"")
+    text = TEXT + "[heterogeneity]\nfile = 'empty.npy'\n"
+    with pytest.raises(ValueError, match=r"cannot read a matrix from .*empty\.npy"):
+        Scene.parse(text, str(tmp_path / "my.toml")).check()
