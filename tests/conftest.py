@@ -26,6 +26,10 @@ WALLS = {
 }
 
 
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: item.get_closest_marker("first") is None)
+
+
 @pytest.fixture(params=WALLS.values(), ids=WALLS.keys())
 def wall(request):
     return request.param

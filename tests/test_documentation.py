@@ -75,6 +75,7 @@ def build(tmp_path):
     return built
 
 
+@pytest.mark.first
 def test_guide_builds_without_warnings(build):
     pages = build("-D", "plot_gallery=0")
     for name in public_names:

@@ -114,7 +114,7 @@ def numeric_values(key: str, values: Sequence[Any]) -> tuple[list[float], str]:
     Raises
     ------
     ValueError
-        If a value is not a number, or some have units and others not.
+        If a value is not a finite number, or some have units and others not.
     """
     texts = [each for each in values if isinstance(each, str)]
     found = [each for each in map(QUANTITY.fullmatch, texts) if each]
@@ -123,12 +123,18 @@ def numeric_values(key: str, values: Sequence[Any]) -> tuple[list[float], str]:
         unit = found[0][2]
         scales = {each: UNITS[each] / UNITS[unit] for each in units - {unit}}
         return [float(each[1]) * scales.get(each[2], 1.0) for each in found], unit
-    if any(isinstance(each, (str, bool, list, tuple)) for each in values):
+    if not all(_is_finite(each) for each in values):
         raise ValueError(
-            f"{key} must have numbers, all with a unit or none, for a figure over it, "
+            f"{key} must have finite numbers, all with a unit or none, for a figure, "
             f"got {', '.join(map(str, values))}"
         )
     return [float(each) for each in values], ""
+
+
+def _is_finite(value: Any) -> bool:
+    """Return whether a value is a finite number."""
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return is_number and math.isfinite(value)
 
 
 def drawn_over(parameters: Mapping[str, Sequence[Any]], over: str = "") -> str:

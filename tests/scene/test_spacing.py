@@ -79,7 +79,7 @@ def test_the_spacing_fits_the_relaxed_contact_of_a_path_in_time():
         {"substrate": 'material = "PDMS"\nrefine = 2'},
         {"substrate": 'material = "PDMS"\nshape = [64, 64]'},
         {"substrate": 'symbol = "Si"'},
-        {"substrate": 'calculator = "emt"'},
+        pytest.param({"substrate": 'calculator = "emt"'}, marks=pytest.mark.slow),
         {"radius": "40000.0"},
         {"radius": '"40000 a0"'},
         {"more": '[roughness]\nlong_wavelength = "4 nm"\nshort_wavelength = "1 nm"'},
