@@ -28,6 +28,7 @@ STORED = {
 REPORTS = {file.stem: (file, command) for file, command in results.reports()}
 
 
+@pytest.mark.slow  # tests/optimize/test_comparison.py has the comparison itself
 def test_comparison_of_optimizers_leaves_a_table_and_a_picture(tmp_path, monkeypatch):
     pytest.importorskip("matplotlib").use("Agg")
     monkeypatch.syspath_prepend(str(ROOT / "examples" / "benchmarks"))

@@ -96,6 +96,7 @@ def test_adhesion_loop_has_the_pull_off_force_of_maugis_and_dugdale(run):
     assert loop.pull_off_force == pytest.approx(force * np.pi * 0.02 * 30, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the pull-off force")
 def test_hysteresis_of_patches_and_roughness(run):
     lost = run("adhesion_hysteresis")[0]["lost"]

@@ -112,7 +112,13 @@ def text_and_rows(lines, left_out=0):
     return NOTE.sub("", "".join("".join(rest).split())), rows
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command",
+    [
+        pytest.param(name, marks=pytest.mark.slow) if name == "fit" else name
+        for name in COMMANDS
+    ],
+)
 def test_a_screen_shows_what_is_printed_into_a_pipe(command, folder, monkeypatch):
     piped = in_pipe(command)
     wide = on_screen(command, 80, monkeypatch)

@@ -88,7 +88,7 @@ def test_optimizers_agree(optimizer):
 
 
 @pytest.mark.parametrize("keep", ["all", "last"])
-@pytest.mark.parametrize("stop", [1, 20, 33])
+@pytest.mark.parametrize("stop", [1, 20, pytest.param(33, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("wall", [HardWall(), ADHESIVE], ids=["hard", "adhesive"])
 def test_a_path_is_resumed_with_its_history(tmp_path, wall, stop, keep):
     tight = {"accuracy": 1e-6}
