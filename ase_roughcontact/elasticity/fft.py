@@ -35,7 +35,7 @@ from ase_roughcontact.elasticity.fft_backends import ENGINES, BlockTransform
 _MAX_PYFFTW_POINTS = 64 * 64
 # Smallest number of points of a grid for which threads share a transform of the whole:
 # smaller ones take about as long as it takes to wait for a thread.
-_MIN_SHARED_POINTS = 500 * 500
+_MIN_SHARED_POINTS = 1000 * 1000
 
 
 @dataclass(frozen=True)
