@@ -18,6 +18,8 @@ from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import LennardJones93
 
+# The files of fixtures have no doctests, and one name.
+collect_ignore_glob = ["*conftest.py"]
 # In units of the contact modulus and of the spacing.
 WALLS = {
     "repulsive": LennardJones93.repulsive(1.0, 1.0),

@@ -359,6 +359,7 @@ class ColumnValues:
         value = row.get(self.column, math.nan)
         if not converged or math.isnan(value):
             self._failed.add(key)
+            self._values.pop(key, None)
             return
         self._failed.discard(key)
         error = row.get(self._error, math.nan) if self._error else math.nan

@@ -61,7 +61,7 @@ _SKIPPED_BEFORE_PULL_OFF = 2
 _MIN_POINTS = 10
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class AdhesionFit(IndentationFit):
     """Result of `fit_adhesion`; see also `IndentationFit`.
 
@@ -73,18 +73,16 @@ class AdhesionFit(IndentationFit):
         Standard error of the work of adhesion by noise (eV/Å^2).
     """
 
-    theory: JKR | DMT | None = None
-    work_of_adhesion_error: float = math.nan
+    theory: JKR | DMT
+    work_of_adhesion_error: float
 
     @property
     def work_of_adhesion(self) -> float:
         """Work of adhesion w (eV/Å^2)."""
-        return self.theory.work_of_adhesion if self.theory else math.nan
+        return self.theory.work_of_adhesion
 
     def model(self, indentation: FloatArray) -> FloatArray:
         """Return the forces of the fit at indentations; see `IndentationFit.model`."""
-        if self.theory is None:
-            return super().model(indentation)
         depth, force = _law(self.theory, float(np.max(indentation)), math.inf)
         return np.interp(indentation, depth, force, left=0.0)
 
@@ -92,8 +90,6 @@ class AdhesionFit(IndentationFit):
     def drawn_depths(self) -> tuple[float, float]:
         """Lowest and largest indentation to draw (Å), from before the pull-off on."""
         lowest, deepest = super().drawn_depths
-        if self.theory is None:
-            return lowest, deepest
         depth, _ = _law(self.theory, deepest, math.inf)
         return min(lowest, 1.5 * float(depth[0])), deepest
 
@@ -382,8 +378,6 @@ def _pull_off_radius(theory: JKR | DMT, stiffness: float) -> float:
 def _wrong_theory(fit: AdhesionFit) -> list[str]:
     """Return a warning if Tabor's parameter is in the range of the other theory."""
     theory = fit.theory
-    if theory is None:
-        return []
     ratio = theory.work_of_adhesion / theory.contact_modulus
     parameter = float(np.cbrt(theory.radius * ratio**2 / _TYPICAL_RANGE**3))
     is_jkr = isinstance(theory, JKR)

@@ -8,7 +8,11 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.fitting.force_curve import ForceCurve, MeasuredBranch
+from ase_roughcontact.fitting.force_curve import (
+    FORCE_ROUNDING,
+    ForceCurve,
+    MeasuredBranch,
+)
 
 # Smallest reported difference of free forces, relative to the noise.
 _MIN_NOISE_RATIO = 5.0
@@ -146,7 +150,7 @@ def _clipped_baseline(curve: ForceCurve, branch: MeasuredBranch) -> list[str]:
     Values of a noisy signal are equal on a whole baseline only by a limit.
     """
     _, free = _furthest(curve, branch, _FREE_PART)
-    rounding = 1e-9 * float(np.ptp(curve.force))
+    rounding = FORCE_ROUNDING * float(np.ptp(curve.force))
     equal = free <= free.min() + rounding
     is_partly = np.median(free) == free.min() and len(np.unique(free)) >= _MIN_VALUES
     if not (is_partly or (equal.all() and _is_noisy(curve, branch, rounding))):

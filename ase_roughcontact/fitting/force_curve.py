@@ -40,6 +40,8 @@ _DRAWN_POINTS = 2000
 _MIN_SATURATED_POINTS = 10
 # Smallest distance of a saturated force from the free force, relative to the noise.
 _MIN_SATURATED_FORCE = 5.0
+#: Rounding error of forces, relative to their range.
+FORCE_ROUNDING = 1e-9
 # Smallest noise that is assumed, relative to the range of the forces.
 _MIN_NOISE = 1e-4
 
@@ -332,7 +334,7 @@ class ForceCurve:
         is not the free force.
         """
         saturated = np.zeros(len(self.force), bool)
-        rounding = 1e-9 * float(np.ptp(self.force))
+        rounding = FORCE_ROUNDING * float(np.ptp(self.force))
         for extreme in (self.force.max(), self.force.min()):
             distance = abs(extreme - self.far_force)
             if distance < _MIN_SATURATED_FORCE * self.noise:

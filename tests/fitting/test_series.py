@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from curve_formats import jpk_map
+from matplotlib.figure import Figure
 from scipy.optimize import brentq, curve_fit
 
 from ase_roughcontact import fit_curves, read_fitted_curves
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.fitting.curve_files import read_curve
+from ase_roughcontact.fitting.series.figures import draw_series
 from ase_roughcontact.fitting.series.grid import grid_of
 from ase_roughcontact.fitting.series.listing import curve_at, listed_curves
 from ase_roughcontact.fitting.series.row import FittedCurve
@@ -362,3 +364,37 @@ def test_curves_at_one_place_are_drawn_over_their_number(folder, tmp_path, capsy
     assert len(capsys.readouterr().out.splitlines()) == 2
     assert (tmp_path / "out" / "series.png").exists()
     assert not (tmp_path / "out" / "maps.png").exists()
+
+
+def test_bars_of_a_series_are_standard_errors_in_the_unit_of_the_axis(
+    tmp_path, monkeypatch
+):
+    drawn = []
+    monkeypatch.setattr(
+        Figure,
+        "savefig",
+        lambda figure, file, **_: [drawn.append(figure), Path(file).touch()],
+    )
+    nm, kPa = UNITS["nm"], UNITS["kPa"]
+    curves = [
+        FittedCurve(
+            "a",
+            contact_modulus=modulus * kPa,
+            contact_modulus_error=0.1 * kPa,
+            contact_height=height * nm,
+            contact_height_error=2.0 * nm,
+            converged=True,
+        )
+        for modulus, height in ((2.0, -30.0), (3.0, 0.0), (4.0, 50.0))
+    ]
+    draw_series(curves, tmp_path)
+    modulus, height = drawn[0].axes
+    for axes, label, error in (
+        (modulus, "contact modulus\n(kPa)", 0.1),
+        (height, "contact point\n(nm)", 2.0),
+    ):
+        assert axes.get_ylabel() == label
+        (bars,) = axes.containers
+        ends = np.array(bars.lines[2][0].get_segments())[:, :, 1]
+        np.testing.assert_allclose(np.ptp(ends, axis=1), 2.0 * error)
+    np.testing.assert_allclose(height.lines[0].get_ydata(), [0.0, 30.0, 80.0])

@@ -39,6 +39,8 @@ _LABELS = {
     "contact_height": ("contact point", "nm"),
     "misfit": ("residual / noise", ""),
 }
+# Drawn quantities with a standard error.
+_WITH_ERRORS = "contact_modulus", "work_of_adhesion", "contact_height"
 
 
 def draw_series(curves: Sequence[FittedCurve], folder: Path) -> list[Path]:
@@ -95,7 +97,7 @@ def draw_maps(curves: Sequence[FittedCurve], names: Sequence[str], file: Path) -
             axes.remove()
         panels = panels[: len(names)]
         for axes, name in zip(panels, names, strict=True):
-            values, label = _shown(curves, name)
+            values, label, _ = _shown(curves, name)
             norm = _scale(values, name != "contact_height")  # which has no zero
             style: dict[str, Any] = {"norm": norm, "cmap": "viridis"}
             if grid is None:
@@ -121,7 +123,7 @@ def draw_histogram(curves: Sequence[FittedCurve], file: Path) -> None:
     file : path
         Picture to write.
     """
-    values, label = _shown(curves, "contact_modulus")
+    values, label, _ = _shown(curves, "contact_modulus")
     values = values[np.isfinite(values)]
     is_log = values.max() > _MIN_LOGARITHMIC_RATIO * values.min()
     scale = np.log10(values) if is_log else values
@@ -162,12 +164,11 @@ def draw_parameters(
         shape = len(names), 1
         panels = list(figure.subplots(*shape, sharex=True, squeeze=False).flat)
         for axes, name in zip(panels, names, strict=True):
-            values, label = _shown(curves, name)
+            values, label, scale = _shown(curves, name)
             errors = None
-            if hasattr(FittedCurve, f"{name}_error"):
-                known = np.array([getattr(each, name) for each in curves])
-                error = np.array([getattr(each, f"{name}_error") for each in curves])
-                errors = error * (values / known)
+            if name in _WITH_ERRORS:
+                found = [getattr(each, f"{name}_error") for each in curves]
+                errors = np.array(found) / scale
             axes.errorbar(numbers, values, errors, fmt="o", ms=3, color=BLUE, lw=0.8)
             axes.set_ylabel(label.replace(" (", "\n("))
             if isinstance(_scale(values, name != "contact_height"), LogNorm):
@@ -181,8 +182,8 @@ def draw_parameters(
         letter(panels)
 
 
-def _shown(curves: Sequence[FittedCurve], name: str) -> tuple[FloatArray, str]:
-    """Return values of the curves that did not fail, NaN of others, and a label."""
+def _shown(curves: Sequence[FittedCurve], name: str) -> tuple[FloatArray, str, float]:
+    """Return values of the curves that did not fail, NaN of others, label and unit."""
     values = np.array(
         [getattr(each, name) if is_good(each) else np.nan for each in curves], float
     )
@@ -193,8 +194,9 @@ def _shown(curves: Sequence[FittedCurve], name: str) -> tuple[FloatArray, str]:
         values = values - np.nanmin(values)
         unit = "um" if np.nanmax(values) > 10.0 * UNITS["um"] else "nm"
     if not unit:
-        return values, label
-    return values / UNITS[unit], f"{label} ({unit.replace('um', 'µm')})"
+        return values, label, 1.0
+    label = f"{label} ({unit.replace('um', 'µm')})"
+    return values / UNITS[unit], label, UNITS[unit]
 
 
 def _scale(values: FloatArray, may_be_log: bool) -> Normalize:

@@ -61,8 +61,8 @@ def fit_curves(
         Shape and dimensions: ``"sphere 5 um"``, ``"cone 35 deg"``. Without it, the
         curves are read and checked only.
     folder : path, optional
-        Folder for ``curves.csv``, which gets a row for each curve as soon as it is
-        fitted. A run that was interrupted goes on where it ended.
+        Folder for ``curves.csv``, which gets the rows of the curves in their order
+        while others are fitted. A run that was interrupted goes on where it ended.
     adhesion : {"", "jkr", "dmt"}
         Theory of an adhesive sphere, which is fitted to the retraction by
         `fit_adhesion`.
