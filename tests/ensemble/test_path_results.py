@@ -6,7 +6,7 @@ from shutil import copyfile
 import numpy as np
 import pytest
 from ase.db import connect
-from ensemble_scenes import Here, die, finish, killed, rows
+from ensemble_scenes import Here, assert_same, die, finish, killed, rows
 from scipy.stats import t
 
 from ase_roughcontact._util.printing import plain
@@ -94,6 +94,8 @@ rate = 2.0
 dwell = 0.2
 tolerance = 0.1
 """)
+
+SEEDS = {"roughness.seed": (1, 2)}
 
 
 @dataclass(frozen=True)
@@ -229,6 +231,21 @@ def test_each_seed_of_a_path_in_time_has_its_creep_depth(tmp_path):
         assert found["creep_depth"][number] == pytest.approx(depth) and depth > 0.1
     assert np.isnan(found["relaxed_force"]).all()
     assert np.isnan(found["storage_stiffness"]).all()
+
+
+@pytest.mark.slow  # a scheduler and its process
+def test_loops_and_slides_with_dask_have_the_rows_of_this_process(tmp_path):
+    from dask.distributed import Client, LocalCluster  # not in every process
+
+    options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
+    scenes = [*product(LOOP, SEEDS), *product(SLIDING, SEEDS)]
+    with LocalCluster(**options) as cluster, Client(cluster) as client:
+        finish(scenes, tmp_path / "d.db", executor=client.get_executor(pure=False))
+    finish(scenes, tmp_path / "e.db")
+    for query in ({}, {"record": "case"}):
+        by_dask = read_ensemble(tmp_path / "d.db", **query)
+        assert_same(by_dask, read_ensemble(tmp_path / "e.db", **query), rtol=1e-9)
+    assert set(by_dask["state"]) == {"done"} and by_dask["state"].size == 4
 
 
 def test_results_of_a_kind_of_ones_own_are_columns(tmp_path):
