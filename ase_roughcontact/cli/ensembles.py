@@ -27,6 +27,7 @@ from ase_roughcontact.ensemble import (
     sample_ensemble,
     write_csv,
 )
+from ase_roughcontact.ensemble.cases import combinations
 from ase_roughcontact.ensemble.database import without_password
 from ase_roughcontact.ensemble.executors import scheduler_executor
 from ase_roughcontact.ensemble.study import SEED
@@ -83,7 +84,7 @@ def ensemble(options: argparse.Namespace) -> int:
         if file:
             check_different(**{option: file, "database": options.database})
             check_replaced(Path(file), begin)
-    variants = _variants(study.scene, study.values)
+    variants = _variants(study, study.values)
     pool: dict[str, Any] = {"workers": options.workers}
     with ExitStack() as stack:
         if options.scheduler is not None:
@@ -97,7 +98,7 @@ def ensemble(options: argparse.Namespace) -> int:
         show_study(options, study, seeds)
     elif len(study.values.get(SEED, ())) > 1 and not options.quiet:
         others = {key: each for key, each in study.values.items() if key != SEED}
-        for variant in _variants(study.scene, others):
+        for variant in _variants(study, others):
             realisations = product(variant[1], {SEED: study.values[SEED]})
             for means in _means(options, study, realisations):
                 _print_means(options, variant, means)
@@ -116,11 +117,11 @@ def ensemble(options: argparse.Namespace) -> int:
     return 0 if enough and not failures else 1
 
 
-def _variants(scene: Scene, values: dict[str, list[Any]]) -> list[_Variant]:
+def _variants(study: Study, values: dict[str, list[Any]]) -> list[_Variant]:
     """Return the combinations of some values, with the scenes that have them."""
-    chosen = itertools.product(*values.values())
-    settings = (dict(zip(values, each, strict=True)) for each in chosen)
-    return list(zip(settings, product(scene, values), strict=True))
+    settings = combinations(values, study.together)
+    scenes = product(study.scene, values, study.together)
+    return list(zip(settings, scenes, strict=True))
 
 
 def _calculate(

@@ -23,11 +23,13 @@ from ase_roughcontact.cli.means import (
     lower_bound_notes,
     printed_units,
 )
+from ase_roughcontact.ensemble.cases import combinations
 from ase_roughcontact.ensemble.means import check_column, default_column
 from ase_roughcontact.ensemble.study import (
     SEED,
     StudyPoint,
     drawn_over,
+    parameter_label,
     study_points,
     write_study,
 )
@@ -59,6 +61,8 @@ class Study:
         Columns that are averaged; empty for the default.
     over : str
         Parameter of the figure; empty without one.
+    together : tuple of str
+        Keys that vary together.
     """
 
     scene: Scene
@@ -66,6 +70,7 @@ class Study:
     error: float | None
     columns: tuple[str, ...]
     over: str
+    together: tuple[str, ...]
 
     @classmethod
     def of(cls, options: argparse.Namespace) -> Study:
@@ -74,7 +79,8 @@ class Study:
         Raises
         ------
         ValueError
-            If keys or columns are unknown, or the seeds are given twice.
+            If keys or columns are unknown, the seeds are given twice, or keys that vary
+            together have different numbers of values.
         """
         scene = Scene.parse(*scene_text(options))
         section = scene.study or StudyConfig()
@@ -97,7 +103,8 @@ class Study:
             error = None
         columns = tuple(options.column or section.columns or ())
         over = drawn_over(values, options.over or section.over)
-        found = cls(scene, values, error, columns, over)
+        found = cls(scene, values, error, columns, over, section.together)
+        combinations(values, found.together)  # raises if numbers of values differ
         for column in columns:
             check_column(found.variant, column)
         return found
@@ -145,7 +152,9 @@ def show_study(
     scene, units, panels = study.variant, dict[str, str](), dict[str, Any]()
     every = list[StudyPoint]()
     for column in study.shown_columns:
-        points = study_points(study.scene, values, options.database, column)
+        points = study_points(
+            study.scene, values, options.database, column, study.together
+        )
         heading, every = column_heading(scene, column), every + points
         panels[heading], units[heading] = points, printed_units(scene, column)
         if prints_text(options):
@@ -164,7 +173,8 @@ def _study_table(scene: Scene, points: Sequence[StudyPoint], study: Study) -> li
     varied = [key for key in points[0].values if len(study.values[key]) > 1]
     targets = _targets(scene, points)
     with_theory = any(point.theory_name for point in points)
-    heads = [*varied, *["target"] * bool(targets), column_heading(scene, column)]
+    heads = [*map(parameter_label, varied), *["target"] * bool(targets)]
+    heads.append(column_heading(scene, column))
     heads += ["scatter", "realisations", *["theory"] * with_theory, ""]
     rows = []
     for point in points:
@@ -180,6 +190,8 @@ def _study_table(scene: Scene, points: Sequence[StudyPoint], study: Study) -> li
         row += [point.theory / scale] * with_theory
         rows.append([*row, "*" * bool(mean.validity)])
     notes = ["±: standard error of the mean; scatter: standard deviation of one."]
+    if any(point.mean.realisations == 2 for point in points):
+        notes.append("Errors of two realisations are too uncertain for bars.")
     value_errors = [
         abs(mean.mean) * mean.value_error
         for mean in (point.mean for point in points)

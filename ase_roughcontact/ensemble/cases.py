@@ -3,14 +3,67 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.section import plain_values
 
 
-def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
+def combinations(
+    choices: Mapping[str, Iterable], together: Sequence[str] = ()
+) -> list[dict[str, Any]]:
+    """Return all combinations of values of some keys.
+
+    Parameters
+    ----------
+    choices : mapping
+        Values by key.
+    together : sequence of str
+        Keys that vary together: the first value of one goes with the first values of
+        the others, the second with the second ones, and so on.
+
+    Returns
+    -------
+    list of dict
+        Values by key; the last key varies fastest.
+
+    Raises
+    ------
+    ValueError
+        If a key has no values, or keys that vary together have different numbers of
+        values.
+    """
+    values = {key: list(choice) for key, choice in choices.items()}
+    for key, listed in values.items():
+        if not listed:
+            raise ValueError(f"{key} must have at least one value, got none")
+    for key in together:
+        lookup(key, values, "parameter of the study")
+    counts = {key: len(values[key]) for key in together}
+    if len(set(counts.values())) > 1:
+        raise ValueError(
+            "keys that vary together need equal numbers of values, got "
+            + ", ".join(f"{count} of {key}" for key, count in counts.items())
+        )
+    groups = []  # each group has its settings: values by key
+    for key, listed in values.items():
+        if key not in together:
+            groups.append([{key: value} for value in listed])
+        elif key == together[0]:
+            joined = zip(*(values[each] for each in together), strict=True)
+            groups.append([dict(zip(together, each, strict=True)) for each in joined])
+    combined = []
+    for chosen in itertools.product(*groups):
+        settings = {key: value for group in chosen for key, value in group.items()}
+        combined.append({key: settings[key] for key in values})
+    return combined
+
+
+def product(
+    scene: Scene, choices: Mapping[str, Iterable], together: Sequence[str] = ()
+) -> list[Scene]:
     """Return variants of a scene, one for each combination of values of some keys.
 
     Parameters
@@ -22,6 +75,8 @@ def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
         ``"roughness.seed"``; or whole sections by title, where keys belong together:
         ``"interaction": [InteractionConfig("hard"), InteractionConfig("adhesive",
         {"work_of_adhesion": 0.05})]``.
+    together : sequence of str
+        Keys that vary together; see `combinations`.
 
     Returns
     -------
@@ -31,18 +86,14 @@ def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
     Raises
     ------
     ValueError
-        If a section or key is unknown, or has no values.
+        If a section or key is unknown, or has no values, or keys that vary together
+        have different numbers of values.
     """
-    scenes = [scene]
-    for key, choice in choices.items():
-        values = [plain_values(value) for value in choice]
-        if not values:
-            raise ValueError(f"{key} must have at least one value, got none")
-        scenes = [
-            scene.with_values({key: value})
-            for scene, value in itertools.product(scenes, values)
-        ]
-    return scenes
+    variants = []
+    for settings in combinations(choices, together):
+        plain = {key: plain_values(value) for key, value in settings.items()}
+        variants.append(scene.with_values(plain))
+    return variants
 
 
 def case_of(scene: Scene) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,7 +11,12 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.ensemble.study import StudyPoint, numeric_values
+from ase_roughcontact.ensemble.means import MeanValue
+from ase_roughcontact.ensemble.study import (
+    StudyPoint,
+    numeric_values,
+    parameter_label,
+)
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import COLOURS, legend_below
 
@@ -18,6 +24,8 @@ from ase_roughcontact.plot.style import COLOURS, legend_below
 _LOGARITHMIC = 9.0
 # Largest number of lines of a path with several targets.
 _MAX_LINES = 6
+# Least number of realisations with a bar: of two, Student's factor is 6.5.
+_MIN_BAR = 3
 
 
 def plot_study(
@@ -29,9 +37,9 @@ def plot_study(
 ) -> Any:
     """Plot the means of a study over a parameter.
 
-    Bars are standard errors of the means, bands the standard deviation of one
-    realisation, dashed lines theory. There is a line for each combination of the other
-    parameters, and for some of the targets of a path.
+    Bars are standard errors of the means, from three realisations on; bands are the
+    standard deviation of one realisation, dashed lines theory. There is a line for each
+    combination of the other parameters, and for some of the targets of a path.
 
     Parameters
     ----------
@@ -50,39 +58,43 @@ def plot_study(
     matplotlib Axes
     """
     lines = _lines(points, over)
+    theories = dict.fromkeys(p.theory_name for p in points if p.theory_name)
+    with_bars = "mean"
+    if any(p.mean.realisations >= _MIN_BAR for p in points):
+        with_bars = "mean, with standard error"
     for number, (names, members) in enumerate(lines.items()):
         colour = COLOURS[number % len(COLOURS)]
         given = [point.values[over] for point in members]
         numbers, x_unit = numeric_values(over, given)
         order = np.argsort(numbers)
         columns = [
-            (p.mean.mean, abs(p.mean.mean) * p.mean.error, p.mean.scatter, p.theory)
-            for p in members
+            (p.mean.mean, _bar(p.mean), p.mean.scatter, p.theory) for p in members
         ]
         mean, error, scatter, theory = (np.array(columns).T / UNITS[unit])[:, order]
         x = np.array(numbers)[order]
-        label = _label(names, members, targets or {}) or "mean, with standard error"
+        label = _label(names, members, targets or {}) or with_bars
         band = {"color": colour, "alpha": 0.2, "lw": 0}
         scatters = "" if number else "scatter of realisations"
         axes.fill_between(x, mean - scatter, mean + scatter, label=scatters, **band)
         axes.errorbar(
             x,
             mean,
-            np.nan_to_num(error),
+            error,
             fmt=".-",
             color=colour,
             capsize=2,
             label=label,
         )
         if np.isfinite(theory).any():
-            name = next(p.theory_name for p in members if p.theory_name)
-            label = ": ".join([label, name] if len(lines) > 1 else [name])
-            axes.plot(x, theory, "--", color=colour, lw=0.8, label=label)
+            axes.plot(x, theory, "--", color=colour, lw=0.8)
         if x.min() > 0.0 and x.max() > _LOGARITHMIC * x.min():
             axes.set_xscale("log")
             axes.set_xticks(x, [f"{value:g}" for value in x])
             axes.minorticks_off()
-    axes.set_xlabel(f"{over} ({x_unit})" if x_unit else over)
+    for name in theories:
+        axes.plot([], [], "--", color="0.3", lw=0.8, label=name)
+    label = parameter_label(over)
+    axes.set_xlabel(f"{label} ({x_unit})" if x_unit else label)
     return axes
 
 
@@ -114,6 +126,13 @@ def draw_study(
         legend_below(figure, list(drawn))
 
 
+def _bar(mean: MeanValue) -> float:
+    """Return the standard error of a mean; NaN for too few realisations."""
+    if mean.realisations < _MIN_BAR:
+        return math.nan
+    return abs(mean.mean) * mean.error
+
+
 def _lines(
     points: Sequence[StudyPoint], over: str
 ) -> dict[tuple[Any, ...], list[StudyPoint]]:
@@ -128,15 +147,25 @@ def _lines(
         places = np.linspace(0, len(shown) - 1, _MAX_LINES).round().astype(int)
         shown = places.tolist()
     keys = [key for key in points[0].values if key != over]
-    varied = [key for key in keys if len({str(p.values[key]) for p in points}) > 1]
+    varied = [key for key in keys if not _follows(points, key, over)]
     lines: dict[tuple[Any, ...], list[StudyPoint]] = {}
     for point, number in zip(points, numbers, strict=True):
         if number not in shown:
             continue
-        names = tuple(f"{key} = {point.values[key]}" for key in varied)
+        names = tuple(f"{parameter_label(k)} = {point.values[k]}" for k in varied)
         target = number if len(shown) > 1 else None
         lines.setdefault((*names, target), []).append(point)
     return lines
+
+
+def _follows(points: Sequence[StudyPoint], key: str, over: str) -> bool:
+    """Return whether a key has one value at each value of the parameter."""
+    found: dict[str, Any] = {}
+    for point in points:
+        first = found.setdefault(str(point.values[over]), point.values[key])
+        if point.values[key] != first:
+            return False
+    return True
 
 
 def _target_numbers(points: Sequence[StudyPoint]) -> list[int]:

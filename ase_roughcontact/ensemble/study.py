@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from ase_roughcontact._util.files import PathName, write_table
 from ase_roughcontact._util.units import QUANTITY, UNITS
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.ensemble.cases import product
+from ase_roughcontact.ensemble.cases import combinations, product
 from ase_roughcontact.ensemble.means import MeanValue, mean_values
 from ase_roughcontact.results.record import columns_of
 from ase_roughcontact.scene import Scene
@@ -20,6 +19,8 @@ from ase_roughcontact.scene.reference import Reference, reference_for
 
 #: Key of the seeds, over which a study averages.
 SEED = "roughness.seed"
+# Sections with keys that are understood without the name of the section.
+_PLAIN_SECTIONS = "roughness", "substrate", "interaction", "path"
 # Columns of areas, for which there is a theory.
 _AREAS = "contact_area", "continuum_area"
 
@@ -54,6 +55,7 @@ def study_points(
     parameters: Mapping[str, Iterable[Any]],
     database: PathName,
     column: str | None = None,
+    together: Sequence[str] = (),
 ) -> list[StudyPoint]:
     """Return means of a column for all combinations of values of some parameters.
 
@@ -67,6 +69,8 @@ def study_points(
         Database of `run_ensemble`.
     column : str, optional
         See `mean_values`.
+    together : sequence of str
+        Keys that vary together; see `product`.
 
     Returns
     -------
@@ -82,8 +86,7 @@ def study_points(
     choices = {key: list(values) for key, values in parameters.items()}
     seeds = choices.pop(SEED, [])
     points = []
-    for chosen in itertools.product(*choices.values()):
-        values = dict(zip(choices, chosen, strict=True))
+    for values in combinations(choices, together):
         variant = scene.with_values(values)
         realisations = product(variant, {SEED: seeds} if seeds else {})
         reference = reference_for(realisations[0])
@@ -135,6 +138,13 @@ def _is_finite(value: Any) -> bool:
     """Return whether a value is a finite number."""
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     return is_number and math.isfinite(value)
+
+
+def parameter_label(key: str) -> str:
+    """Return the words for a parameter: "rms height" for ``roughness.rms_height``."""
+    title, _, name = key.rpartition(".")
+    words = name.replace("_", " ")
+    return words if title in _PLAIN_SECTIONS else f"{title} {words}".strip()
 
 
 def drawn_over(parameters: Mapping[str, Sequence[Any]], over: str = "") -> str:

@@ -25,7 +25,8 @@ class StudyConfig(Section):
     A key such as ``roughness.rms_height`` has a list of values, or a range: ``{first =
     "0.1 nm", last = "1 nm", steps = 4, scale = "geometric"}``, by default linear.
     `seeds` is the number of realisations of the roughness for each combination, or
-    `error` the wanted relative standard error of the means. `columns` are averaged, and
+    `error` the wanted relative standard error of the means. Keys in `together` vary
+    together; of the others there are all combinations. `columns` are averaged, and
     drawn over the parameter `over`, by default the first one with several numbers.
     """
 
@@ -36,6 +37,7 @@ class StudyConfig(Section):
     error: float | None = None
     columns: tuple[str, ...] | None = None
     over: str = ""
+    together: tuple[str, ...] = ()
     parameters: Mapping[str, tuple] = field(default_factory=dict, hash=False)
 
     @classmethod

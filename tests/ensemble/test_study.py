@@ -76,13 +76,15 @@ def test_a_study_ends_with_means_over_the_seeds_and_a_figure(
         half = t.ppf(0.975, 2) * np.std(areas, ddof=1) / np.sqrt(3)
         assert float(row["standard_error"]) == pytest.approx(half / 1.959964)
     (axes,) = figure.axes
+    bars = axes.containers[0].lines[2][0].get_paths()
+    assert all(np.isfinite(bar.vertices).all() for bar in bars)
     lines = [line for line in axes.lines if line.get_linestyle() == "-"]
     lines = [line for line in lines if len(line.get_xdata()) == 3]
     means = [float(row["mean"]) / 100.0 for row in rows]  # nm^2
     np.testing.assert_allclose(lines[0].get_xdata(), [40.0, 60.0, 80.0])
     np.testing.assert_allclose(lines[0].get_ydata(), means[::2])
     np.testing.assert_allclose(lines[1].get_ydata(), means[1::2])
-    assert axes.get_xlabel() == "sphere.radius"
+    assert axes.get_xlabel() == "sphere radius"
     printed = capsys.readouterr().out
     assert f"{means[0]:.4g}"[:4] in printed and "e-study.png" in printed
     largest = max(float(row["value_error"]) for row in rows) / 100.0  # nm^2
@@ -124,8 +126,43 @@ def test_options_replace_values_of_the_section_and_are_drawn_in_their_unit(
     assert {row["realisations"] for row in rows} == {"2"} and len(rows) == 3 * 2 * 2
     assert set(read_ensemble(tmp_path / "e.db")["seed"]) == {4, 5}
     axes = figure.axes[0]
-    assert axes.get_xlabel() == "roughness.rms_height (nm)"
+    assert axes.get_xlabel() == "rms height (nm)"
     np.testing.assert_allclose(axes.lines[0].get_xdata(), [0.05, 0.1])
+    ends = [part.get_paths() for part in axes.containers[0].lines[2]]
+    assert not any(np.isfinite(path.vertices).all() for path in ends[0])  # two seeds
+
+
+def test_keys_that_vary_together_are_one_line_of_similar_surfaces(run, tmp_path):
+    study = """
+    [study]
+    together = ["roughness.rms_height", "roughness.long_wavelength"]
+    roughness.rms_height = { first = 0.1, last = 0.4, steps = 3, scale = "geometric" }
+    sphere.radius = [40]
+    roughness.long_wavelength = { first = 8, last = 32, steps = 3, scale = "geometric" }
+    """
+    path = {"path": Steps(values=(2.0,)), "roughness.short_wavelength": 4.0}
+    (figure,) = run(LOADS.with_values(path).toml + study)
+    rows = rows_of(tmp_path)
+    assert [row["roughness.rms_height"] for row in rows] == ["0.1", "0.2", "0.4"]
+    assert [row["roughness.long_wavelength"] for row in rows] == ["8", "16", "32"]
+    found = read_ensemble(tmp_path / "e.db")
+    np.testing.assert_allclose(found["rms_height"] * 80, found["long_wavelength"])
+    assert len(figure.axes[0].containers) == 1
+
+
+@pytest.mark.parametrize(
+    ("together", "message"),
+    [('"sphere.radius", "path.last"', "2 of path.last"), ('"sphere.rad"', "radius")],
+)
+def test_keys_that_vary_together_need_equal_numbers_of_values(
+    tmp_path, capsys, together, message
+):
+    study = f"{STUDY}path.last = [2.0, 3.0]\ntogether = [{together}]"
+    (tmp_path / "my.toml").write_text(SCENE.toml + study)
+    options = ["--database", str(tmp_path / "e.db")]
+    assert main(["ensemble", str(tmp_path / "my.toml"), *options]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "e.db").exists()
 
 
 def test_targets_that_change_with_the_parameter_are_lines_over_it(run):
