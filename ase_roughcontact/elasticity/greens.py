@@ -31,6 +31,14 @@ from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.harmonics import Component, Harmonics
 from ase_roughcontact.elasticity.love import love_kernel
 from ase_roughcontact.elasticity.material import plane_strain_modulus
+from ase_roughcontact.elasticity.subsurface import (
+    IsotropicWaves,
+    SubsurfaceWaves,
+    Tractions,
+    UniformResponse,
+    isotropic_uniform,
+    uniform_strain,
+)
 
 # Largest relative difference of a response along mirrored directions.
 _MAX_ASYMMETRY = 1e-6
@@ -199,6 +207,43 @@ class ElasticSolid(Registered, ABC):
         components that are returned and for errors.
         """
         raise self._not_lateral("cross_cell_compliance")
+
+    def subsurface(self, tractions: Tractions) -> SubsurfaceWaves:
+        """Return stress and displacement below the surface, for waves of traction.
+
+        Only stresses need this method, and `uniform_response` for periodic boundaries.
+
+        Parameters
+        ----------
+        tractions : Tractions
+            Waves of traction on the surface.
+
+        Returns
+        -------
+        SubsurfaceWaves
+
+        Raises
+        ------
+        NotImplementedError
+            If the solid does not have what stresses need.
+        """
+        raise self._no_stress()
+
+    def uniform_response(self, depth: float) -> UniformResponse:
+        """Return the response to a uniform traction of a periodic cell at a depth."""
+        raise self._no_stress()
+
+    @property
+    def has_subsurface(self) -> bool:
+        """Whether stresses below the surface are known, see `subsurface`."""
+        return type(self).subsurface is not ElasticSolid.subsurface
+
+    def _no_stress(self) -> NotImplementedError:
+        return NotImplementedError(
+            f"{self!r} has no stresses below its surface: use "
+            "Isotropic(contact_modulus, poisson=0.3), Layer, Cubic, or a Crystal as "
+            "from_calculator makes it, or define `subsurface`"
+        )
 
     def _not_lateral(self, method: str) -> NotImplementedError:
         return NotImplementedError(
@@ -402,7 +447,8 @@ class Isotropic(ComponentSolid):
     contact_modulus : float
         Contact modulus ``E* = E/(1 - nu^2)`` (pressure).
     poisson : float, optional
-        Poisson's ratio nu, which matters to lateral displacements only.
+        Poisson's ratio nu, which matters to lateral displacements and to stresses below
+        the surface.
     dundurs : float, optional
         Dundurs' second parameter, if the solid stands for two elastic bodies; by
         default ``(1 - 2 nu)/(2 - 2 nu)``, its value under a rigid indenter. Its
@@ -464,6 +510,30 @@ class Isotropic(ComponentSolid):
     ) -> np.ndarray:
         """Return the depth under unit pressure on a cell; see `love_kernel`."""
         return love_kernel(i, j, spacing, self.contact_modulus)
+
+    @property
+    def has_subsurface(self) -> bool:
+        """Whether Poisson's ratio, and so the stress below the surface, is known."""
+        return self.poisson is not None
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus E*(1 - nu)/2 (pressure); NaN without Poisson's ratio."""
+        nu = math.nan if self.poisson is None else self.poisson
+        return 0.5 * self.contact_modulus * (1.0 - nu)
+
+    def subsurface(self, tractions: Tractions) -> IsotropicWaves:
+        """Return the stress below the surface; see `ElasticSolid`."""
+        if self.poisson is None:
+            raise self._no_stress()
+        return IsotropicWaves(tractions, self.shear_modulus, self.poisson)
+
+    def uniform_response(self, depth: float) -> UniformResponse:
+        """Return the response to a uniform traction; see `ElasticSolid`."""
+        if self.poisson is None:
+            raise self._no_stress()
+        strain = uniform_strain(self.shear_modulus, self.poisson)
+        return isotropic_uniform(self.poisson, -depth * strain)
 
     def wave_modulus(self, wave_number: np.ndarray | float) -> np.ndarray:
         """Return E* for all waves; see `ElasticSolid`."""

@@ -29,6 +29,13 @@ from ase_roughcontact.elasticity.greens import (
     Isotropic,
     modulus_label,
 )
+from ase_roughcontact.elasticity.subsurface import (
+    LayeredWaves,
+    Tractions,
+    UniformResponse,
+    isotropic_uniform,
+    uniform_strain,
+)
 
 # Number of images of a layer as stiff as its base, or softer.
 _IMAGES = 40
@@ -196,6 +203,41 @@ class Layer(ElasticSolid):
         images[~near] = _distant_images(np.hypot(x[~near], y[~near]), strengths, depths)
         images *= spacing / (np.pi * self.layer_modulus)
         return images + Isotropic(self.layer_modulus).cell_compliance(i, j, spacing)
+
+    def subsurface(self, tractions: Tractions) -> LayeredWaves:
+        """Return the stress in layer and base; see `ElasticSolid`."""
+        base = self._base
+        return LayeredWaves(
+            tractions,
+            self.thickness,
+            self._material.shear_modulus,
+            self.poisson,
+            None if base is None else (base.shear_modulus, self.base_poisson),
+            self.bonded,
+        )
+
+    def uniform_response(self, depth: float) -> UniformResponse:
+        """Return the response to a uniform traction; see `ElasticSolid`."""
+        layer = uniform_strain(self._material.shear_modulus, self.poisson)
+        if depth <= self.thickness:
+            return isotropic_uniform(self.poisson, -depth * layer)
+        strain, poisson = np.zeros((3, 3)), self.base_poisson
+        if self._base is not None:
+            strain = uniform_strain(self._base.shear_modulus, poisson)
+        moved = -self.thickness * layer - (depth - self.thickness) * strain
+        return isotropic_uniform(poisson, moved)
+
+    @property
+    def _material(self) -> Isotropic:
+        """Half space of the material of the layer."""
+        return Isotropic(self.layer_modulus, self.poisson)
+
+    @property
+    def _base(self) -> Isotropic | None:
+        """Half space of the material of the base; None if it is rigid."""
+        if self.base_modulus is None:
+            return None
+        return Isotropic(self.base_modulus, self.base_poisson)
 
     def _factor(self, x: np.ndarray) -> np.ndarray:
         """Return ``F(x)``, the compliance relative to a half space of the layer."""

@@ -24,6 +24,11 @@ from ase_roughcontact.elasticity.greens import (
     Isotropic,
     modulus_label,
 )
+from ase_roughcontact.elasticity.subsurface import (
+    ScaledWaves,
+    Tractions,
+    UniformResponse,
+)
 
 
 @dataclass(frozen=True)
@@ -93,6 +98,20 @@ class Scaled(ElasticSolid):
     ) -> np.ndarray:
         """Return the compliance of a cell; see `ElasticSolid`."""
         return self.factor * self.solid.cell_compliance(i, j, spacing)
+
+    @property
+    def has_subsurface(self) -> bool:
+        """Whether stresses below the surface are known; see `ElasticSolid`."""
+        return self.solid.has_subsurface
+
+    def subsurface(self, tractions: Tractions) -> ScaledWaves:
+        """Return the stress, which is independent of the factor."""
+        return ScaledWaves(self.solid.subsurface(tractions), self.factor)
+
+    def uniform_response(self, depth: float) -> UniformResponse:
+        """Return the response to a uniform traction; see `ElasticSolid`."""
+        response = self.solid.uniform_response(depth)
+        return UniformResponse(response.stress, self.factor * response.displacement)
 
     def check(self, spacing: float) -> None:
         """Raise an error if the solid can't be used with a grid; see `ElasticSolid`."""

@@ -9,11 +9,11 @@ from matscipy.elasticity import coalesce_elastic_constants, rotate_elastic_const
 from scipy.interpolate import InterpolatedUnivariateSpline
 from spring_crystal import Springs, fcc_springs
 
-from ase_roughcontact.elasticity.crystals.cubic import surface_modulus
 from ase_roughcontact.elasticity.crystals.force_constants import (
     force_constants,
     relaxed_slab,
 )
+from ase_roughcontact.elasticity.crystals.impedance import surface_modulus
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 
 A = 3.6

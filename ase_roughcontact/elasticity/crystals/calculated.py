@@ -13,7 +13,6 @@ from ase.units import GPa
 from ase_roughcontact._util.validation import integer, lookup, positive
 from ase_roughcontact.elasticity.crystals import bulk as bulk_crystals
 from ase_roughcontact.elasticity.crystals import kernel
-from ase_roughcontact.elasticity.crystals.cubic import surface_modulus
 from ase_roughcontact.elasticity.crystals.force_constants import (
     SUBLATTICES,
     SURFACES,
@@ -21,6 +20,7 @@ from ase_roughcontact.elasticity.crystals.force_constants import (
     force_constants,
     relaxed_slab,
 )
+from ase_roughcontact.elasticity.crystals.impedance import surface_modulus
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 from ase_roughcontact.elasticity.harmonics import cos2, sin2
 
@@ -76,6 +76,8 @@ class CalculatedSurface(NamedTuple):
         Green's function from the force constants.
     stress : float
         Stress of the crystal below the surface along x and y (eV/Å^3).
+    moduli : ndarray, shape (3, 3, 3, 3)
+        Moduli of the crystal below the surface, see `nominal_moduli` (eV/Å^3).
     """
 
     symbol: str
@@ -84,6 +86,7 @@ class CalculatedSurface(NamedTuple):
     constants: ForceConstants
     greens: LatticeGreensFunction
     stress: float
+    moduli: np.ndarray
 
 
 def calculated_surface(
@@ -136,7 +139,7 @@ def calculated_surface(
             stacklevel=3,
         )
     constants = replace(constants, figures=constants.figures | errors)
-    return CalculatedSurface(symbol, a, slab, constants, greens, residual)
+    return CalculatedSurface(symbol, a, slab, constants, greens, residual, moduli)
 
 
 def inverse_modulus(

@@ -27,8 +27,13 @@ from ase_roughcontact.elasticity.crystals.kernel import (
     interpolate,
     node_vectors,
 )
+from ase_roughcontact.elasticity.crystals.subsurface import (
+    AnisotropicWaves,
+    anisotropic_uniform,
+)
 from ase_roughcontact.elasticity.greens import ComponentSolid
 from ase_roughcontact.elasticity.harmonics import Harmonics
+from ase_roughcontact.elasticity.subsurface import Tractions, UniformResponse
 
 # Surfaces with atoms on a square grid.
 _SURFACES = dict.fromkeys(("fcc100", "bcc100", "diamond100"))
@@ -66,6 +71,9 @@ class Crystal(Stored, ComponentSolid):
         `interpolate` (1/pressure): xx, yy and, over ``sin(2 theta)``, xy; then, unless
         the coupling is not known, the imaginary parts of zx over ``cos(theta)``, and of
         zy over ``sin(theta)`` with x and y exchanged.
+    moduli : ndarray, shape (3, 3, 3, 3), optional
+        Elastic constants of the crystal below the surface, in the axes of the surface,
+        for stresses there (pressure). Crystals in files of earlier versions have none.
     figures : dict
         Relative errors. Errors of the force constants are described in
         `ForceConstants`. Errors of E* are "thickness" (change from a slab with four
@@ -90,6 +98,7 @@ class Crystal(Stored, ComponentSolid):
     stress: float = 0.0
     figures: dict[str, float] = field(default_factory=dict, repr=False)
     lateral: np.ndarray | None = field(default=None, repr=False)
+    moduli: np.ndarray | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         lookup(self.symbol, atomic_numbers, "element")
@@ -112,6 +121,11 @@ class Crystal(Stored, ComponentSolid):
                     f"lateral must be finite numbers of the shape {(5, 2, *NODES)}"
                 )
             object.__setattr__(self, "lateral", lateral)
+        if self.moduli is not None:
+            moduli = np.ascontiguousarray(self.moduli, dtype=float)
+            if moduli.shape != (3, 3, 3, 3) or not np.isfinite(moduli).all():
+                raise ValueError("moduli must be finite, of the shape (3, 3, 3, 3)")
+            object.__setattr__(self, "moduli", moduli)
 
     @classmethod
     def from_calculator(
@@ -178,8 +192,36 @@ class Crystal(Stored, ComponentSolid):
         )
         figures, spacing = found.constants.figures | errors, found.constants.spacing
         return cls(
-            found.symbol, surface, name, spacing, table, found.stress, figures, lateral
+            found.symbol,
+            surface,
+            name,
+            spacing,
+            table,
+            found.stress,
+            figures,
+            lateral,
+            found.moduli,
         )
+
+    @property
+    def has_subsurface(self) -> bool:
+        """Whether the elastic constants of the crystal are known."""
+        return self.moduli is not None
+
+    def subsurface(self, tractions: Tractions) -> AnisotropicWaves:
+        """Return the stress of the continuum below the surface; see `ElasticSolid`.
+
+        It differs from the stress between atoms within a few spacings of the surface.
+        """
+        if self.moduli is None:
+            raise self._no_stress()
+        return AnisotropicWaves(tractions, self.moduli)
+
+    def uniform_response(self, depth: float) -> UniformResponse:
+        """Return the response to a uniform traction; see `ElasticSolid`."""
+        if self.moduli is None:
+            raise self._no_stress()
+        return anisotropic_uniform(self.moduli, depth)
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]

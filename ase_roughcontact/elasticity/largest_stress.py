@@ -1,0 +1,210 @@
+r"""Equivalent stresses, and the place of the largest one below a surface.
+
+The largest stress is searched on planes at depths of powers of two spacings. At the
+depth z waves shorter than z have decayed, so that points at distances of z/2 show
+where the stress is large. From the best of them the search goes on in steps that become
+smaller, by sums over waves at single points, without FFTs.
+
+References
+----------
+K. L. Johnson, Contact Mechanics (1985), Sec. 6.1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact._util.validation import lookup
+from ase_roughcontact.elasticity.stress_field import StressField
+
+# Distance of points over the depth of their plane.
+_RELATIVE_RESOLUTION = 0.5
+# Value on a plane, relative to the largest one of all planes, above which a search
+# starts from the plane.
+_START_THRESHOLD = 0.8
+# Steps of the search over the distance of points in the planes.
+_STEPS = 0.5, 0.2, 0.08
+# Smallest depth of the search, in spacings.
+_MIN_DEPTH = 1.0
+
+
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    r"""Return the von Mises stress.
+
+    .. math:: \sigma_v^2 = \tfrac12 [(\sigma_{xx} - \sigma_{yy})^2
+              + (\sigma_{yy} - \sigma_{zz})^2 + (\sigma_{zz} - \sigma_{xx})^2]
+              + 3 (\sigma_{yz}^2 + \sigma_{xz}^2 + \sigma_{xy}^2)
+
+    Parameters
+    ----------
+    stress : ndarray, shape (6, ...)
+        Components xx, yy, zz, yz, xz and xy (pressure).
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Von Mises stress (pressure), at least zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ase_roughcontact.elasticity import von_mises
+    >>> round(float(von_mises(np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]))), 3)
+    1.732
+    """
+    xx, yy, zz, yz, xz, xy = stress
+    total = np.square(xx - yy)
+    total += np.square(yy - zz)
+    total += np.square(zz - xx)
+    shear = np.square(yz)
+    shear += np.square(xz)
+    shear += np.square(xy)
+    shear *= 3.0
+    total *= 0.5
+    total += shear
+    return np.sqrt(total)
+
+
+def principal_stresses(stress: np.ndarray) -> np.ndarray:
+    """Return the principal stresses in ascending order, shape (3, ...) (pressure).
+
+    Parameters
+    ----------
+    stress : ndarray, shape (6, ...)
+        Components xx, yy, zz, yz, xz and xy (pressure).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ase_roughcontact.elasticity import principal_stresses
+    >>> shear = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+    >>> [round(float(each), 3) + 0.0 for each in principal_stresses(shear)]
+    [-1.0, 0.0, 1.0]
+    """
+    xx, yy, zz, yz, xz, xy = stress
+    rows = [(xx, xy, xz), (xy, yy, yz), (xz, yz, zz)]
+    matrix = np.stack([np.stack(row, axis=-1) for row in rows], axis=-1)
+    return np.moveaxis(np.linalg.eigvalsh(matrix), -1, 0)
+
+
+def tresca(stress: np.ndarray) -> np.ndarray:
+    """Return the difference of the largest and the smallest principal stress.
+
+    It is twice the largest shear stress; see `principal_stresses` for the parameters.
+    """
+    principal = principal_stresses(stress)
+    return principal[2] - principal[0]
+
+
+def tension(stress: np.ndarray) -> np.ndarray:
+    """Return the largest principal stress, positive in tension.
+
+    See `principal_stresses` for the parameters.
+    """
+    return principal_stresses(stress)[2]
+
+
+#: Functions of the stress by name.
+MEASURES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "von_mises": von_mises,
+    "tresca": tresca,
+    "tension": tension,
+}
+
+
+@dataclass(frozen=True)
+class LargestStress:
+    """Largest equivalent stress below a surface, and its place.
+
+    Attributes
+    ----------
+    value : float
+        The stress (pressure).
+    depth : float
+        Depth below the surface (length).
+    x, y : float
+        Position from the first point of the window (length).
+    """
+
+    value: float
+    depth: float
+    x: float
+    y: float
+
+
+def largest_stress(field: StressField, measure: str = "von_mises") -> LargestStress:
+    """Return the largest equivalent stress below a surface, and its place.
+
+    Parameters
+    ----------
+    field : StressField
+        Stress below the surface.
+    measure : {"von_mises", "tresca", "tension"}
+        The stress of which the largest value is searched: the von Mises stress,
+        the difference of principal stresses, or the largest principal stress.
+
+    Returns
+    -------
+    LargestStress
+        From a depth of one spacing on: closer to the surface the stress depends on how
+        the pressure varies between the points of the grid. All values are zero without
+        tractions.
+
+    Examples
+    --------
+    The largest stress below a smooth sphere is 0.62 times the largest pressure, at a
+    depth of 0.48 contact radii (nu = 0.3):
+
+    >>> import numpy as np
+    >>> from ase_roughcontact.elasticity import Isotropic, StressField, largest_stress
+    >>> x = np.arange(-40, 41) / 30.0
+    >>> pressure = np.sqrt(np.maximum(1.0 - x[:, None] ** 2 - x**2, 0.0))
+    >>> peak = largest_stress(StressField(Isotropic(1.0, 0.3), 1.0, pressure))
+    >>> round(peak.value, 3), round(peak.depth / 30.0, 2)
+    (0.62, 0.48)
+    """
+    lookup(measure, MEASURES, "measure of stress")
+    evaluate = MEASURES[measure]
+    planes = []
+    depth, deepest = _MIN_DEPTH, float(max(field.shape))
+    while depth <= max(deepest, 2.0 * _MIN_DEPTH):
+        resolution = _RELATIVE_RESOLUTION * depth * field.spacing
+        stress, steps = field.coarse_stress(depth * field.spacing, resolution)
+        values = evaluate(stress)
+        i, j = np.unravel_index(values.argmax(), values.shape)
+        place = float(i) * steps[0], float(j) * steps[1], depth
+        planes.append((float(values[i, j]), place))
+        depth *= 2.0
+    best, place = max(planes)
+    if not best > 0.0:
+        return LargestStress(0.0, 0.0, 0.0, 0.0)
+    starts = [each for each in planes if each[0] >= _START_THRESHOLD * best]
+    found, (x, y, depth) = max(_climbed(field, evaluate, *start) for start in starts)
+    spacing = field.spacing
+    return LargestStress(found, depth * spacing, x * spacing, y * spacing)
+
+
+def _climbed(
+    field: StressField,
+    evaluate: Callable[[np.ndarray], np.ndarray],
+    value: float,
+    place: tuple[float, float, float],
+) -> tuple[float, tuple[float, float, float]]:
+    """Return the largest value around a place (x, y, depth), in units of spacings."""
+    n, m = field.shape
+    for step in _STEPS:
+        x, y, depth = place
+        side = np.arange(-2, 3) * step * _RELATIVE_RESOLUTION * depth
+        rows, columns = np.clip(x + side, 0, n - 1), np.clip(y + side, 0, m - 1)
+        for factor in np.exp(np.arange(-2, 3) * step * math.log(2.0) / 2.0):
+            plane = max(depth * factor, _MIN_DEPTH)
+            values = evaluate(field.stress_at(rows, columns, plane * field.spacing))
+            i, j = np.unravel_index(values.argmax(), values.shape)
+            if values[i, j] > value:
+                value = float(values[i, j])
+                place = float(rows[i]), float(columns[j]), float(plane)
+    return value, place
