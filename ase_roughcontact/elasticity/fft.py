@@ -205,14 +205,18 @@ class RealFFT2:
         self._transform_columns(self.spectrum, self.window[0], self.grid[0], forward)
         return self.spectrum
 
-    def inverse(self) -> np.ndarray:
-        """Transform `spectrum` back and return a new array (n, m), not normalised."""
+    def inverse(self, out: np.ndarray | None = None) -> np.ndarray:
+        """Transform `spectrum` back and return an array (n, m), not normalised.
+
+        It is a new array unless `out` is given.
+        """
 
         def inverse(buffer: BlockTransform, columns: slice) -> None:
             buffer.columns_inverse(_length(columns))
 
         self._transform_columns(self.spectrum, self.grid[0], self.window[0], inverse)
-        return self._inverse_rows(self.spectrum, np.empty(self.window, self.dtype))
+        out = np.empty(self.window, self.dtype) if out is None else out
+        return self._inverse_rows(self.spectrum, out)
 
     def multiplier(self, values: np.ndarray, factor: float = 1.0) -> np.ndarray:
         """Prepare a real, even spectrum for `filter`, times a factor and normalised.

@@ -1,9 +1,10 @@
 r"""Equivalent stresses, and the place of the largest one below a surface.
 
 The largest stress is searched on planes at depths of powers of two spacings. At the
-depth z waves shorter than z have decayed, so that points at distances of z/2 show
-where the stress is large. From the best of them the search goes on in steps that become
-smaller, by sums over waves at single points, without FFTs.
+depth z waves shorter than z have decayed, so that points at distances of 3 z/4 show
+where the stress is large. Around the best of them parabolas through values at closer
+points give the largest stress. Stresses at these points are sums over waves, without an
+FFT.
 
 References
 ----------
@@ -12,7 +13,6 @@ K. L. Johnson, Contact Mechanics (1985), Sec. 6.1.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -22,12 +22,11 @@ from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.elasticity.stress_field import StressField
 
 # Distance of points over the depth of their plane.
-_RELATIVE_RESOLUTION = 0.5
-# Value on a plane, relative to the largest one of all planes, above which a search
-# starts from the plane.
-_START_THRESHOLD = 0.8
-# Steps of the search over the distance of points in the planes.
-_STEPS = 0.5, 0.2, 0.08
+_RELATIVE_RESOLUTION = 0.75
+# Distances of the points around the largest value, over its depth, one after the other.
+_STEPS = 0.4, 0.13
+# Neighbours along each direction.
+_NEIGHBOURS = np.array([-1.0, 0.0, 1.0])
 # Smallest depth of the search, in spacings.
 _MIN_DEPTH = 1.0
 
@@ -56,17 +55,22 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     >>> round(float(von_mises(np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]))), 3)
     1.732
     """
-    xx, yy, zz, yz, xz, xy = stress
-    total = np.square(xx - yy)
-    total += np.square(yy - zz)
-    total += np.square(zz - xx)
-    shear = np.square(yz)
-    shear += np.square(xz)
-    shear += np.square(xy)
-    shear *= 3.0
-    total *= 0.5
-    total += shear
-    return np.sqrt(total)
+    stress = np.asarray(stress, dtype=float)
+    xx, yy, zz, *shears = stress.reshape(6, -1)
+    # two arrays for all terms: new ones take longer than the arithmetic
+    total, term = np.empty(xx.shape), np.empty(xx.shape)
+    np.subtract(xx, yy, out=total)
+    total *= total
+    for first, second in ((yy, zz), (zz, xx)):
+        np.subtract(first, second, out=term)
+        term *= term
+        total += term
+    total /= 6.0
+    for shear in shears:
+        np.multiply(shear, shear, out=term)
+        total += term
+    total *= 3.0
+    return np.sqrt(total, out=total).reshape(stress.shape[1:])
 
 
 def principal_stresses(stress: np.ndarray) -> np.ndarray:
@@ -169,7 +173,7 @@ def largest_stress(field: StressField, measure: str = "von_mises") -> LargestStr
     """
     lookup(measure, MEASURES, "measure of stress")
     evaluate = MEASURES[measure]
-    planes = []
+    planes: list[tuple[float, tuple[float, float, float]]] = []
     depth, deepest = _MIN_DEPTH, float(max(field.shape))
     while depth <= max(deepest, 2.0 * _MIN_DEPTH):
         resolution = _RELATIVE_RESOLUTION * depth * field.spacing
@@ -182,13 +186,12 @@ def largest_stress(field: StressField, measure: str = "von_mises") -> LargestStr
     best, place = max(planes)
     if not best > 0.0:
         return LargestStress(0.0, 0.0, 0.0, 0.0)
-    starts = [each for each in planes if each[0] >= _START_THRESHOLD * best]
-    found, (x, y, depth) = max(_climbed(field, evaluate, *start) for start in starts)
+    value, (x, y, depth) = _refined(field, evaluate, best, place)
     spacing = field.spacing
-    return LargestStress(found, depth * spacing, x * spacing, y * spacing)
+    return LargestStress(value, depth * spacing, x * spacing, y * spacing)
 
 
-def _climbed(
+def _refined(
     field: StressField,
     evaluate: Callable[[np.ndarray], np.ndarray],
     value: float,
@@ -198,13 +201,35 @@ def _climbed(
     n, m = field.shape
     for step in _STEPS:
         x, y, depth = place
-        side = np.arange(-2, 3) * step * _RELATIVE_RESOLUTION * depth
-        rows, columns = np.clip(x + side, 0, n - 1), np.clip(y + side, 0, m - 1)
-        for factor in np.exp(np.arange(-2, 3) * step * math.log(2.0) / 2.0):
-            plane = max(depth * factor, _MIN_DEPTH)
-            values = evaluate(field.stress_at(rows, columns, plane * field.spacing))
-            i, j = np.unravel_index(values.argmax(), values.shape)
-            if values[i, j] > value:
-                value = float(values[i, j])
-                place = float(rows[i]), float(columns[j]), float(plane)
+        depths = depth * 2.0 ** (step * _NEIGHBOURS)
+        rows = np.clip(x + step * depth * _NEIGHBOURS, 0, n - 1)
+        columns = np.clip(y + step * depth * _NEIGHBOURS, 0, m - 1)
+        depths = np.maximum(depths, _MIN_DEPTH)
+        values = np.stack(
+            [
+                evaluate(field.stress_at(rows, columns, each * field.spacing))
+                for each in depths
+            ]
+        )
+        k, i, j = np.unravel_index(values.argmax(), values.shape)
+        value = float(values[k, i, j])
+        x, gain_x = _vertex(rows, values[k, :, j])
+        y, gain_y = _vertex(columns, values[k, i])
+        depth, gain = _vertex(depths, values[:, i, j])
+        value, place = value + gain_x + gain_y + gain, (x, y, depth)
     return value, place
+
+
+def _vertex(positions: np.ndarray, values: np.ndarray) -> tuple[float, float]:
+    """Return the vertex of a parabola through three values, and its height above them.
+
+    If the largest value is not the middle one, it is its position, and zero.
+    """
+    largest = int(values.argmax())
+    low, middle, high = values
+    curvature = low - 2.0 * middle + high
+    if largest != 1 or not curvature < 0.0:
+        return float(positions[largest]), 0.0
+    shift = (low - high) / (2.0 * curvature)
+    vertex = float(np.interp(1.0 + shift, (0.0, 1.0, 2.0), positions))
+    return vertex, -((high - low) ** 2) / (8.0 * curvature)

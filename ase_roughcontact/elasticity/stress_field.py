@@ -9,7 +9,7 @@ A periodic cell keeps its size: its mean pressure causes the stress of uniaxial 
 A free window is padded to at least twice its size, and the field of its periodic images
 is subtracted. The field of the images is smooth. A coarse grid gives it as the
 difference of two periodic fields: one with the period of the padded grid, the other
-with a period six times as long, in which the mean traction has the mean response of
+with a period eight times as long, in which the mean traction has the mean response of
 long waves over all directions. Closed forms for a loaded cell (Love 1929) are known for
 isotropic solids only; these sums take little time and serve all solids.
 
@@ -26,17 +26,18 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
+from scipy.interpolate import CubicSpline
 
 from ase_roughcontact._util.validation import finite_array, positive
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.subsurface import SubsurfaceWaves, Tractions
 
-# Number of coarse cells along the longer side of a window, for the field of the images.
-_COARSE_CELLS = 12
+# Numbers of coarse cells along the longer side of a padded grid, for the field of the
+# images: with few prime factors.
+_PADDED_BLOCKS = 24, 25, 27, 28, 30, 32
 # Period of the grid that stands for no images, in periods of the padded grid.
-_PERIODS = 6
+_PERIODS = 8
 # Response to the mean traction of a single contact: the mean over the directions of
 # waves of this number, in units of 2 pi over the period. It corrects the sum over waves
 # to the integral, exactly if the response is proportional to 1/|q|: the inverse of
@@ -45,7 +46,7 @@ _MEAN_WAVE_NUMBER = 1.0 / 3.9002649200019558
 # Directions over which this mean is taken (rad).
 _DIRECTIONS = 2.0 * np.pi * (np.arange(32) + 0.5) / 32
 # Product of wave number and depth above which waves have decayed.
-_DECAYED = 25.0
+_DECAYED = 14.0
 
 #: Amplitudes of the components of a field at a depth, from waves.
 _Component = Callable[[SubsurfaceWaves, float], Iterator[np.ndarray]]
@@ -130,7 +131,7 @@ class StressField:
         points = sum(each.points for each in self._coarser.values())
         return points / math.prod(self._waves.grid)
 
-    def stress(self, depth: float) -> np.ndarray:
+    def stress(self, depth: float, out: np.ndarray | None = None) -> np.ndarray:
         """Return the stress on the points of the window at a depth.
 
         Parameters
@@ -138,6 +139,8 @@ class StressField:
         depth : float
             Depth below the surface (length). From one or two spacings on the stress is
             the stress of the continuum.
+        out : ndarray, shape (6, n, m), optional
+            Array for the result, such as the result for another depth.
 
         Returns
         -------
@@ -145,7 +148,7 @@ class StressField:
             Components xx, yy, zz, yz, xz and xy, tension positive, with z upward
             (pressure).
         """
-        return self._plane(depth, _stress, self._waves)
+        return self._plane(depth, _stress, self._waves, out)
 
     def displacement(self, depth: float) -> np.ndarray:
         """Return the displacement on the points of the window at a depth.
@@ -220,6 +223,7 @@ class StressField:
     def _coarse(self, resolution: float) -> _PeriodicField:
         """Return the waves longer than twice a distance, on a grid of their own."""
         factor = max(resolution / self.spacing, 1.0)
+        factor = 2.0 ** (math.floor(2.0 * math.log2(factor)) / 2.0)
         n, m = self._waves.grid
         grid = _shorter(n, factor), _shorter(m, factor)
         if grid not in self._coarser:
@@ -227,11 +231,15 @@ class StressField:
         return self._coarser[grid]
 
     def _plane(
-        self, depth: float, component: _Component, waves: _PeriodicField
+        self,
+        depth: float,
+        component: _Component,
+        waves: _PeriodicField,
+        out: np.ndarray | None = None,
     ) -> np.ndarray:
         if not depth >= 0.0:
             raise ValueError(f"depth must be at least 0, got {depth}")
-        values = waves.plane(depth, component)
+        values = waves.plane(depth, component, out)
         if self._images is not None:
             x, y = (
                 step * np.arange(n)
@@ -339,14 +347,19 @@ class _PeriodicField:
             each[0, 0] = mean
             yield each
 
-    def plane(self, depth: float, component: _Component) -> np.ndarray:
+    def plane(
+        self, depth: float, component: _Component, out: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the components of a field on the window at a depth."""
-        planes = []
-        for each in self._amplitudes(depth, component):
+        if out is None:
+            number = 6 if component is _stress else 3
+            out = np.empty((number, *self.window))
+        amplitudes = self._amplitudes(depth, component)
+        for each, values in zip(amplitudes, out, strict=True):
             self.transform.spectrum[:] = each
-            planes.append(self.transform.inverse())
+            self.transform.inverse(values)
             self.points += 0.5 * math.prod(self.grid)
-        return np.stack(planes)
+        return out
 
     def at(
         self, depth: float, component: _Component, x: np.ndarray, y: np.ndarray
@@ -445,11 +458,9 @@ class _Images:
     def __init__(
         self, solid: ElasticSolid, spacing: float, loads: list[np.ndarray]
     ) -> None:
-        shape = loads[0].shape
-        self._block = fast_length(math.ceil(max(shape) / _COARSE_CELLS))
-        coarse = [_block_means(each, self._block) for each in loads]
-        n, m = (fast_length(2 * k) for k in coarse[0].shape)
+        self._block, (n, m) = _padded_blocks(loads[0].shape)
         self.padded = self._block * n, self._block * m
+        coarse = [_block_means(each, self._block) for each in loads]
         side = fast_length(_PERIODS * max(n, m))
         fields = []
         for grid in ((n, m), (side, side)):
@@ -469,12 +480,29 @@ class _Images:
             (each - 0.5 * (self._block - 1)) / self._block + 1.0 for each in (x, y)
         )
         n, m = images.shape[1:]
-        return np.stack(
-            [
-                RectBivariateSpline(np.arange(n), np.arange(m), each)(rows, columns)
-                for each in images
-            ]
-        )
+        return _spline(n, rows) @ images @ _spline(m, columns).T
+
+
+def _spline(n: int, x: np.ndarray) -> np.ndarray:
+    """Return the matrix that interpolates n values at positions, by a cubic spline."""
+    return CubicSpline(np.arange(n), np.eye(n))(x)
+
+
+def _padded_blocks(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
+    """Return the side of blocks, and the numbers of blocks in a padded grid.
+
+    Of several numbers of blocks the one is taken that pads least.
+    """
+    longest = 2 * max(shape) - 1
+    sides = [fast_length(math.ceil(longest / blocks)) for blocks in _PADDED_BLOCKS]
+    padded = [side * blocks for side, blocks in zip(sides, _PADDED_BLOCKS, strict=True)]
+    block = sides[padded.index(min(padded))]
+    # the frame of the window needs two blocks, and the spline four
+    numbers = [
+        fast_length(max(math.ceil((2 * n - 1) / block), math.ceil(n / block) + 2, 4))
+        for n in shape
+    ]
+    return block, (numbers[0], numbers[1])
 
 
 def _block_means(values: np.ndarray, block: int) -> np.ndarray:
@@ -489,7 +517,11 @@ def _block_means(values: np.ndarray, block: int) -> np.ndarray:
 
 
 def _smoothing(grid: tuple[int, int]) -> np.ndarray:
-    """Return the transform of a Gaussian with a standard deviation of one spacing."""
+    """Return factors of waves that remove the shortest, and undo the means of blocks.
+
+    Long waves keep their amplitudes up to the fourth power of the wave number.
+    """
     qx = 2.0 * np.pi * np.fft.fftfreq(grid[0])[:, None]
     qy = 2.0 * np.pi * np.fft.rfftfreq(grid[1])
-    return np.exp(-0.5 * (qx**2 + qy**2))
+    means = np.sinc(qx / (2.0 * np.pi)) * np.sinc(qy / (2.0 * np.pi))
+    return np.exp(-((qx**2 + qy**2) ** 2) / 16.0) / means

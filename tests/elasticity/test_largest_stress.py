@@ -1,0 +1,96 @@
+"""Equivalent stresses, and the largest one below a surface."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from ase_roughcontact.elasticity import (
+    Isotropic,
+    StressField,
+    largest_stress,
+    principal_stresses,
+    tension,
+    tresca,
+    von_mises,
+)
+
+
+def hertz(n, a, centre=(0.0, 0.0)):
+    x, y = (np.arange(n) - (n - 1) / 2 - shift for shift in centre)
+    return np.sqrt(np.maximum(1 - (x[:, None] ** 2 + y**2) / a**2, 0.0))
+
+
+def axis_difference(t, nu):
+    """Radial less axial stress of Hertz on the axis: von Mises and Tresca stress."""
+    radial = -((1 + nu) * (1 - t * np.arctan(1 / t)) - 0.5 / (1 + t * t))
+    return radial + 1 / (1 + t * t)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
+def test_largest_stress_below_a_sphere(nu):
+    expected = minimize_scalar(
+        lambda t: -axis_difference(t, nu), bounds=(0.1, 2), method="bounded"
+    )
+    field = StressField(Isotropic(1.0, nu), 2.0, hertz(96, 30.0, (4.3, -2.0)))
+    for measure in ("von_mises", "tresca"):
+        found = largest_stress(field, measure)
+        assert found.value == pytest.approx(-expected.fun, rel=1e-3)
+        assert found.depth == pytest.approx(60 * expected.x, rel=0.03)
+        assert found.x == pytest.approx(2 * (47.5 + 4.3), abs=2.0)
+        assert found.y == pytest.approx(2 * (47.5 - 2.0), abs=2.0)
+
+
+# Johnson, Contact Mechanics (1985), Sec. 7.1: to the surface from mu = 0.3 on
+@pytest.mark.parametrize(("friction", "deep"), [(0.1, True), (0.5, False)])
+def test_largest_stress_comes_to_the_surface_under_friction(friction, deep):
+    pressure = hertz(96, 30.0)
+    tractions = np.stack([friction * pressure, 0 * pressure])
+    field = StressField(Isotropic(1.0, 0.3), 1.0, pressure, tractions)
+    assert (largest_stress(field).depth > 6.0) == deep
+
+
+def test_largest_stress_of_many_contacts_is_found_by_all_planes():
+    x = np.arange(96)
+    pressure = np.zeros((96, 96))
+    for i, j, a, p in ((30, 40, 9, 1.0), (60, 33, 14, 1.1), (55, 70, 20, 0.9)):
+        square = 1 - ((x[:, None] - i) ** 2 + (x - j) ** 2) / a**2
+        pressure += p * np.sqrt(np.maximum(square, 0.0))
+    field = StressField(Isotropic(1.0, 0.3), 1.0, pressure)
+    planes = [von_mises(field.stress(z)).max() for z in np.arange(2.0, 14.0)]
+    found = largest_stress(field)
+    assert found.value == pytest.approx(max(planes), rel=5e-3)
+    assert (found.x, found.y) == pytest.approx((60, 33), abs=1.5)
+
+
+def test_tension_is_largest_behind_a_sliding_sphere():
+    pressure = hertz(96, 30.0)
+    tractions = np.stack([0.5 * pressure, 0 * pressure])
+    field = StressField(Isotropic(1.0, 0.3), 1.0, pressure, tractions)
+    found = largest_stress(field, "tension")
+    assert found.x == pytest.approx(47.5 - 30.0, abs=2.0)
+    assert found.depth == pytest.approx(1.0)
+
+
+def test_there_is_no_stress_without_tractions():
+    field = StressField(Isotropic(1.0, 0.3), 1.0, np.zeros((16, 16)))
+    assert largest_stress(field).value == 0.0
+
+
+def test_measures_of_known_stresses():
+    stress = np.array([[3.0, 1, -1, 0, 0, 0], [0, 0, 0, 0, 2, 0], [5, 5, 5, 0, 0, 0]]).T
+    np.testing.assert_allclose(von_mises(stress), [12**0.5, 12**0.5, 0], atol=1e-12)
+    np.testing.assert_allclose(tresca(stress), [4, 4, 0], atol=1e-12)
+    np.testing.assert_allclose(tension(stress), [3, 2, 5], atol=1e-12)
+    assert principal_stresses(stress).shape == (3, 3)
+
+
+def test_unknown_measure_is_an_error():
+    field = StressField(Isotropic(1.0, 0.3), 1.0, np.ones((8, 8)))
+    with pytest.raises(ValueError, match="von_mises"):
+        largest_stress(field, "mises")
+
+
+def test_the_largest_stress_takes_few_transforms():
+    field = StressField(Isotropic(1.0, 0.3), 1.0, hertz(256, 80.0), periodic=True)
+    largest_stress(field)
+    assert field.pairs < 8.0
