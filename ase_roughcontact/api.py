@@ -38,14 +38,17 @@ from ase_roughcontact.results.validity import Validity, ValidityWarning
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.topography import (
+    CompositeRoughness,
     HeightMap,
     Heterogeneity,
+    Inverted,
     RoughSphere,
     SelfAffine,
 )
 
 __all__ = [
     "ActiveSet",
+    "CompositeRoughness",
     "Coulomb",
     "Creep",
     "DugdaleWall",
@@ -57,6 +60,7 @@ __all__ = [
     "HeightMap",
     "Heterogeneity",
     "Interaction",
+    "Inverted",
     "LennardJones93",
     "LoadStep",
     "NewtonKrylov",

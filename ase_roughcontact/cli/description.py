@@ -9,12 +9,13 @@ from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact._util.units import UNITS, pressure_unit, with_unit
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.results.record import columns_of
+from ase_roughcontact.results.scan_errors import scans_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
+from ase_roughcontact.scene.rough_bodies import combined
 from ase_roughcontact.scene.scan import tip_radius
 from ase_roughcontact.scene.solid import label_of
 from ase_roughcontact.scene.spacing import lengths_in_spacings
-from ase_roughcontact.topography import SelfAffine
 from ase_roughcontact.windows.regrid import lost_text
 
 
@@ -23,8 +24,8 @@ def bodies(scene: Scene) -> dict[str, str]:
     nm, tip = UNITS["nm"], scene.whole_tip
     radius = f"radius {scene.radius / nm:.4g} nm"
     solid = label_of(scene.substrate, scene.solid)
-    if scene.tip_material:
-        solid += f" with {scene.tip_material}"
+    if scene.bodies.tip is not None:
+        solid += f" with {scene.bodies.tip.label}"
     if not scene.is_flat:
         solid += f", {_spacing(scene)}"
     indenter = f"sphere of {radius}"
@@ -46,18 +47,7 @@ def bodies(scene: Scene) -> dict[str, str]:
     note = lengths_in_spacings(scene, scene.spacing)
     if note:
         found["units"] = note
-    rough = scene.rough
-    if isinstance(rough, SelfAffine):
-        statistics = rough.statistics()
-        found["roughness"] = (
-            f"rms height {statistics.rms_height / nm:.4g} nm, slope "
-            f"{statistics.rms_slope:.4g}, curvature "
-            f"{statistics.rms_curvature * nm:.4g} /nm; Hurst exponent "
-            f"{rough.hurst:.3g}, wavelengths from {rough.short_wavelength / nm:.4g} to "
-            f"{rough.long_wavelength / nm:.4g} nm; one realisation"
-        )
-    if scene.scan is not None and scene.topography is not None:
-        found["scan"] = scene.topography.summary
+    found |= _roughness(scene)
     wall = scene.wall
     found["wall"] = wall.label
     if wall.attractive:
@@ -80,6 +70,44 @@ def bodies(scene: Scene) -> dict[str, str]:
         if lost:
             found["grid"] += f"; {lost_text(scene.grid_change, lost)}"
     return found
+
+
+def _roughness(scene: Scene) -> dict[str, str]:
+    """Return the statistics of the roughness of each body, and of their sum."""
+    found, parts = {}, scene.bodies.parts
+    for part in parts:
+        body = part.section.title.rpartition(".")[0]
+        if part.is_scan:
+            found[f"{body} scan".strip()] = part.section.summary
+        else:
+            found[f"{body} roughness".strip()] = _random_text(part.surface)
+    if len(parts) > 1:
+        both = combined(parts)
+        found["roughness of both"] = (
+            f"{_statistics_text(both)}: sums of mean squares, as of independent "
+            "surfaces"
+        )
+    return found
+
+
+def _random_text(rough: Any) -> str:
+    """Return statistics and spectrum of a random roughness."""
+    nm = UNITS["nm"]
+    return (
+        f"{_statistics_text(rough)}; Hurst exponent {rough.hurst:.3g}, wavelengths "
+        f"from {rough.short_wavelength / nm:.4g} to {rough.long_wavelength / nm:.4g} "
+        "nm; one realisation"
+    )
+
+
+def _statistics_text(rough: Any) -> str:
+    """Return rms height, slope and curvature."""
+    statistics, nm = rough.statistics(), UNITS["nm"]
+    return (
+        f"rms height {statistics.rms_height / nm:.4g} nm, slope "
+        f"{statistics.rms_slope:.4g}, curvature "
+        f"{statistics.rms_curvature * nm:.4g} /nm"
+    )
 
 
 def theory(reference: Reference) -> dict[str, str]:
@@ -131,15 +159,24 @@ def _origin(scene: Scene) -> str:
 
 
 def _resampled(scene: Scene) -> str:
-    """Return how a scan is sampled if its pixels are not squares."""
-    if scene.scan is None or math.isclose(*scene.scan.spacing, rel_tol=RATIO_ROUNDING):
+    """Return how scans are sampled if their pixels are not the grid."""
+    spacing, nm = scene.spacing, UNITS["nm"]
+    scans: list[Any] = [
+        part.section.surface for part in scene.bodies.parts if part.is_scan
+    ]
+    strains = [abs(scan.measurement.strain) for scan in scans_of(scene.bodies.problem)]
+    if len(scans) > len(strains):
+        return (
+            f", the common middle of two scans, on squares of {spacing / nm:.4g} nm by "
+            "cubic splines; errors by pixels and noise are not estimated"
+        )
+    if not scans or math.isclose(*scans[0].spacing, rel_tol=RATIO_ROUNDING):
         return ""
-    x, y = (each / UNITS["nm"] for each in scene.scan.spacing)
-    rough: Any = scene.bodies.problem.topography.rough
+    x, y = (each / nm for each in scans[0].spacing)
     return (
-        f", on squares of {scene.spacing / UNITS['nm']:.4g} nm by cubic splines from "
+        f", on squares of {spacing / nm:.4g} nm by cubic splines from "
         f"pixels of {x:.4g} x {y:.4g} nm; lengths along y are changed by "
-        f"{100.0 * rough.measurement.strain:.2g} %"
+        f"{100.0 * strains[0]:.2g} %"
     )
 
 
@@ -160,7 +197,7 @@ def _hardness(scene: Scene) -> str:
         return f"hardness unknown: pressures above {pressure} are marked"
     if math.isinf(hardness):
         return "elastic"
-    of_both = " of the softer body as far as known" if scene.tip_material else ""
+    of_both = " of the softer body as far as known" if scene.bodies.tip else ""
     return f"hardness {hardness:.3g} GPa{of_both}"
 
 

@@ -30,7 +30,6 @@ from ase_roughcontact.ensemble import (
 from ase_roughcontact.ensemble.cases import combinations
 from ase_roughcontact.ensemble.database import without_password
 from ase_roughcontact.ensemble.executors import scheduler_executor
-from ase_roughcontact.ensemble.study import SEED
 from ase_roughcontact.scene import Scene
 
 # Rows and columns of the database that a message lists.
@@ -96,10 +95,9 @@ def ensemble(options: argparse.Namespace) -> int:
         enough, failures, seeds = _calculate(options, study, variants, pool, draw)
     if study.over:
         show_study(options, study, seeds)
-    elif len(study.values.get(SEED, ())) > 1 and not options.quiet:
-        others = {key: each for key, each in study.values.items() if key != SEED}
-        for variant in _variants(study, others):
-            realisations = product(variant[1], {SEED: study.values[SEED]})
+    elif study.realisations > 1 and not options.quiet:
+        for variant in _variants(study, study.parameters):
+            realisations = product(variant[1], study.seeds)
             for means in _means(options, study, realisations):
                 _print_means(options, variant, means)
     if options.table:
@@ -157,8 +155,8 @@ def _calculate(
             failures[", ".join(names)] = message
         counts = (mean.realisations + mean.failed for mean in sampling.means)
         largest = max(largest, *counts)
-    first: Any = variants[0][1].roughness
-    return enough, failures, range(first.seed, first.seed + largest)
+    first = variants[0][1].seed or 0
+    return enough, failures, range(first, first + largest)
 
 
 def _print_progress(

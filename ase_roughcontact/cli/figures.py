@@ -27,7 +27,6 @@ from ase_roughcontact.plot.surfaces import map_panels
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
-from ase_roughcontact.topography import SelfAffine
 
 NN = UNITS["nN"]
 # One square nanometre in ASE's unit of area, Å^2.
@@ -159,7 +158,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
             labelled = scene.bodies.labelled(name)
             absolute[labelled] = along / NN, area / _NM2
             relative[labelled] = along / NN, area / hertz
-    random = isinstance(scene.rough, SelfAffine)
+    random = scene.seed is not None
     label = "simulation (one realisation)" if random else "simulation"
     plain = scene.bodies.nonadhesive
     smooth = plain.label

@@ -97,7 +97,7 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     if scene.is_flat:
         captions.update(_FLAT_CAPTIONS)
     captions.update(scene.path.captions)
-    if scene.roughness is not None and not scene.is_flat:
+    if scene.seed is not None and not scene.is_flat:
         captions["curve.png"] += (
             " Other realisations of the roughness scatter about it, most at light "
             "loads, which few asperities carry."

@@ -14,7 +14,13 @@ from ase_roughcontact._util.tables import TableRows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli.common import checked_scene
 from ase_roughcontact.cli.messages import print_error
-from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, as_map, run_places
+from ase_roughcontact.ensemble.places import (
+    PLACE_UNITS,
+    Place,
+    as_map,
+    run_places,
+    scanned_section,
+)
 from ase_roughcontact.scene import Scene
 
 # Headings of the columns of the table; the last column has marks.
@@ -125,14 +131,14 @@ def draw_places(found: list[Place], scene: Scene, file: Path) -> None:
 
 def _scan(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return positions on the scan and its heights after detrending (nm)."""
-    config: Any = scene.topography
+    config: Any = scene.scans[scanned_section(scene)]
     surface = config.surface
     sides = (np.array(surface.shape) - 1) * surface.spacing
     step = float(sides.max()) / _SCAN_POINTS
     n, m = (int(side / step + LENGTH_ROUNDING) + 1 for side in sides)
     x, y = surface.center
     heights = -surface.heights((n, m), step, (-x, -y))
-    if config.role == "indenter":  # which is turned over around y
+    if config.body == "indenter":  # which is turned over around y
         heights = heights[::-1]
     x, y = (step * np.arange(count) / UNITS["nm"] for count in (n, m))
     return x, y, heights.T / UNITS["nm"]

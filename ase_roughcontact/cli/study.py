@@ -29,6 +29,7 @@ from ase_roughcontact.ensemble.study import (
     SEED,
     StudyPoint,
     drawn_over,
+    is_seed,
     parameter_label,
     study_points,
     write_study,
@@ -88,18 +89,20 @@ class Study:
         given = _given_values(options.set)
         error = section.error if options.error is None else options.error
         values = {key: list(each) for key, each in section.parameters.items()} | given
-        if options.error is not None and SEED in given:
-            raise ValueError("--error chooses the seeds: omit --set roughness.seed")
-        if section.error is not None and (section.seeds or SEED in section.parameters):
+        seeds_given = [key for key in given if is_seed(key)]
+        if options.error is not None and seeds_given:
+            raise ValueError(f"--error chooses the seeds: omit --set {seeds_given[0]}")
+        has_seeds = section.seeds or any(map(is_seed, section.parameters))
+        if section.error is not None and has_seeds:
             raise ValueError("[study] error chooses the seeds: omit seeds")
         if options.error is not None:
-            values.pop(SEED, None)
-        elif section.seeds and SEED not in given:
-            if scene.roughness is None:
+            values = {key: each for key, each in values.items() if not is_seed(key)}
+        elif section.seeds and not seeds_given:
+            first = scene.seed
+            if first is None:
                 raise ValueError("[study] seeds need a scene with [roughness]")
-            first = scene.roughness.seed
             values[SEED] = list(range(first, first + section.seeds))
-        if SEED in given:
+        if seeds_given:
             error = None
         columns = tuple(options.column or section.columns or ())
         over = drawn_over(values, options.over or section.over)
@@ -113,6 +116,21 @@ class Study:
     def variant(self) -> Scene:
         """The scene with the first value of each key."""
         return self.scene.with_values({key: v[0] for key, v in self.values.items()})
+
+    @property
+    def seeds(self) -> dict[str, list[Any]]:
+        """Values of the seeds, over which means are taken, by key."""
+        return {key: each for key, each in self.values.items() if is_seed(key)}
+
+    @property
+    def parameters(self) -> dict[str, list[Any]]:
+        """Values of all other keys."""
+        return {key: each for key, each in self.values.items() if not is_seed(key)}
+
+    @property
+    def realisations(self) -> int:
+        """Number of realisations of the roughness for each combination of values."""
+        return math.prod(map(len, self.seeds.values()))
 
     @property
     def shown_columns(self) -> tuple[str, ...]:

@@ -129,7 +129,7 @@ def sample_ensemble(
     positive(error=error)
     integer("pilot", pilot, 2)
     integer("most", most, pilot)
-    if scene.roughness is None:
+    if scene.seed is None:
         raise ValueError(
             "realisations need a scene with [roughness], as a measured or smooth "
             "surface has only one: give [roughness]"
@@ -150,7 +150,7 @@ def _rounds(
     most: int,
 ) -> Iterator[Sampling]:
     """Calculate rounds of realisations, and estimate the needed number after each."""
-    first, counts = scene.roughness.seed, np.full(len(values.targets), pilot)
+    first, counts = scene.seed, np.full(len(values.targets), pilot)
     whole = is_whole(scene)
     with pool as executor:
         while True:

@@ -142,8 +142,8 @@ def case_names(cases: Mapping[str, Scene]) -> dict[str, str]:
     for key in keys:
         if any(values.get(key) != first.get(key) for values in entries.values()):
             named.append(key)
-    if not named and "roughness.seed" in keys:
-        named = ["roughness.seed"]
+    if not named:
+        named = [key for key in keys if key.endswith("roughness.seed")]
     names = {}
     for case, values in entries.items():
         texts = [f"{key} = {_text(values.get(key))}" for key in named]

@@ -25,8 +25,20 @@ from ase_roughcontact.results.record import (
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.path_kind import PATHS
 from ase_roughcontact.scene.path_result import lower_bounds_of, results_of
-from ase_roughcontact.topography import SelfAffine
 
+# Types of the columns of the roughness of one of two bodies, after "tip_" for instance.
+_BODY_COLUMNS: dict[str, type] = {
+    "rms_slope": float,
+    "rms_height": float,
+    "rms_curvature": float,
+    "seed": int,
+}
+# Bodies that may be rough, each with its own columns.
+_BODIES = "tip", "substrate"
+# Types of the columns of the roughness of single bodies.
+_TYPES_BY_BODY: dict[str, type] = {
+    f"{body}_{name}": kind for body in _BODIES for name, kind in _BODY_COLUMNS.items()
+}
 # Types of the columns that the scene determines.
 _SCENE_COLUMNS: dict[str, type] = {
     "control": str,
@@ -38,6 +50,7 @@ _SCENE_COLUMNS: dict[str, type] = {
     "short_wavelength": float,
     "long_wavelength": float,
     "seed": int,
+    **_TYPES_BY_BODY,
     "kind": str,
     "work_of_adhesion": float,
     "attraction_range": float,
@@ -54,6 +67,8 @@ _SCENE_UNITS = {
     "radius": "a0",
     "rms_height": "a0",
     "rms_curvature": "1/a0",
+    **{f"{body}_rms_height": "a0" for body in _BODIES},
+    **{f"{body}_rms_curvature": "1/a0" for body in _BODIES},
     "short_wavelength": "a0",
     "long_wavelength": "a0",
     "work_of_adhesion": "J/m^2",
@@ -124,6 +139,7 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
         "control": scene.path.control,
         "radius": scene.radius / spacing,
         **_roughness_columns(scene),
+        **_body_columns(scene),
         "kind": scene.interaction.kind,
         "work_of_adhesion": wall.work_of_adhesion / UNITS["J/m^2"] or nan,
         "attraction_range": wall.attraction_range / spacing or nan,
@@ -154,7 +170,7 @@ def _roughness_columns(scene: Scene) -> dict[str, Any]:
         unknown |= {"rms_height": slope, "rms_curvature": slope}
         return {"rms_slope": slope, **unknown, "seed": None}
     height = curvature = nan
-    if isinstance(rough, SelfAffine):
+    if scene.seed is not None:
         statistics = rough.statistics()
         height, curvature = statistics.rms_height, statistics.rms_curvature
     return {
@@ -164,8 +180,24 @@ def _roughness_columns(scene: Scene) -> dict[str, Any]:
         "hurst": rough.hurst,
         "short_wavelength": rough.short_wavelength / scene.spacing,
         "long_wavelength": rough.long_wavelength / scene.spacing,
-        "seed": rough.seed,
+        "seed": scene.seed,
     }
+
+
+def _body_columns(scene: Scene) -> dict[str, Any]:
+    """Return the columns of the roughness of each of two bodies."""
+    values: dict[str, Any] = {
+        name: None if kind is int else math.nan for name, kind in _TYPES_BY_BODY.items()
+    }
+    for part in scene.bodies.parts:
+        body = part.section.title.rpartition(".")[0]
+        if body:
+            statistics = part.surface.statistics()
+            values[f"{body}_rms_slope"] = statistics.rms_slope
+            values[f"{body}_rms_height"] = statistics.rms_height / scene.spacing
+            values[f"{body}_rms_curvature"] = statistics.rms_curvature * scene.spacing
+            values[f"{body}_seed"] = getattr(part.section, "seed", None)
+    return values
 
 
 def step_columns(case: str, scene: Scene, record: LoadStep) -> dict[str, Any]:

@@ -151,7 +151,7 @@ def run_places(
         yield from (found[place] for place in places if place in found)
         missing = [place for place in places if place not in found]
         warn_of_problems(
-            (_place_name(place), scene.with_values(_center(*place)))
+            (_place_name(place), scene.with_values(_center(scene, *place)))
             for place in missing
         )
         units = {
@@ -198,10 +198,9 @@ def read_places(file: str | Path) -> list[Place]:
 
 def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
     """Return the positions of the places, rounded as in the file."""
-    if scene.topography is None:
-        raise ValueError("places are on a scan: the scene needs [topography]")
     scene.check()
-    x, y = scene.topography.surface.places(*shape, margin=scene.topography.edge)
+    scan = scene.scans[scanned_section(scene)]
+    x, y = scan.surface.places(*shape, margin=scan.edge)
     return [(round(i, 6), round(j, 6)) for i in x.tolist() for j in y.tolist()]
 
 
@@ -211,9 +210,22 @@ def _place_name(place: tuple[float, float]) -> str:
     return f"the place at ({x:.4g}, {y:.4g}) nm"
 
 
-def _center(x: float, y: float) -> dict[str, tuple[str, str]]:
+def scanned_section(scene: Scene) -> str:
+    """Return the title of the scan with the places; of the substrate if both have one.
+
+    Raises
+    ------
+    ValueError
+        If the scene has no scan.
+    """
+    if not scene.scans:
+        raise ValueError("places are on a scan: the scene needs [topography]")
+    return next(iter(scene.scans))
+
+
+def _center(scene: Scene, x: float, y: float) -> dict[str, tuple[str, str]]:
     """Return the key of a scene that moves the tip to a place."""
-    return {"topography.center": (f"{x!r} Å", f"{y!r} Å")}
+    return {f"{scanned_section(scene)}.center": (f"{x!r} Å", f"{y!r} Å")}
 
 
 def _earlier_places(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
@@ -241,7 +253,7 @@ def _earlier_places(scene: Scene, folder: Path) -> dict[tuple[float, float], Pla
 def _calculate(scene: Scene, x: float, y: float) -> Place:
     """Return the result at a place; an error becomes the message of the place."""
     try:
-        here = scene.with_values(_center(x, y))
+        here = scene.with_values(_center(scene, x, y))
         states = tuple(here.relax(validity="ignore", scan_errors=False))
         last, tension = here.path.extremes(here.bodies, states)
         results = results_of(here.path, here.bodies, states)

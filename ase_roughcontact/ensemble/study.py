@@ -17,7 +17,7 @@ from ase_roughcontact.results.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference, reference_for
 
-#: Key of the seeds, over which a study averages.
+#: Key of the seeds, over which a study averages; of two bodies it is the seed of both.
 SEED = "roughness.seed"
 # Sections with keys that are understood without the name of the section.
 _PLAIN_SECTIONS = "roughness", "substrate", "interaction", "path"
@@ -64,7 +64,8 @@ def study_points(
     scene : Scene
         Scene with the values of all other keys.
     parameters : mapping
-        Values by key; see `product`. Means are over the values of ``roughness.seed``.
+        Values by key; see `product`. Means are over the values of ``roughness.seed``,
+        ``tip.roughness.seed`` and ``substrate.roughness.seed``.
     database : path
         Database of `run_ensemble`.
     column : str, optional
@@ -84,17 +85,22 @@ def study_points(
         If there is no such column, key or value.
     """
     choices = {key: list(values) for key, values in parameters.items()}
-    seeds = choices.pop(SEED, [])
+    seeds = {key: choices.pop(key) for key in list(choices) if is_seed(key)}
     points = []
     for values in combinations(choices, together):
         variant = scene.with_values(values)
-        realisations = product(variant, {SEED: seeds} if seeds else {})
+        realisations = product(variant, seeds)
         reference = reference_for(realisations[0])
         for mean in mean_values(realisations, database, column):
             theory, name = _theory(reference, mean)
             unit = unit_of(variant, mean.column)
             points.append(StudyPoint(values, mean, unit, theory, name))
     return points
+
+
+def is_seed(key: str) -> bool:
+    """Return whether a key is the seed of the roughness, or of one of two bodies."""
+    return key == SEED or key.endswith(f".{SEED}")
 
 
 def unit_of(scene: Scene, column: str) -> str:
@@ -168,16 +174,16 @@ def drawn_over(parameters: Mapping[str, Sequence[Any]], over: str = "") -> str:
         If the given key is not a parameter, is the seed, or has values that are not
         numbers.
     """
-    if over == SEED:
+    if is_seed(over):
         raise ValueError(
-            f"means are over the values of {SEED}: give another parameter for the "
+            f"means are over the values of {over}: give another parameter for the "
             "figure, or omit it"
         )
     if over:
         numeric_values(over, lookup(over, parameters, "parameter of the study"))
         return over
     for key, values in parameters.items():
-        if key == SEED or len(values) < 2:
+        if is_seed(key) or len(values) < 2:
             continue
         try:
             numeric_values(key, values)

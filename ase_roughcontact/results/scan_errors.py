@@ -42,7 +42,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import count
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -79,6 +79,8 @@ _STRAIN_FACTOR = 1.5
 _OTHER_COLUMNS = ("normal_force", "height", "penetration")
 # Number of quantities in results and errors.
 _COUNT = 1 + len(_OTHER_COLUMNS)
+# Number of a scan, and kind of its copies.
+_Kind: TypeAlias = tuple[int, str]
 # Index of the area in results and errors.
 _AREA = 0
 # Index of the normal force in results and errors.
@@ -124,12 +126,8 @@ class ScanErrors:
 
     def todict(self) -> dict[str, Any]:
         """Return the parameters of the errors beside the scan that is pressed."""
-        rough: Any = self.problem.topography.rough
-        measurement = rough.measurement
-        return {
-            "noise": asdict(measurement.noise),
-            "filter": measurement.cutoff,
-        }
+        found = [_described(scan) for scan in scans_of(self.problem)]
+        return found[0] if len(found) == 1 else {"scans": found}
 
     def __call__(self, step: RelaxedStep) -> Errors:
         """Return the errors of a relaxed step.
@@ -166,7 +164,7 @@ class ScanErrors:
         chosen = np.linspace(0, len(self.targets) - 1, TARGETS).round().astype(int)
         # a path may have one target only, as one of sliding
         targets = list(dict.fromkeys(np.asarray(self.targets)[chosen].tolist()))
-        copies: Mapping[str, Sequence[Any]] = rough.copies()
+        copies = _copies_of(self.problem)
         total = 1 + sum(len(maps) for maps in copies.values())
         number = count(1)
 
@@ -191,7 +189,7 @@ class ScanErrors:
         return errors
 
     def _errors(
-        self, target: float, scan: _Result, copies: Mapping[str, Sequence[_Result]]
+        self, target: float, scan: _Result, copies: Mapping[_Kind, Sequence[_Result]]
     ) -> _AtTarget:
         """Return the errors at a target by the results of scan and copies there."""
         given = np.array(scan.values)
@@ -199,11 +197,11 @@ class ScanErrors:
         if scan.failure:
             return _AtTarget(target, force, given, f"{_SCAN}: {scan.failure}")
         errors, unknown = np.zeros(_COUNT), ""
-        for kind, change in _CHANGES.items():
-            results = copies[kind]
+        for (_, kind), results in copies.items():
             if not results:
                 continue
-            kind_errors = change(given, np.array([each.values for each in results]))
+            values = np.array([each.values for each in results])
+            kind_errors = _CHANGES[kind](given, values)
             if np.isnan(kind_errors).any():
                 failures = (each.failure for each in results if each.failure)
                 unknown = unknown or f"{_COPIES[kind]}: {next(failures, 'no numbers')}"
@@ -214,17 +212,30 @@ class ScanErrors:
                 errors[i] = 0.0
         scales = abs(given[[_AREA, _FORCE]])
         errors[[_AREA, _FORCE]] /= np.where(scales > 0.0, scales, 1.0)
-        rough: Any = self.problem.topography.rough
-        errors[_AREA] = np.hypot(errors[_AREA], rough.measurement.lost_slope)
+        errors[_AREA] = np.hypot(errors[_AREA], self._lost_slope)
         return _AtTarget(target, force, errors, unknown)
+
+    @property
+    def _lost_slope(self) -> float:
+        """Part of the rms slope that filters removed."""
+        scans = scans_of(self.problem)
+        slopes = [scan.statistics().rms_slope for scan in scans]
+        slope = self.problem.topography.rough.statistics().rms_slope
+        lost = [
+            scan.measurement.lost_slope * (each / slope) ** 2
+            for scan, each in zip(scans, slopes, strict=True)
+            if scan.measurement.lost_slope
+        ]
+        return math.hypot(*lost)
 
     def _by_strain(self, given: FloatArray) -> FloatArray:
         """Return the errors of results by the strain of a grid of squares."""
-        scan: Any = self.problem.topography.rough
-        scales = _STRAIN_FACTOR * abs(given)
-        scales[[_HEIGHT, _PENETRATION]] = scan.statistics().rms_height
-        strained: FloatArray = abs(scan.measurement.strain) * scales
-        return strained
+        errors = np.zeros(_COUNT)
+        for scan in scans_of(self.problem):
+            scales = _STRAIN_FACTOR * abs(given)
+            scales[[_HEIGHT, _PENETRATION]] = scan.statistics().rms_height
+            errors = np.hypot(errors, abs(scan.measurement.strain) * scales)
+        return errors
 
     def _results(self, rough: Any, targets: Sequence[float]) -> list[_Result]:
         """Return the results of a map at the targets."""
@@ -246,6 +257,29 @@ class ScanErrors:
             except (ValueError, RuntimeError) as error:
                 results.append(_Result(failure=str(error)))
         return results
+
+
+def scans_of(problem: Problem) -> list[Any]:
+    """Return the scans of the bodies, with their measurements."""
+    parts: Any = problem.topography.rough.parts
+    return [part for part in parts if getattr(part, "measurement", None)]
+
+
+def _described(scan: Any) -> dict[str, Any]:
+    """Return noise and filter of a scan."""
+    measurement = scan.measurement
+    return {"noise": asdict(measurement.noise), "filter": measurement.cutoff}
+
+
+def _copies_of(problem: Problem) -> dict[_Kind, list[Any]]:
+    """Return the roughness with copies of a scan, by the scan and kind of copies."""
+    rough: Any = problem.topography.rough
+    found = {}
+    for number, scan in enumerate(scans_of(problem)):
+        for kind, maps in scan.copies().items():
+            copies = [rough.replaced(scan, each) for each in maps]
+            found[number, kind] = copies
+    return found
 
 
 @dataclass(frozen=True)

@@ -41,11 +41,15 @@ class Bodies:
     radius : float
         The radius of the sphere (Å); for a whole tip the radius of curvature of its
         scan, for a rough flat infinity, for an indenter of another shape NaN.
-    rough : SelfAffine or HeightMap or None
-        Roughness of the sphere, None if it is smooth. None also for a whole tip, which
-        is compared with the theory of a smooth sphere.
+    rough : Topography or None
+        Roughness of the sphere and the substrate, None if both are smooth. The scan of
+        a whole tip is no part of it: it is compared with the theory of a sphere.
     shape : Indenter or None
         Closed form of an indenter of another shape; None for spheres, tips and flats.
+    tip : ElasticTip or None
+        Elastic solid of the indenter; None if it is rigid.
+    parts : tuple of RoughBody
+        Roughness of each body that is rough, the tip first.
     cell : (int, int) or None
         Shape of the periodic cell of a rough flat, on the lattice of the problem.
     whole_tip : HeightMap or None
@@ -65,6 +69,8 @@ class Bodies:
     radius: float
     rough: Any
     shape: Indenter | None = None
+    tip: Any = None
+    parts: tuple[Any, ...] = ()
     cell: Shape | None = None
     whole_tip: HeightMap | None = None
     friction: Any = None

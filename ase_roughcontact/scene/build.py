@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import Shape, positive
+from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import (
     ElasticSolid,
@@ -21,9 +21,11 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.config import DEFAULT_RADIUS
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.random_fields import local_adhesion
-from ase_roughcontact.scene.scan import tip_radius
+from ase_roughcontact.scene.rough_bodies import combined, flat_cell, rough_bodies
+from ase_roughcontact.scene.scan import TopographyConfig, tip_radius
 from ase_roughcontact.scene.section import Problems, lengths
 from ase_roughcontact.scene.solid import (
+    MAX_HARDNESS,
     creep_of,
     in_gpa,
     named,
@@ -32,19 +34,15 @@ from ase_roughcontact.scene.solid import (
     spacing_of,
 )
 from ase_roughcontact.scene.spacing import fitting_spacing
+from ase_roughcontact.scene.tip import ElasticTip, elastic_tip
 from ase_roughcontact.theory.indenters import Indenter
 from ase_roughcontact.topography import (
-    HeightMap,
     Heterogeneity,
     RoughSphere,
-    SelfAffine,
     ShapedIndenter,
     Topography,
 )
-from ase_roughcontact.topography.square_grid import SquareGrid
 
-# Hardness (GPa) that no solid exceeds: a larger value is in another unit.
-_MAX_HARDNESS = 1e3
 # Least default period of a local work of adhesion, in units of the radius within which
 # a touching sphere is in the range of the attraction.
 _PERIOD_PER_RANGE = 4.0
@@ -98,28 +96,25 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
     with problems.of("substrate"):
         spacing = solid.spacing if spacing is None else spacing
         solid.check(spacing)
-        hardness = _hardness(scene, solid)
         if isinstance(solid, Isotropic):  # only friction depends on Poisson's ratio
             poisson = poisson_of(scene.substrate) if scene.friction else None
             solid = replace(solid, poisson=poisson)
-    with problems.of("sphere"):
+    elastic: ElasticTip | None = None
+    with problems.of("sphere" if scene.tip is None else "tip"):
         substrate_modulus = solid.contact_modulus
-        if scene.tip_material:
-            solid = _with_tip(solid, scene.tip_material)
-        hardness_bound = _hardness_bound(scene, solid, substrate_modulus)
+        elastic = elastic_tip(scene)
+        if elastic is not None:
+            solid = _with_tip(solid, elastic)
+        hardness_bound = _hardness_bound(scene, solid, elastic, substrate_modulus)
         if creep is not None:  # the tip is elastic
             ratio = solid.contact_modulus / substrate_modulus
             solid = Viscoelastic(solid, creep.scaled(ratio))
-    rough: Any = None
-    if scene.topography is not None:
-        with problems.of("topography"):
-            rough = scene.topography.surface
-    if scene.roughness is not None:
-        with problems.of("roughness"):
-            if scene.topography is not None:
-                raise ValueError("give [roughness] or [topography], not both")
-            rough = scene.roughness.surface(spacing)
+    with problems.of("substrate"):
+        hardness = _hardness(scene, solid, elastic)
+    with problems.of():
+        parts = rough_bodies(scene, spacing)
     problems.check()
+    rough = combined(parts)
 
     without_sphere = scene.sphere.radius == math.inf
     cell = None
@@ -138,7 +133,9 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         profile: Any = scene.sphere.profile
         pixel = spacing
         if radius == math.inf and rough is not None:
-            pixel, cell, rough = _flat_cell(scene, rough, spacing)
+            given = replace(scene.substrate, periodic=False).window_shape
+            pixel, cell, parts = flat_cell(parts, spacing, given)
+            rough = combined(parts)
             solid.check(pixel)
         surface: Topography
         if shape is not None:
@@ -148,7 +145,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
                 math.inf if without_sphere else radius, rough, profile
             )
     with problems.of("interaction"):
-        wall = _wall(scene, solid, spacing, hardness)
+        wall = _wall(scene, solid, spacing, hardness, elastic)
     problems.check()
 
     with problems.of("heterogeneity"):
@@ -163,7 +160,10 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
             RealFFT2((1, 1), **fft)
     problems.check()
     wall_has_hardness = "hardness" in scene.interaction.parameters
-    is_tip = without_sphere and cell is None
+    tip = None
+    if without_sphere and cell is None:
+        tip = next(each.surface for each in parts if _is_tip_scan(each.section))
+        rough = combined([each for each in parts if each.surface is not tip])
     return Bodies(
         problem=Problem(
             indenter=surface,
@@ -178,12 +178,14 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         hardness=wall.hardness if wall_has_hardness else hardness,
         hardness_bound=math.nan if wall_has_hardness else hardness_bound,
         radius=radius,
-        rough=None if is_tip else rough,
+        rough=rough,
         shape=shape,
         cell=cell,
-        whole_tip=rough if is_tip and isinstance(rough, HeightMap) else None,
+        whole_tip=tip,
+        tip=elastic,
+        parts=tuple(parts),
         friction=scene.friction,
-        scanned=scene.topography.role if scene.topography else "",
+        scanned=next((each.body for each in scene.scans.values()), ""),
     )
 
 
@@ -194,12 +196,11 @@ def _shape(scene: SceneFile, spacing: float) -> Indenter:
             f"[indenter] is in place of [sphere], got {', '.join(scene.sphere.given)} "
             "in [sphere]: leave out one of the sections"
         )
-    for title in ("roughness", "topography"):
-        if getattr(scene, title) is not None:
-            raise ValueError(
-                f"an indenter of another shape is smooth, got [{title}], which needs "
-                "[sphere]: leave it out, or give a scan of the whole indenter"
-            )
+    for title in (*scene.roughnesses, *scene.scans):
+        raise ValueError(
+            f"an indenter of another shape is smooth, got [{title}], which needs "
+            "[sphere]: leave it out, or give a scan of the whole indenter"
+        )
     if scene.substrate.periodic:
         raise ValueError(
             "an indenter of another shape needs a free half space: leave out "
@@ -216,10 +217,10 @@ def _radius(scene: SceneFile, spacing: float) -> float:
     """
     if scene.indenter is not None:
         return math.nan
-    sphere, given, scan = scene.sphere, scene.sphere.radius, None
-    if scene.topography is not None and scene.topography.role == "indenter":
-        scan = scene.topography.surface
-    if scene.topography is not None and scene.topography.extrude:
+    sphere, given = scene.sphere, scene.sphere.radius
+    scans = scene.scans.values()
+    scan = next((each.surface for each in scans if _is_tip_scan(each)), None)
+    if any(each.extrude for each in scans):
         if given != math.inf:
             raise ValueError(
                 "an extruded profile is pressed as a flat: give radius = inf, got "
@@ -259,52 +260,47 @@ def _radius(scene: SceneFile, spacing: float) -> float:
     return radius * spacing
 
 
-def _flat_cell(
-    scene: SceneFile, rough: SelfAffine | HeightMap, spacing: float
-) -> tuple[float, Shape, SelfAffine | HeightMap]:
-    """Return grid spacing (Å), shape and roughness of the periodic cell of a flat.
+def _is_tip_scan(section: Any) -> bool:
+    """Return whether a section describes a scan of the indenter."""
+    return isinstance(section, TopographyConfig) and section.body == "indenter"
 
-    The grid of a scan consists of its pixels, or of squares about as large as the
-    smaller side of a pixel. The cell is the scan, made periodic, with its middle on the
-    axis. A random surface is sampled by atoms.
+
+def _hardness(scene: SceneFile, solid: ElasticSolid, tip: ElasticTip | None) -> float:
+    """Return the smaller known hardness of both bodies (eV/Å^3); NaN if unknown.
+
+    A given hardness of the substrate is the hardness of both, unless the hardness of
+    the tip is given, too.
     """
-    if isinstance(rough, HeightMap):
-        grid = SquareGrid.of(rough.shape, rough.spacing)
-        (n, m), spacing = grid.shape, grid.spacing
-        rough = rough.made_periodic(grid.strain)
-    else:
-        n = m = round(rough.side / spacing)
-    shape = replace(scene.substrate, periodic=False).window_shape or (n, m)
-    if shape[0] > n or shape[1] > m:
-        raise ValueError(
-            f"shape must be at most {n} x {m}, the points of the flat, got "
-            f"{shape[0]} x {shape[1]}: leave it out"
-        )
-    return spacing, shape, rough
+    given = scene.substrate.hardness
+    if given is None:
+        hardnesses = _hardnesses(scene, solid, tip)
+        known = [each for each in hardnesses if not math.isnan(each)]
+        hardness = min(known, default=math.nan)
+        if hardness == math.inf and len(known) < len(hardnesses):
+            hardness = math.nan  # of the other body
+        return UNITS["GPa"] * hardness
+    if given != math.inf:
+        in_gpa("hardness", given, MAX_HARDNESS)
+    if tip is not None and tip.hardness_is_given:
+        given = min(given, tip.hardness)
+    return UNITS["GPa"] * given
 
 
-def _hardness(scene: SceneFile, solid: ElasticSolid) -> float:
-    """Return the smaller known hardness of both bodies (eV/Å^3); NaN if unknown."""
-    hardness = scene.substrate.hardness
-    if hardness is None:
-        known = [each for each in _hardnesses(scene, solid) if not math.isnan(each)]
-        return UNITS["GPa"] * min(known, default=math.nan)
-    if hardness != math.inf:
-        in_gpa("hardness", hardness, _MAX_HARDNESS)
-    return UNITS["GPa"] * hardness
-
-
-def _hardnesses(scene: SceneFile, solid: ElasticSolid) -> list[float]:
-    """Return the hardness of the substrate, and of a tip of a named material (GPa)."""
+def _hardnesses(
+    scene: SceneFile, solid: ElasticSolid, tip: ElasticTip | None
+) -> list[float]:
+    """Return the hardness of the substrate, and of an elastic tip (GPa)."""
     hardnesses = [math.nan]  # not known for a layer
     if not solid.layered:
         hardnesses = [named_materials.hardness_of(scene.substrate.name)]
-    if scene.tip_material:
-        hardnesses.append(named_materials.hardness_of(scene.tip_material))
+    if tip is not None:
+        hardnesses.append(tip.hardness)
     return hardnesses
 
 
-def _hardness_bound(scene: SceneFile, solid: ElasticSolid, modulus: float) -> float:
+def _hardness_bound(
+    scene: SceneFile, solid: ElasticSolid, tip: ElasticTip | None, modulus: float
+) -> float:
     """Return an upper bound of the hardness of named bodies of unknown hardness.
 
     Parameters
@@ -312,6 +308,7 @@ def _hardness_bound(scene: SceneFile, solid: ElasticSolid, modulus: float) -> fl
     scene : SceneFile
     solid : ElasticSolid
         Solid of the substrate, or of both bodies.
+    tip : ElasticTip or None
     modulus : float
         Contact modulus of the substrate alone (eV/Å^3).
 
@@ -326,9 +323,8 @@ def _hardness_bound(scene: SceneFile, solid: ElasticSolid, modulus: float) -> fl
     moduli = {}
     if scene.substrate.name and not solid.layered:
         moduli[scene.substrate.name] = modulus
-    if tip := scene.tip_material:
-        tip_modulus = named_materials.material(tip).contact_modulus * UNITS["GPa"]
-        moduli[tip] = min(tip_modulus, moduli.get(tip, math.inf))
+    if tip is not None and tip.name and not tip.hardness_is_given:
+        moduli[tip.name] = min(tip.contact_modulus, moduli.get(tip.name, math.inf))
     unknown = [
         modulus
         for name, modulus in moduli.items()
@@ -338,22 +334,21 @@ def _hardness_bound(scene: SceneFile, solid: ElasticSolid, modulus: float) -> fl
     return relative_hardness * min(unknown, default=math.nan)
 
 
-def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:
+def _with_tip(solid: ElasticSolid, tip: ElasticTip) -> Isotropic:
     """Return the solid that deforms like a solid and an elastic tip together."""
     if not isinstance(solid, Isotropic):
         raise ValueError(
-            "the material of the sphere needs an isotropic substrate, got "
-            f"{solid!r}: leave it out"
+            f"an elastic tip needs an isotropic substrate, got {solid!r}: leave out "
+            "the material and the moduli of the tip"
         )
-    tip = named_materials.material(name)
-    modulus, poisson = tip.contact_modulus * UNITS["GPa"], tip.poisson
+    modulus, poisson = tip.contact_modulus, tip.poisson
     combined = named_materials.combined_modulus(solid.contact_modulus, modulus)
     if solid.poisson is None:
         return Isotropic(combined)
     if poisson is None:
         raise ValueError(
-            f"Poisson's ratio of the material {name!r} is not known, which friction "
-            "needs: leave it out"
+            f"friction needs Poisson's ratio of {tip.label}, which is not known: give "
+            "[tip] poisson"
         )
     base, sphere = (solid.contact_modulus, solid.poisson), (modulus, poisson)
     return Isotropic(
@@ -364,7 +359,11 @@ def _with_tip(solid: ElasticSolid, name: str) -> Isotropic:
 
 
 def _wall(
-    scene: SceneFile, solid: ElasticSolid, spacing: float, hardness: float
+    scene: SceneFile,
+    solid: ElasticSolid,
+    spacing: float,
+    hardness: float,
+    tip: ElasticTip | None,
 ) -> Interaction:
     """Return the wall; parameters not given follow from the materials."""
     kind, parameters = scene.interaction.kind, dict(scene.interaction.parameters)
@@ -376,7 +375,7 @@ def _wall(
         parameters["attraction_range"] = f"{named_materials.ATTRACTION_RANGE} nm"
     is_known = scene.substrate.hardness is not None
     if not is_known:
-        is_known = not any(math.isnan(each) for each in _hardnesses(scene, solid))
+        is_known = not any(map(math.isnan, _hardnesses(scene, solid, tip)))
     if "hardness" in missing and is_known:
         parameters["hardness"] = hardness / UNITS["GPa"]
     return make_wall(kind, solid.contact_modulus, spacing, parameters)

@@ -141,6 +141,21 @@ class SphereConfig(Section):
 
 
 @dataclass(frozen=True)
+class TipConfig(Section):
+    """``[tip]``: the elastic solid of the indenter; moduli and hardness in GPa."""
+
+    title = "tip"
+    units = {"contact_modulus": "GPa", "youngs_modulus": "GPa", "hardness": "GPa"}
+    infinite_keys = ("hardness",)
+
+    material: str = ""
+    contact_modulus: float | None = None
+    youngs_modulus: float | None = None
+    poisson: float | None = None
+    hardness: float | None = None
+
+
+@dataclass(frozen=True)
 class IndenterConfig(KindSection):
     """``[indenter]``: an indenter of another shape, in place of ``[sphere]``.
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
+from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
@@ -15,13 +16,25 @@ from ase_roughcontact._util.identity import identity
 from ase_roughcontact._util.validation import lookup, shown
 from ase_roughcontact.scene import config
 from ase_roughcontact.scene.path_kind import PathKind, Steps
-from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
-from ase_roughcontact.scene.scan import TopographyConfig
+from ase_roughcontact.scene.random_fields import (
+    HeterogeneityConfig,
+    RoughnessConfig,
+    SubstrateRoughnessConfig,
+    TipRoughnessConfig,
+)
+from ase_roughcontact.scene.scan import (
+    SubstrateTopographyConfig,
+    TipTopographyConfig,
+    TopographyConfig,
+)
 from ase_roughcontact.scene.section import Problems, Section, members
 from ase_roughcontact.scene.solid import is_crystal
 from ase_roughcontact.scene.study import StudyConfig
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
+
+# Section with keys that can be set for both bodies at once.
+_OF_BOTH = "roughness"
 
 
 def read_text(file: str | Path) -> str:
@@ -51,9 +64,17 @@ def read_text(file: str | Path) -> str:
 
 @dataclass(frozen=True)
 class SceneFile:
-    """Sections of a scene file; see `Scene`."""
+    """Sections of a scene file; see `Scene`.
+
+    The section ``[tip.roughness]`` is the attribute `tip_roughness`.
+    """
 
     substrate: config.SubstrateConfig = field(default_factory=config.SubstrateConfig)
+    substrate_roughness: SubstrateRoughnessConfig | None = None
+    substrate_topography: SubstrateTopographyConfig | None = None
+    tip: config.TipConfig | None = None
+    tip_roughness: TipRoughnessConfig | None = None
+    tip_topography: TipTopographyConfig | None = None
     sphere: config.SphereConfig = field(default_factory=config.SphereConfig)
     indenter: config.IndenterConfig | None = None
     roughness: RoughnessConfig | None = None
@@ -103,14 +124,16 @@ class SceneFile:
             quotes = 'text, and numbers with a unit, need quotes, as radius = "30 nm"'
             raise ValueError(f"{name} is not a TOML file: {error}; {quotes}") from error
         sections, problems = dict[str, Any](), Problems(name)
-        for title, entries in document.items():
+        outer = {title: each for title, each in SECTIONS.items() if "." not in title}
+        for title, entries in _tables(document):
             with problems.of():
-                section = lookup(title, SECTIONS, "section")
+                section = SECTIONS.get(title) or lookup(title, outer, "section")
                 if not isinstance(entries, dict):
                     raise ValueError(
                         f"[{title}] must be a section, got {shown(entries)}"
                     )
-                sections[title] = section.of(entries).located(Path(name).parent, copied)
+                values = section.of(entries).located(Path(name).parent, copied)
+                sections[attribute_of(title)] = values
         problems.check()
         return cls(**sections)
 
@@ -192,7 +215,7 @@ class SceneFile:
         If it is not given, they are atoms where the grid is the surface of a crystal,
         and the indenter is neither measured nor flat.
         """
-        substrate, measured = self.substrate, self.topography is not None
+        substrate, measured = self.substrate, bool(self.scans)
         if substrate.model or substrate.of_atoms:
             return substrate.model or "atoms"
         smooth = not measured and self.sphere.radius != math.inf
@@ -201,12 +224,31 @@ class SceneFile:
     @property
     def tip_material(self) -> str:
         """Name of the material of the indenter; empty if it is rigid."""
-        return (self.indenter or self.sphere).material
+        of_shape = (self.indenter or self.sphere).material
+        return of_shape if self.tip is None else self.tip.material or of_shape
+
+    @property
+    def scans(self) -> dict[str, TopographyConfig]:
+        """Sections of scans by title; scans of the substrate first."""
+        titles = "substrate.topography", "topography", "tip.topography"
+        given = self.sections
+        return {title: given[title] for title in titles if title in given}  # type: ignore[misc]
+
+    @property
+    def roughnesses(self) -> dict[str, RoughnessConfig]:
+        """Sections of roughness that is no scan, by title."""
+        sections = self.sections.items()
+        return {k: each for k, each in sections if isinstance(each, RoughnessConfig)}
+
+    @property
+    def seed(self) -> int | None:
+        """Seed of the roughness, the first one of two bodies; None without one."""
+        return next((each.seed for each in self.roughnesses.values()), None)
 
     @property
     def sections(self) -> dict[str, Section]:
         """Sections by title, without those that are missing."""
-        given = {title: getattr(self, title) for title in SECTIONS}
+        given = {title: getattr(self, attribute_of(title)) for title in SECTIONS}
         return {title: section for title, section in given.items() if section}
 
     @property
@@ -237,7 +279,8 @@ class SceneFile:
         ----------
         values : mapping
             Values by key, ``"sphere.radius"``, in the units of the file; or whole
-            sections by title, None for none.
+            sections by title, None for none. Without a section ``[roughness]`` the key
+            ``"roughness.seed"`` is the seed of both bodies, as each other of its keys.
 
         Returns
         -------
@@ -250,16 +293,29 @@ class SceneFile:
         """
         changes: dict[str, Any] = {}
         # sections first, then kinds, as they decide which other keys there are
-        for key in sorted(values, key=lambda k: ("." in k, not k.endswith(".kind"))):
-            (title, _, name), value = key.partition("."), values[key]
-            lookup(title, SECTIONS, "section")
-            section = changes.get(title, getattr(self, title))
+        order = sorted(
+            values, key=lambda k: (k not in SECTIONS, not k.endswith(".kind"))
+        )
+        for key in chain.from_iterable(map(self._keys, order)):
+            title, name = (key, "") if key in SECTIONS else key.rpartition(".")[::2]
+            section_type = lookup(title, SECTIONS, "section")
+            section: Any = changes.get(title, self.sections.get(title))
+            value = values.get(key, values.get(f"{_OF_BOTH}.{name}"))
             if name and section is None:
                 raise ValueError(f"{key} can't be set: the scene has no [{title}]")
-            if not (name or value is None or isinstance(value, SECTIONS[title])):
+            if not (name or value is None or isinstance(value, section_type)):
                 raise ValueError(f"[{title}] must be a section, got {shown(value)}")
             changes[title] = section.changed(name, value) if name else value
+        changes = {attribute_of(title): each for title, each in changes.items()}
         return replace(self, **changes)
+
+    def _keys(self, key: str) -> list[str]:
+        """Return a key, or for a key of `_OF_BOTH` the keys of both bodies."""
+        title, _, name = key.rpartition(".")
+        bodies = [each for each in self.roughnesses if each != _OF_BOTH]
+        if title != _OF_BOTH or not bodies:
+            return [key]
+        return [f"{body}.{name}" for body in bodies]
 
     @property
     def identity(self) -> str:
@@ -317,6 +373,30 @@ def load_toml(text: str) -> dict[str, Any]:
         raise ValueError(str(error)) from error
 
 
+def attribute_of(title: str) -> str:
+    """Return the name of the attribute of a section: "tip_roughness"."""
+    return title.replace(".", "_")
+
+
+def _tables(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield titles and entries of all sections: ``tip.roughness`` after ``tip``."""
+    for title, entries in document.items():
+        if not isinstance(entries, dict):
+            yield title, entries
+            continue
+        inner = [key for key in entries if f"{title}.{key}" in SECTIONS]
+        if len(inner) < len(entries) or not inner:
+            yield title, {k: each for k, each in entries.items() if k not in inner}
+        for key in inner:
+            yield f"{title}.{key}", entries[key]
+
+
+def _types_of_sections() -> list[type[Section]]:
+    """Return the classes of the sections in the order of a file."""
+    types: Any = [members(hint)[0] for hint in get_type_hints(SceneFile).values()]
+    return list(types)
+
+
 def _toml(value: Any) -> str:
     if value is None:
         return "not given"
@@ -327,5 +407,5 @@ def _toml(value: Any) -> str:
 
 #: Classes of the sections by title.
 SECTIONS: dict[str, type[Section]] = {
-    title: members(hint)[0] for title, hint in get_type_hints(SceneFile).items()
+    section.title: section for section in _types_of_sections()
 }

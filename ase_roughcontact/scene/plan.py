@@ -19,7 +19,7 @@ from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.results.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.results.record import size_of
-from ase_roughcontact.results.scan_errors import COPIES_LEFT_OUT
+from ase_roughcontact.results.scan_errors import COPIES_LEFT_OUT, scans_of
 from ase_roughcontact.scene.solid import has_own_spacing
 from ase_roughcontact.scene.spacing import lengths_in_spacings
 from ase_roughcontact.theory.maugis import edge_zone
@@ -47,11 +47,11 @@ _COUPLING_LEFT_OUT = (
 def warnings_of(scene: Any) -> list[str]:
     """Return warnings about scan, radius and grid of a `Scene`."""
     found = _range_warnings(scene.problem)
-    if scene.topography is not None:
-        note = lengths_in_spacings(scene, scene.spacing)
-        if note:
-            found.append(note)
-        found += scene.topography.warnings(scene.radius, scene.whole_tip is not None)
+    note = lengths_in_spacings(scene, scene.spacing)
+    if note and scene.scans:
+        found.append(note)
+    for scan in scene.scans.values():
+        found += scan.warnings(scene.radius, scene.whole_tip is not None)
     return found + _spacing_warnings(scene)
 
 
@@ -167,7 +167,7 @@ def plan_of(scene: Any) -> Plan:
         if friction:
             memory += friction_memory(atoms, friction.coupled)
         steps[number] = replace(step, memory=memory)
-    if scene.scan is not None:
+    if scans_of(scene.bodies.problem):
         left_out = (*left_out, COPIES_LEFT_OUT)
     plan = replace(plan, steps=tuple(steps), left_out=left_out)
     plan = with_files_of(scene, plan)

@@ -11,13 +11,19 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from ase_roughcontact._util.rounding import RATIO_ROUNDING
-from ase_roughcontact._util.validation import lookup, nonnegative_array, positive
+from ase_roughcontact._util.validation import (
+    integer,
+    lookup,
+    nonnegative_array,
+    positive,
+)
 from ase_roughcontact.scene.section import KindSection, Section, lengths
 from ase_roughcontact.theory.self_affine import numbers_of
 from ase_roughcontact.topography import (
     ROUGHNESSES,
     HeightMap,
     Heterogeneity,
+    Inverted,
     SelfAffine,
     Topography,
 )
@@ -29,6 +35,8 @@ AMPLITUDES = "rms_slope", "rms_height", "rms_curvature"
 DEFAULT_SLOPE = 0.1
 #: Keys of lengths of a random field.
 LENGTH_KEYS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
+# Number that is added to the seed of a substrate.
+_SUBSTRATE_SEED = 2**32
 
 
 @dataclass(frozen=True)
@@ -141,6 +149,28 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
             units, unit = inverse, f"/{unit}"
         plain = getattr(self.plain(given, units, unit), given[0])
         return given[0], plain * units[unit]
+
+
+class TipRoughnessConfig(RoughnessConfig):
+    """``[tip.roughness]``: roughness of the indenter, as in ``[roughness]``."""
+
+    title = "tip.roughness"
+
+
+class SubstrateRoughnessConfig(RoughnessConfig):
+    """``[substrate.roughness]``: roughness of the substrate, as in ``[roughness]``.
+
+    Heights are positive out of the substrate. The seed is another one than of a tip
+    with the same number, so that both surfaces are independent.
+    """
+
+    title = "substrate.roughness"
+
+    def surface(self, spacing: float) -> Topography:
+        """Return the roughness as the lower side of an indenter (Å)."""
+        seed = integer("seed", self.seed, least=0) + _SUBSTRATE_SEED
+        heights = RoughnessConfig.surface(replace(self, seed=seed), spacing)
+        return Inverted(heights)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -41,9 +41,16 @@ _MIN_RMS_HEIGHT = 1e-9
 
 @dataclass(frozen=True)
 class TopographyConfig(Section):
-    """``[topography]``: a file, the scanned body, and the place of the tip."""
+    """``[topography]``: a file, the scanned body, and the place of the tip.
+
+    Attributes
+    ----------
+    own_role : str
+        Scanned body of a section that belongs to one; else empty.
+    """
 
     title = "topography"
+    own_role: ClassVar[str] = ""
     file_keys = ("file",)
     word_keys = ("center",)
 
@@ -64,6 +71,22 @@ class TopographyConfig(Section):
     extrude: bool = False
 
     @property
+    def body(self) -> str:
+        """Scanned body: the role, or the body of the section.
+
+        Raises
+        ------
+        ValueError
+            If the role is another body.
+        """
+        if self.own_role and self.role not in ("", self.own_role):
+            raise ValueError(
+                f'role must be "{self.own_role}" in this section, got "{self.role}": '
+                "omit it"
+            )
+        return self.own_role or self.role
+
+    @property
     def edge(self) -> float:
         """The margin (Å)."""
         unit = LENGTHS.get(self.unit or "", 0.0)
@@ -82,7 +105,7 @@ class TopographyConfig(Section):
         """
         if not self.file:
             raise ValueError("give file, the name of the scan")
-        if not self.role:
+        if not self.body:
             roles = " or ".join(f'"{role}"' for role in ROLES)
             raise ValueError(f"give role, the body that was scanned: {roles}")
         file = Path(self.file)
@@ -103,7 +126,7 @@ class TopographyConfig(Section):
         name = "µm" if size.max() >= _MIN_SIZE_IN_MICROMETRES else "nm"
         width, height = size / UNITS[name]
         x, y = surface.center
-        if self.role == "indenter":  # it was turned over
+        if self.body == "indenter":  # it was turned over
             x = (n - 1) * surface.spacing[0] - x
         place = "highest" if self.center == "highest" else "axis"
         pressed = surface.statistics()
@@ -127,7 +150,7 @@ class TopographyConfig(Section):
         parts.append(f"{place} at ({x:.4g}, {y:.4g}) {name}")
         if surface.tip.is_tip:
             parts.append(f"curvature of the scan itself: radius {tip_radius(surface)}")
-        return f"{Path(self.file).name}, the {self.role}: {', '.join(parts)}"
+        return f"{Path(self.file).name}, the {self.body}: {', '.join(parts)}"
 
     @property
     def _order(self) -> str:
@@ -182,7 +205,7 @@ class TopographyConfig(Section):
                 f"the scan is {size / UNITS['mm']:.3g} mm wide: is the unit of spacing "
                 "right?"
             )
-        if self.role == "indenter" and surface.tip.is_tip and not whole_tip:
+        if self.body == "indenter" and surface.tip.is_tip and not whole_tip:
             found.append(
                 f"the scan itself has a radius of about {tip_radius(surface)} at its "
                 "highest point, and the sphere is added to it: give radius = inf for a "
@@ -202,7 +225,7 @@ class TopographyConfig(Section):
                 'detrend = "curvature"'
             )
         if (
-            self.role != "indenter"
+            self.body != "indenter"
             or radius < math.inf
             or whole_tip
             or surface.periodic
@@ -216,9 +239,14 @@ class TopographyConfig(Section):
             )
         else:
             yield (
-                "no tip found in the scan: it is taken as a periodic flat. Give role = "
-                '"substrate" for a flat, or the radius of the sphere for its roughness'
+                "no tip found in the scan: it is taken as a periodic flat. Give "
+                f"{self._flat_advice}the radius of the sphere for its roughness"
             )
+
+    @property
+    def _flat_advice(self) -> str:
+        """Advice on a flat; empty in a section that belongs to a body."""
+        return "" if self.own_role else 'role = "substrate" for a flat, or '
 
     def _doubts_about_noise(self) -> Iterator[str]:
         """Yield warnings about outliers, noise and edges, with keys that help."""
@@ -260,10 +288,24 @@ class TopographyConfig(Section):
             )
 
 
+class TipTopographyConfig(TopographyConfig):
+    """``[tip.topography]``: a scan of the indenter, as in ``[topography]``."""
+
+    title = "tip.topography"
+    own_role = "indenter"
+
+
+class SubstrateTopographyConfig(TopographyConfig):
+    """``[substrate.topography]``: a scan of the substrate, as in ``[topography]``."""
+
+    title = "substrate.topography"
+    own_role = "substrate"
+
+
 @lru_cache(maxsize=4)
 def _read(config: TopographyConfig, contents: str) -> HeightMap:
     """Read a scan once for each configuration and contents of the file."""
-    options = config.entries()
+    options = config.entries() | {"role": config.body}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ScanWarning)  # `TopographyConfig.warnings`
         return HeightMap.from_topography(options.pop("file"), **options)

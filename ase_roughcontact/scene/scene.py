@@ -29,7 +29,7 @@ from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.results.flat_record import FlatStep
 from ase_roughcontact.results.record import LoadStep
-from ase_roughcontact.results.scan_errors import ScanErrors
+from ase_roughcontact.results.scan_errors import ScanErrors, scans_of
 from ase_roughcontact.results.validity import (
     ValidityReport,
     warn_of_lost_slope,
@@ -37,7 +37,7 @@ from ase_roughcontact.results.validity import (
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import OPTIMIZERS
-from ase_roughcontact.scene.file import SECTIONS, SceneFile
+from ase_roughcontact.scene.file import SECTIONS, SceneFile, attribute_of
 from ase_roughcontact.scene.path_kind import PATHS, PathKind
 from ase_roughcontact.scene.plan import check_path, plan_of, warnings_of
 from ase_roughcontact.scene.results import write_results
@@ -86,7 +86,8 @@ class Scene(SceneFile):
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the sections, without the objects built from them."""
-        return {title: getattr(self, title) for title in SECTIONS}
+        names = map(attribute_of, SECTIONS)
+        return {name: getattr(self, name) for name in names}
 
     @property
     def settled(self) -> Scene:
@@ -170,8 +171,8 @@ class Scene(SceneFile):
 
     @property
     def scan(self) -> HeightMap | None:
-        """Scan of one of the bodies; None without a scan."""
-        return None if self.topography is None else self.topography.surface
+        """Scan of one of the bodies, of the substrate if both are; None without one."""
+        return next((each.surface for each in self.scans.values()), None)
 
     @property
     def record(self) -> type[LoadStep]:
@@ -368,7 +369,7 @@ class Scene(SceneFile):
             lost_slope=self.lost_slope,
             cantilever=self.cantilever or 0.0,
         )
-        if scan_errors and self.scan is not None:
+        if scan_errors and scans_of(self.bodies.problem):
             options = replace(options, scan_errors=self.planned._scan_errors(options))
         return Stepper(self.problem, self.control, self.start, options)
 

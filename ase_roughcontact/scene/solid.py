@@ -40,6 +40,8 @@ from ase_roughcontact.windows.regrid import GridChange
 
 # Relative difference within which a spacing equals the spacing of a crystal.
 _SPACING_TOLERANCE = 0.02
+#: Hardness (GPa) that no solid exceeds: a larger value is in another unit.
+MAX_HARDNESS = 1e3
 # Modulus (GPa) that no solid exceeds: a larger value is in another unit.
 _MAX_MODULUS = 1e4
 # Slabs for potentials of embedded atoms, which reach far and have a Hessian.

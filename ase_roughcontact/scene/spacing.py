@@ -14,7 +14,7 @@ from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.results.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.file import SceneFile
-from ase_roughcontact.scene.random_fields import LENGTH_KEYS
+from ase_roughcontact.scene.random_fields import LENGTH_KEYS, RandomFieldConfig
 from ase_roughcontact.scene.solid import has_own_spacing
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.expected import contact_radius_on
@@ -62,7 +62,7 @@ def _multiples(scene: SceneFile) -> dict[str, Any]:
 
 def _has_lengths_with_unit(scene: SceneFile) -> bool:
     """Return whether a length of a scene is given with another unit than a0."""
-    if scene.topography is not None:
+    if scene.scans:
         return True
     units = {unit for _, value, unit in _lengths(scene) if value is not None}
     units.update(map(_unit_of, _texts(scene.entries())))
@@ -141,11 +141,10 @@ def _lengths(scene: SceneFile) -> Iterator[tuple[str, Any, str]]:
     sphere = scene.sphere
     if sphere.radius not in (None, math.inf):
         yield "[sphere] radius", sphere.radius, sphere.unit
-    for section in (scene.roughness, scene.heterogeneity):
-        if section is None:
-            continue
-        for key in LENGTH_KEYS:
-            yield f"[{section.title}] {key}", getattr(section, key), section.unit
+    for section in scene.sections.values():
+        if isinstance(section, RandomFieldConfig):
+            for key in LENGTH_KEYS:
+                yield f"[{section.title}] {key}", getattr(section, key), section.unit
     if scene.indenter is not None:
         for key, parameter in scene.indenter.kind_parameters.items():
             if parameter.unit == "a0":

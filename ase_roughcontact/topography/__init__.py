@@ -7,6 +7,7 @@ Lengths are in any consistent unit.
 ``sphere``, ``shaped_indenter``   the rough sphere; cones, pyramids and punches
 ``selfaffine``                    random roughness
 ``heightmap``, ``interpolation``  a map of heights, and splines through it
+``composite``                     the roughness of two bodies
 ``heterogeneity``                 a work of adhesion that varies over the surface
 ``spectrum``, ``lowest_point``    statistics of heights, and their lowest point
 ``scan_files``                    scans from files, by ``scan_text``, ``scan_points``,
@@ -21,6 +22,7 @@ Lengths are in any consistent unit.
 """
 
 from ase_roughcontact.topography.base import BoundedSurface, Surface
+from ase_roughcontact.topography.composite import CompositeRoughness, Inverted
 from ase_roughcontact.topography.heightmap import HeightMap
 from ase_roughcontact.topography.heterogeneity import Heterogeneity
 from ase_roughcontact.topography.selfaffine import SelfAffine
@@ -31,8 +33,10 @@ from ase_roughcontact.topography.topography import ROUGHNESSES, Topography
 __all__ = [
     "ROUGHNESSES",
     "BoundedSurface",
+    "CompositeRoughness",
     "HeightMap",
     "Heterogeneity",
+    "Inverted",
     "RoughSphere",
     "SelfAffine",
     "ShapedIndenter",

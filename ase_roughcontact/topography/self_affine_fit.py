@@ -87,6 +87,19 @@ class SelfAffineFit(Statistics):
         short, long = ends
         return cls(height, slope, curvature, hurst, short, long)
 
+    @classmethod
+    def with_hurst(
+        cls, statistics: Statistics, hurst: float, longest: float
+    ) -> SelfAffineFit:
+        """Return the parameters for statistics and a given Hurst exponent.
+
+        The upper end of the range is at most `longest` (length).
+        """
+        height, slope = statistics.rms_height, statistics.rms_slope
+        curvature = statistics.rms_curvature
+        short, long = _ends(height, slope, curvature, hurst, longest)
+        return cls(height, slope, curvature, hurst, short, long)
+
 
 def _ends(
     height: float, slope: float, curvature: float, hurst: float, longest: float

@@ -56,6 +56,15 @@ class Topography(Registered, Surface):
         return self
 
     @property
+    def parts(self) -> tuple[Topography, ...]:
+        """Surfaces that are summed; the surface itself if it is no sum."""
+        return (self,)
+
+    def replaced(self, old: Surface, new: Surface) -> Surface:
+        """Return the surface with another one in place of one of its parts."""
+        return new if old is self else self
+
+    @property
     def apex_radius(self) -> float:
         """Radius of curvature of a sphere; infinity for other surfaces (length)."""
         return math.inf
@@ -178,7 +187,10 @@ class Topography(Registered, Surface):
 
     def points(self, spacing: float) -> int:
         """Return the number of points on which the roughness is synthesised."""
-        return round(self.rough.side / spacing) ** 2
+        rough = self.rough
+        if rough is self:
+            return round(self.side / spacing) ** 2
+        return rough.points(spacing)
 
 
 @dataclass(frozen=True)
@@ -219,21 +231,21 @@ def topography_of(surface: Surface) -> Topography:
         methods with the names of `Topography` are used, its `radius` and
         `short_wavelength`, and its `roughness`.
     """
-    return surface if isinstance(surface, Topography) else _Adapted(surface)
+    return surface if isinstance(surface, Topography) else Adapted(surface)
 
 
 def _delegated(name: str, other: str = "") -> Any:
     """Return a property: an attribute of the surface, by default of `Topography`."""
 
-    def value(adapted: _Adapted) -> Any:
-        default = getattr(super(_Adapted, adapted), name)
+    def value(adapted: Adapted) -> Any:
+        default = getattr(super(Adapted, adapted), name)
         return getattr(adapted.surface, other or name, default)
 
     return property(value)
 
 
 @dataclass(frozen=True)
-class _Adapted(Topography):
+class Adapted(Topography):
     """A surface of a class that is not derived from `Topography`."""
 
     surface: Any
@@ -242,11 +254,13 @@ class _Adapted(Topography):
     shortest_wavelength = _delegated("shortest_wavelength", "short_wavelength")
     profile = _delegated("profile")
     extent = _delegated("extent")
+    middle_extent = _delegated("middle_extent")
     repeats = _delegated("repeats")
     periods = _delegated("periods")
     side = _delegated("side")
     longest_wavelength = _delegated("longest_wavelength")
     pixel = _delegated("pixel")
+    seed = _delegated("seed")
     mean_height = _delegated("mean_height")
     edge_change = _delegated("edge_change")
     statistics = _delegated("statistics")

@@ -123,6 +123,9 @@ class AdhesionEstimate:
 
 def _flattening_energy(rough: Surface, solid: ElasticSolid, spacing: float) -> float:
     """Return the elastic energy per area of a roughness in full contact."""
+    parts = topography_of(rough).parts
+    if len(parts) > 1:  # of independent surfaces
+        return sum(_flattening_energy(part, solid, spacing) for part in parts)
     if isinstance(rough, SelfAffine) and rough.long_wavelength > rough.short_wavelength:
         return flattening_energy(_mean_modulus(rough, solid, spacing), rough)
     extent = 2.0 * topography_of(rough).extent / spacing

@@ -33,7 +33,7 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.theory.self_affine import rms_height
 from ase_roughcontact.topography import SelfAffine
-from ase_roughcontact.topography.topography import topography_of
+from ase_roughcontact.topography.topography import Topography, topography_of
 from ase_roughcontact.windows.footprint import BeyondSurfaceError, Footprint
 from ase_roughcontact.windows.memory import check_memory
 
@@ -117,23 +117,23 @@ class ExpectedContact:
         Returns
         -------
         int
-            Power of two: one unless window or roughness have very many points.
+            Power of two: one unless window or roughness have very many points, and for
+            the roughness of two bodies.
         """
         level = self._level(control, target, self.solid.contact_modulus)
         level += 2.0 * self._depth_of_roughness
         side = 2.0 * self._reach(level) / self.spacing / _MAX_PLANNED_SIDE
         rough = self.indenter.roughness
+        if len(topography_of(self.indenter).rough.parts) > 1:
+            return 1
         if isinstance(rough, SelfAffine):
             side = max(side, rough.side / self.spacing / LARGEST_DOMAIN)
         return 2 ** max(0, math.ceil(math.log2(side))) if side > 1.0 else 1
 
     @cached_property
     def _depth_of_roughness(self) -> float:
-        rough = self.indenter.roughness
-        if isinstance(rough, SelfAffine):
-            return _MAX_RELATIVE_DEPTH * rms_height(rough)
-        lowest = topography_of(self.indenter).rough.lowest(self.spacing)
-        return 0.0 if lowest == -math.inf else -lowest
+        rough = topography_of(self.indenter).rough
+        return sum(_depth_of(part, self.spacing) for part in rough.parts)
 
     @cached_property
     def _smooth(self) -> Any:
@@ -164,6 +164,14 @@ class ExpectedContact:
         if self.indenter.radius == math.inf:  # no bound for a whole tip
             return 0.0
         return self._smooth.reach(level, self.spacing)
+
+
+def _depth_of(rough: Topography, spacing: float) -> float:
+    """Return the largest depth of a roughness; zero if it is not known."""
+    if isinstance(rough, SelfAffine):
+        return _MAX_RELATIVE_DEPTH * rms_height(rough)
+    lowest = rough.lowest(spacing)
+    return 0.0 if lowest == -math.inf else -lowest
 
 
 def coarser(problem: Problem, factor: int) -> Problem:

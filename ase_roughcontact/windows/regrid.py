@@ -118,7 +118,8 @@ class GridChange:
             If the roughness has another period, or the grid is coarser, and the
             indenter has no method `band_limited`, or a roughness without longer waves.
         """
-        self._check_waves(topography_of(indenter).rough, spacing)
+        for part in topography_of(indenter).rough.parts:
+            self._check_waves(part, spacing)
         if self.coarsen <= self.refine:
             return indenter
         shortest = _WAVE_SPACINGS * self.spacing(spacing)

@@ -226,8 +226,11 @@ def _peak_height(indenter: Topography) -> float:
     rough = indenter.rough
     if rough is indenter and not indenter.repeats:  # a whole tip
         return 0.0
+    return _PEAK_RATIO * math.hypot(*map(_rms_height, rough.parts))
+
+
+def _rms_height(rough: Topography) -> float:
+    """Return the rms height; zero if it is not known (length)."""
     if isinstance(rough, SelfAffine):
-        return _PEAK_RATIO * rms_height(rough)
-    if isinstance(rough, HeightMap):
-        return _PEAK_RATIO * rough.statistics().rms_height
-    return 0.0
+        return rms_height(rough)
+    return rough.statistics().rms_height if isinstance(rough, HeightMap) else 0.0
