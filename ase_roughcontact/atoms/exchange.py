@@ -46,7 +46,7 @@ def set_window(atoms: Atoms, window: Box) -> None:
     _exchange(atoms, problem, window, window.shape)
 
 
-def regrid(atoms: Atoms, change: GridChange) -> float:
+def regrid(atoms: Atoms, change: GridChange, keep_window: bool = True) -> float:
     """Exchange the grid of surface atoms for a finer or coarser one, in place.
 
     The window, the indenter, the wall and the solid stay. The substrate is flat
@@ -57,6 +57,9 @@ def regrid(atoms: Atoms, change: GridChange) -> float:
     atoms : Atoms
         Atoms with a `RoughContact` calculator.
     change : GridChange
+    keep_window : bool
+        Whether the window stays as it is. Otherwise it is enlarged until a coarser grid
+        fits it.
 
     Returns
     -------
@@ -71,9 +74,12 @@ def regrid(atoms: Atoms, change: GridChange) -> float:
         indenter can't be smoothed.
     """
     problem, old = problem_of(atoms)
+    padded = len(atoms) - 1 > old.size
+    if not keep_window:
+        old = Box(old.start, change.enclosing_shape(old.shape))
     fine, window = on_grid(problem, old, change)
     shape = window.shape
-    if len(atoms) - 1 > old.size:
+    if padded:
         shape = SurfaceGrid.padded_shape(shape, problem.periodic)
     _exchange(atoms, fine, window, shape)
     if fine.indenter is not problem.indenter:

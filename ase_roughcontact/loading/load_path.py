@@ -216,7 +216,7 @@ class AtomsPath:
                     "the surface has kept a plastic shape, creep or friction, which "
                     "another grid would lose: start from new atoms"
                 )
-            lost = regrid(atoms, change)
+            lost = regrid(atoms, change, settings.keeps_window)
             warn_of_lost_slope(lost, change, self._action)
         self._frames = PathAtoms(atoms)
         pulled = (bool(springs) and control == LOAD) or control == BASE

@@ -336,8 +336,8 @@ class Scene(SceneFile):
     def _problem_on(self, change: GridChange) -> tuple[Problem, Box]:
         if self.shape:
             check_memory(change.shape(self.shape))
-        first = math.ceil(_FIRST_WINDOW_SIDE / change.coarsen) * change.coarsen
-        n, m = self.shape or (first, first)
+        first = _FIRST_WINDOW_SIDE, _FIRST_WINDOW_SIDE
+        n, m = self.shape or change.enclosing_shape(first)
         window = Box((-(n // 2), -(m // 2)), (n, m))
         return on_grid(self.bodies.problem, window, change)
 

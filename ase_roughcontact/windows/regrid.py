@@ -97,6 +97,11 @@ class GridChange:
         n, m = (n * self.refine // self.coarsen for n in shape)
         return n, m
 
+    def enclosing_shape(self, shape: tuple[int, int]) -> tuple[int, int]:
+        """Return the smallest shape of a window of atoms that `coarsen` divides."""
+        n, m = (math.ceil(k / self.coarsen) * self.coarsen for k in shape)
+        return n, m
+
     def surface(self, indenter: Surface, spacing: float) -> Surface:
         """Return an indenter without the waves that the grid can't resolve.
 

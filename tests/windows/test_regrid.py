@@ -96,6 +96,15 @@ def test_path_on_another_grid_agrees_with_atoms_on_this_grid(recwarn):
     assert step.contact_area == expected.contact_area > 0.0
 
 
+@pytest.mark.parametrize("shape", [(12, 12), (16, 14)])
+def test_automatic_windows_fit_a_coarse_grid_from_any_first_window(shape):
+    sphere = rc.RoughSphere(100.0)
+    atoms = atoms_under(sphere, rc.HardWall(), shape)
+    (step,) = rc.load_path(atoms, [2.0], window="auto", grid="3 a0")
+    theory = rc.theory.Hertz(100.0, 1.0)
+    assert step.normal_force == pytest.approx(theory.force(np.sqrt(200.0)), rel=0.01)
+
+
 def test_loss_is_a_warning_of_a_path():
     with pytest.warns(UserWarning, match=r"4 times .* 34 %"):
         rc.load_path(make_atoms(), heights=[1.0], grid="4 a0")
