@@ -58,7 +58,8 @@ class PathFiles:
         OSError
             If a file can't be written, or was removed since the last step.
         """
-        columns = asdict(step.record)
+        names = columns_of(type(step.record))
+        columns = {name: getattr(step.record, name) for name in names}
         try:
             if self._add_frame:
                 self._add_frame(step, left, columns)

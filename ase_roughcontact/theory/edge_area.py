@@ -142,7 +142,7 @@ def edge_area(
     fields = [pressure, gap, corner]
     if periodic:
         fields = [np.pad(field, ((0, 2), (0, 2)), "wrap") for field in fields]
-    fine, aligned = _covered(fields, 1)
+    fine, cut = _covered(fields, 1)
     coarse, _ = _covered(fields, 2)
     perimeter = sides.sum()
     change = fine - coarse + _EDGE_CORRECTION * perimeter
@@ -150,7 +150,7 @@ def edge_area(
     corner_error = _ERROR_PER_CORNER * corners
     plastic_error = _ERROR_PER_PLASTIC * plastic
     error = _ERROR_PER_CHANGE * abs(change) + _ERROR_PER_PERIMETER * perimeter
-    aligned_error = _ERROR_OF_ALIGNED * aligned**2 * (perimeter - corners)
+    aligned_error = _ERROR_OF_ALIGNED * _alignment(cut) ** 2 * (perimeter - corners)
     error += aligned_error + (corner_error + plastic_error)
     error += 0.5 + _unresolved(pressure)
     return EdgeArea(
@@ -175,12 +175,10 @@ def _unresolved(pressure: np.ndarray) -> float:
     """Return the error by strips between points in contact, in units of a point."""
     error, contact = 0.0, pressure > 0.0
     for axis in (0, 1):
-        between = np.roll(contact, 1, axis) & np.roll(contact, -1, axis)
-        here = np.unravel_index(np.flatnonzero(between), pressure.shape)
-        neighbours = _neighbour(here, -1, axis, pressure)
-        neighbours += _neighbour(here, 1, axis, pressure)
-        low = pressure[here] < 0.5 * _LOW_PRESSURE_RATIO * neighbours
-        closed = np.count_nonzero(low & contact[here])
+        before, after = np.roll(pressure, 1, axis), np.roll(pressure, -1, axis)
+        low = pressure < 0.5 * _LOW_PRESSURE_RATIO * (before + after)
+        low &= (before > 0.0) & (after > 0.0)
+        closed = np.count_nonzero(low & contact)
         error += _ERROR_PER_CLOSED * closed
         error += _ERROR_PER_OPEN * (np.count_nonzero(low) - closed)
     return error
@@ -215,19 +213,27 @@ def _neighbour(
     return values[tuple(moved)]
 
 
-def _covered(fields: list[np.ndarray], k: int) -> tuple[float, float]:
-    """Return the area in contact from squares of k points, and its edge's alignment.
+def _alignment(cut: np.ndarray) -> float:
+    """Return one if the edge cuts all sides at the same part, less if the parts differ.
+
+    The argument is the parts of cut sides in contact.
+    """
+    return float(abs(np.exp(2j * math.pi * cut).mean())) if cut.size else 0.0
+
+
+def _covered(fields: list[np.ndarray], k: int) -> tuple[float, np.ndarray]:
+    """Return the area in contact from squares of k points, and parts of cut sides.
 
     The fields are pressures, gaps in the units of `_corners`, and corners. The last two
-    rows and columns begin no square. The alignment is one if the edge cuts all sides at
-    the same part, and small if the parts differ.
+    rows and columns begin no square.
     """
     contact, width = fields[0] > 0.0, fields[0].shape[1]
     n, m = contact.shape[0] - 2, width - 2
     touching = np.zeros((n, m), np.int8)  # number of corners of a square in contact
     for i, j in (0, 0), (k, 0), (0, k), (k, k):
         touching += contact[i : i + n, j : j + m]
-    rows, columns = np.divmod(np.flatnonzero(touching % 4), m)  # cut by the edge
+    cut_by_edge = (touching > 0) & (touching < 4)
+    rows, columns = np.divmod(np.flatnonzero(cut_by_edge), m)
     first, along_x, along_y = rows * width + columns, k * width, k
     values = [contact.ravel(), *(field.ravel() for field in fields)]
     x_sides, y_sides = _parts(values, along_x, k), _parts(values, along_y, k)
@@ -242,9 +248,8 @@ def _covered(fields: list[np.ndarray], k: int) -> tuple[float, float]:
         + _triangles(left, lower, falling)
         + _triangles(right, upper, falling)
     )
-    cut = np.concatenate([part[(part > 0.0) & (part < 1.0)] for part in (left, lower)])
-    aligned = abs(np.exp(2j * math.pi * cut).mean()) if cut.size else 0.0
-    return area, float(aligned)
+    sides = np.concatenate([left, lower])
+    return area, sides[(sides > 0.0) & (sides < 1.0)]
 
 
 def _parts(values: list[np.ndarray], step: int, length: float) -> np.ndarray:
