@@ -267,6 +267,24 @@ class ElasticSolid(Registered, ABC):
         """Whether there is a layer at the surface."""
         return self.thickness < math.inf
 
+    def modulus_at_surface(self, spacing: float) -> float:
+        """Return the contact modulus of the material at the surface.
+
+        Parameters
+        ----------
+        spacing : float
+            Distance of neighbours (length).
+
+        Returns
+        -------
+        float
+            Modulus of the shortest waves of a layered solid, and else of the far field
+            (pressure).
+        """
+        if self.layered:
+            return float(self.wave_modulus(math.pi / spacing))
+        return self.contact_modulus
+
     def label(self, name: str) -> str:
         """Return a description of the solid with its contact modulus.
 

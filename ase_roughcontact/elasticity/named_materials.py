@@ -26,6 +26,7 @@ from typing import Any
 from ase.data import atomic_names, atomic_numbers
 
 from ase_roughcontact._util.validation import shown
+from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.material import (
     CRYSTALS,
     HARDNESS,
@@ -64,7 +65,8 @@ class Material:
         Poisson's ratio; an average for cubic crystals, None for other anisotropic
         solids.
     hardness : float
-        Mean pressure under a plastic indentation (GPa); NaN if it is not known.
+        Mean pressure under a plastic indentation (GPa); infinity for a rubber, which
+        recovers, NaN if it is not known.
     hardness_source : str
         Source of the hardness.
     crystalline : bool
@@ -128,12 +130,15 @@ _ALL_MATERIALS = {
     for each in CRYSTALS
 }
 _ALL_MATERIALS.update(MATERIALS)
-#: Largest hardness of a material relative to its contact modulus: 0.103, of DLC.
+#: Largest hardness of a material relative to its contact modulus: 0.103, of DLC. The
+#: theoretical strength of solids is about a tenth of Young's modulus, too.
 LARGEST_RELATIVE_HARDNESS = max(
     each.hardness / each.contact_modulus
     for each in _ALL_MATERIALS.values()
-    if not math.isnan(each.hardness)
+    if math.isfinite(each.hardness)
 )
+#: Largest modulus of rubbers and gels (GPa), which recover from any pressure.
+LARGEST_RUBBER_MODULUS = 0.1
 
 
 def material(name: str) -> Material:
@@ -168,11 +173,33 @@ def hardness_of(name: str) -> float:
     Returns
     -------
     float
-        Hardness (GPa); NaN if it is not known.
+        Hardness (GPa); infinity for a rubber, NaN if it is not known.
     """
     if name in _ALL_MATERIALS:
         return _ALL_MATERIALS[name].hardness
     return HARDNESS.get(name, math.nan)
+
+
+def hardness_bound(modulus: float, creep: Creep | None = None) -> float:
+    """Return the largest pressure that a solid of unknown hardness may bear.
+
+    Parameters
+    ----------
+    modulus : float
+        Instantaneous contact modulus (GPa).
+    creep : Creep, optional
+        Creep of a viscoelastic solid.
+
+    Returns
+    -------
+    float
+        `LARGEST_RELATIVE_HARDNESS` times the modulus (GPa). NaN for rubbers: the
+        relaxed modulus is at most `LARGEST_RUBBER_MODULUS`.
+    """
+    relaxed = modulus * (creep.relaxed if creep else 1.0)
+    if relaxed <= LARGEST_RUBBER_MODULUS:
+        return math.nan
+    return LARGEST_RELATIVE_HARDNESS * modulus
 
 
 def combined_modulus(*moduli: float) -> float:

@@ -280,7 +280,8 @@ CHECKS = (
     Check(
         f"{_PRESSURE_OVER_BOUND} > 1",
         "the hardness is not known, and no listed material is harder than "
-        f"{LARGEST_RELATIVE_HARDNESS:.3g} E*: give a hardness, infinity for a rubber",
+        f"{LARGEST_RELATIVE_HARDNESS:.3g} E*, about the theoretical strength: give a "
+        "hardness, infinity for a rubber",
         lambda s: float(s.fields.pressure.max()) / s.options.hardness_bound,
     ),
     Check(

@@ -12,7 +12,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import instance_of, one_of, positive
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity.material import HARDNESS, fcc_spacing
-from ase_roughcontact.elasticity.named_materials import LARGEST_RELATIVE_HARDNESS
+from ase_roughcontact.elasticity.named_materials import hardness_bound
 from ase_roughcontact.results.limits import failed_checks
 from ase_roughcontact.windows.regrid import GridChange, lost_text
 
@@ -39,8 +39,8 @@ class Validity:
         Hardness of the substrate, with which pressures are compared (eV/Å^3): infinity
         for a solid that is elastic by intent, NaN if it is not known. The default is
         the element's hardness in `HARDNESS`, if the spacing fits its crystal and the
-        solid is not layered, and else none. If such an element is not in the table,
-        pressures are compared with `hardness_bound_for`.
+        solid is not layered, and else none. If the spacing fits, but the hardness is
+        not known, pressures are compared with `hardness_bound_for`.
 
     Raises
     ------
@@ -151,18 +151,21 @@ def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -
 def hardness_bound_for(
     problem: Problem, symbol: str, hardness: float | None = None
 ) -> float:
-    """Return the pressure that an element of unknown hardness can hardly bear.
+    """Return the pressure that a solid of unknown hardness can hardly bear.
 
-    It is `LARGEST_RELATIVE_HARDNESS` times the contact modulus (eV/Å^3); NaN if a
-    hardness is known or given, for layered solids, and if the spacing differs from the
-    element's crystal.
+    It is the bound by `named_materials.hardness_bound` (eV/Å^3); NaN if a hardness is
+    known or given, for the symbol "X", and if the spacing differs from the element's
+    crystal, as in other units.
     """
-    known = hardness is not None or problem.wall.plastic or symbol in HARDNESS
-    if known or problem.solid.layered or symbol == "X":
+    if hardness is not None or symbol == "X":
+        return math.nan
+    if not math.isnan(hardness_for(problem, symbol)):
         return math.nan
     if not _is_spacing_of(symbol, problem.spacing):
         return math.nan
-    return LARGEST_RELATIVE_HARDNESS * problem.solid.contact_modulus
+    solid = problem.solid
+    modulus = solid.modulus_at_surface(problem.spacing) / UNITS["GPa"]
+    return UNITS["GPa"] * hardness_bound(modulus, solid.creep)
 
 
 def _hardness_of(symbol: str, spacing: float) -> float:

@@ -36,8 +36,8 @@ class Bodies:
     hardness : float
         The hardness of the surface (eV/Å^3); NaN if it is not known.
     hardness_bound : float
-        Upper bound of the hardness of named bodies of unknown hardness (eV/Å^3); NaN
-        without such a body.
+        Upper bound of the hardness of bodies of unknown hardness (eV/Å^3); NaN without
+        such a body, and for rubbers.
     radius : float
         The radius of the sphere (Å); for a whole tip the radius of curvature of its
         scan, for a rough flat infinity, for an indenter of another shape NaN.

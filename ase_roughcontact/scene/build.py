@@ -15,6 +15,7 @@ from ase_roughcontact.elasticity import (
     Viscoelastic,
     named_materials,
 )
+from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.scene.bodies import Bodies
@@ -103,9 +104,9 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
     with problems.of("sphere" if scene.tip is None else "tip"):
         substrate_modulus = solid.contact_modulus
         elastic = elastic_tip(scene)
+        hardness_bound = _hardness_bound(scene, solid, elastic, spacing, creep)
         if elastic is not None:
             solid = _with_tip(solid, elastic)
-        hardness_bound = _hardness_bound(scene, solid, elastic, substrate_modulus)
         if creep is not None:  # the tip is elastic
             ratio = solid.contact_modulus / substrate_modulus
             solid = Viscoelastic(solid, creep.scaled(ratio))
@@ -299,39 +300,45 @@ def _hardnesses(
 
 
 def _hardness_bound(
-    scene: SceneFile, solid: ElasticSolid, tip: ElasticTip | None, modulus: float
+    scene: SceneFile,
+    solid: ElasticSolid,
+    tip: ElasticTip | None,
+    spacing: float,
+    creep: Creep | None,
 ) -> float:
-    """Return an upper bound of the hardness of named bodies of unknown hardness.
+    """Return an upper bound of the hardness of bodies of unknown hardness.
 
     Parameters
     ----------
     scene : SceneFile
     solid : ElasticSolid
-        Solid of the substrate, or of both bodies.
+        Solid of the substrate alone.
     tip : ElasticTip or None
-    modulus : float
-        Contact modulus of the substrate alone (eV/Å^3).
+    spacing : float
+        Distance of the atoms (Å).
+    creep : Creep or None
+        Creep of the substrate.
 
     Returns
     -------
     float
         The smaller bound of both bodies (eV/Å^3); NaN if a hardness is given, or known
-        for all named bodies.
+        for both bodies, and for rubbers.
     """
     if scene.substrate.hardness is not None:
         return math.nan
-    moduli = {}
-    if scene.substrate.name and not solid.layered:
-        moduli[scene.substrate.name] = modulus
-    if tip is not None and tip.name and not tip.hardness_is_given:
-        moduli[tip.name] = min(tip.contact_modulus, moduli.get(tip.name, math.inf))
+    modulus = solid.modulus_at_surface(spacing) / UNITS["GPa"]
+    bounds = [named_materials.hardness_bound(modulus, creep)]
+    if tip is not None:
+        modulus = tip.contact_modulus / UNITS["GPa"]
+        bounds.append(named_materials.hardness_bound(modulus))
+    hardnesses = _hardnesses(scene, solid, tip)
     unknown = [
-        modulus
-        for name, modulus in moduli.items()
-        if math.isnan(named_materials.hardness_of(name))
+        bound
+        for bound, hardness in zip(bounds, hardnesses, strict=True)
+        if math.isnan(hardness) and not math.isnan(bound)
     ]
-    relative_hardness = named_materials.LARGEST_RELATIVE_HARDNESS
-    return relative_hardness * min(unknown, default=math.nan)
+    return UNITS["GPa"] * min(unknown, default=math.nan)
 
 
 def _with_tip(solid: ElasticSolid, tip: ElasticTip) -> Isotropic:
@@ -376,7 +383,7 @@ def _wall(
     is_known = scene.substrate.hardness is not None
     if not is_known:
         is_known = not any(map(math.isnan, _hardnesses(scene, solid, tip)))
-    if "hardness" in missing and is_known:
+    if "hardness" in missing and is_known and hardness < math.inf:
         parameters["hardness"] = hardness / UNITS["GPa"]
     return make_wall(kind, solid.contact_modulus, spacing, parameters)
 

@@ -34,8 +34,8 @@ class StepOptions:
     hardness : float
         Hardness with which pressures are compared; infinity or NaN for none (pressure).
     hardness_bound : float
-        Pressure that a named material of unknown hardness can hardly bear; NaN without
-        such a material (pressure).
+        Pressure that a body of unknown hardness can hardly bear; NaN without such a
+        body, and for rubbers (pressure).
     continuum : bool
         Whether the continuum is asked for, and not the model of atoms.
     lost_slope : float

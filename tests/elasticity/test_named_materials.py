@@ -1,5 +1,6 @@
 """Materials by name: moduli, works of adhesion, sources, and their use in scenes."""
 
+import math
 import re
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 from small_scene import SMALL
 
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.material import (
     CRYSTALS,
     HARDNESS,
@@ -17,6 +19,7 @@ from ase_roughcontact.elasticity.material import (
 from ase_roughcontact.elasticity.named_materials import (
     MATERIALS,
     combined_modulus,
+    hardness_bound,
     indentation_modulus,
     work_of_adhesion,
 )
@@ -44,7 +47,7 @@ def test_every_material_has_a_source_for_each_value():
 
 def test_the_table_of_the_guide_has_the_values_of_the_materials():
     text = GUIDE.read_text().partition("### Hardness")[0]
-    cells = r"^\| (\w+)[^|]*\| ([\d.]+) \| ([\d.]*)[^|]*\| ([\d.]*)"
+    cells = r"^\| (\w+)[^|]*\| ([\d.]+) \| ([\d.]*)[^|]*\| (inf|[\d.]*)"
     rows = re.findall(cells, text, re.M)
     table = {name: values for name, *values in rows}
     assert table.keys() == MATERIALS.keys()
@@ -128,6 +131,11 @@ def test_a_pressure_of_30_gpa_on_silica_is_marked():
         ('material = "Si"', 'material = "mica"', 55.8),
         ('material = "mica"\ncontact_modulus = 20.0', "", 20.0),
         ('symbol = "Nb"\nspacing = 3.3\ncontact_modulus = 120.0', "", 120.0),
+        ("contact_modulus = 0.11", "", 0.11),
+        ("contact_modulus = 120.0", 'material = "mica"', 55.8),
+        ("contact_modulus = 20.0", 'material = "Si"', 20.0),
+        ("contact_modulus = 20.0", 'material = "PDMS"', 20.0),
+        ('material = "Si"\nlayer_thickness = "9 nm"\nlayer_modulus = 20.0', "", 20.0),
     ],
 )
 def test_a_body_of_unknown_hardness_bears_at_most_the_largest_part_of_the_table(
@@ -140,16 +148,40 @@ def test_a_body_of_unknown_hardness_bears_at_most_the_largest_part_of_the_table(
 
 
 @pytest.mark.parametrize(
+    "substrate",
+    [
+        'material = "PDMS"',
+        "contact_modulus = 0.09",
+        'youngs_modulus = "1 MPa"\npoisson = 0.5',
+        'material = "Si"\nlayer_thickness = "9 nm"\nlayer_modulus = 0.002',
+    ],
+)
+def test_no_pressure_on_a_rubber_is_compared_with_a_hardness(substrate):
+    bodies = scene(substrate).bodies
+    assert math.isnan(bodies.hardness_bound)
+    assert math.isnan(bodies.hardness) or bodies.hardness == math.inf
+
+
+@pytest.mark.parametrize("relaxing, bound", [(0.5, 0.2053), (0.96, math.nan)])
+def test_a_viscoelastic_solid_is_a_rubber_if_its_relaxed_modulus_is_small(
+    relaxing, bound
+):
+    creep = Creep.of_relaxation([relaxing], [1.0])
+    assert hardness_bound(2.0, creep) == pytest.approx(bound, rel=1e-3, nan_ok=True)
+
+
+@pytest.mark.parametrize(
     "lines, compared",
     [
         ('material = "mica"', True),
         ('material = "mica"\nhardness = 50.0', False),
         ('material = "mica"\nhardness = inf', False),
-        ("contact_modulus = 55.8", False),
-        ('material = "mica"\nlayer_thickness = "9 nm"\nlayer_modulus = 55.8', False),
+        ("contact_modulus = 55.8", True),
+        ("contact_modulus = 55.8\nhardness = inf", False),
+        ('material = "Si"\nlayer_thickness = "9 nm"\nlayer_modulus = 55.8', True),
     ],
 )
-def test_a_pressure_above_a_tenth_of_the_modulus_on_mica_is_marked_without_a_hardness(
+def test_a_pressure_above_a_tenth_of_the_modulus_is_marked_without_a_hardness(
     lines, compared
 ):
     text = re.sub(r"contact_modulus = .*\n", lines + "\n", SMALL)
@@ -222,9 +254,14 @@ def test_pressures_are_compared_with_the_hardness_of_the_softer_body(
 def test_a_plastic_wall_does_not_take_the_hardness_of_a_tip_for_the_substrate():
     plastic = '[interaction]\nkind = "plastic"\n'
     with pytest.raises(ValueError, match="hardness"):
-        scene('material = "PDMS"', 'material = "SiO2"', plastic).check()
+        scene('material = "mica"', 'material = "SiO2"', plastic).check()
     both = scene('material = "Cu"', 'material = "Si"', plastic)
     assert both.wall.hardness == HARDNESS["Cu"] * UNITS["GPa"]
+
+
+def test_a_plastic_wall_on_a_rubber_needs_a_hardness():
+    with pytest.raises(ValueError, match="hardness"):
+        scene('material = "PDMS"', "", '[interaction]\nkind = "plastic"\n').check()
 
 
 def test_an_elastic_tip_reduces_the_modulus():

@@ -16,7 +16,7 @@ from built import atoms_under
 
 import ase_roughcontact as rc
 from ase_roughcontact.cli import main
-from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.material import CRYSTALS, HARDNESS, fcc_spacing
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.results.limits import CHECKS, failed_checks
@@ -124,6 +124,13 @@ def test_an_element_of_unknown_hardness_bears_a_tenth_of_its_modulus(
     problem = rc.Problem(SPHERE, Isotropic(0.8), wall, spacing)
     found = hardness_bound_for(problem, symbol, hardness)
     assert found == pytest.approx(0.8 * part, rel=1e-3, nan_ok=True)
+
+
+def test_a_layer_on_silicon_bears_a_tenth_of_its_own_modulus():
+    layer = Layer(0.05, thickness=50.0, base_modulus=1.0)
+    problem = rc.Problem(SPHERE, layer, rc.HardWall(), fcc_spacing("Si"))
+    found = hardness_bound_for(problem, "Si")
+    assert found == pytest.approx(0.1026 * 0.05, rel=1e-3)
 
 
 def test_lead_under_a_fifth_of_its_modulus_is_marked():
