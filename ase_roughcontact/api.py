@@ -44,6 +44,7 @@ from ase_roughcontact.topography import (
     Inverted,
     RoughSphere,
     SelfAffine,
+    TabulatedSpectrum,
 )
 
 __all__ = [
@@ -76,6 +77,7 @@ __all__ = [
     "State",
     "StepOptions",
     "Stepper",
+    "TabulatedSpectrum",
     "Tresca",
     "Validity",
     "ValidityWarning",

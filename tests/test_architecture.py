@@ -135,7 +135,7 @@ OWN_TRANSFORMS = {
     "elasticity.spectra",
     "scene.random_fields",
     "topography.interpolation",
-    "topography.selfaffine",
+    "topography.random_waves",
     "topography.spectrum",
 }
 

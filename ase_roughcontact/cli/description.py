@@ -16,6 +16,7 @@ from ase_roughcontact.scene.rough_bodies import combined
 from ase_roughcontact.scene.scan import tip_radius
 from ase_roughcontact.scene.solid import label_of
 from ase_roughcontact.scene.spacing import lengths_in_spacings
+from ase_roughcontact.topography import Inverted, RandomWaves
 from ase_roughcontact.windows.regrid import lost_text
 
 
@@ -80,7 +81,8 @@ def _roughness(scene: Scene) -> dict[str, str]:
         if part.is_scan:
             found[f"{body} scan".strip()] = part.section.summary
         else:
-            found[f"{body} roughness".strip()] = _random_text(part.surface)
+            free = part.section.free
+            found[f"{body} roughness".strip()] = _random_text(part.surface, free)
     if len(parts) > 1:
         both = combined(parts)
         found["roughness of both"] = (
@@ -90,14 +92,23 @@ def _roughness(scene: Scene) -> dict[str, str]:
     return found
 
 
-def _random_text(rough: Any) -> str:
-    """Return statistics and spectrum of a random roughness."""
-    nm = UNITS["nm"]
-    return (
-        f"{_statistics_text(rough)}; Hurst exponent {rough.hurst:.3g}, wavelengths "
-        f"from {rough.short_wavelength / nm:.4g} to {rough.long_wavelength / nm:.4g} "
-        "nm; one realisation"
+def _random_text(surface: Any, free: str) -> str:
+    """Return statistics and spectrum of a random roughness, and what was solved for."""
+    nm, rough = UNITS["nm"], surface
+    if isinstance(surface, Inverted):
+        rough = surface.surface
+    label = (
+        f"Hurst exponent {rough.hurst:.3g}, wavelengths from "
+        f"{rough.short_wavelength / nm:.4g} to {rough.long_wavelength / nm:.4g}"
     )
+    if isinstance(rough, RandomWaves):
+        label = rough.label(nm)
+    text = f"{_statistics_text(rough)}; {label} nm; one realisation"
+    if free:
+        value = getattr(rough, free)
+        words = f"{value:.4g}" if free == "hurst" else f"{value / nm:.4g} nm"
+        text += f"; {free} = {words} follows from the other two"
+    return text
 
 
 def _statistics_text(rough: Any) -> str:

@@ -26,6 +26,13 @@ from ase_roughcontact.scene.section import KindSection, Section
 from ase_roughcontact.theory.indenters import INDENTERS, Indenter
 from ase_roughcontact.windows.regrid import GridChange
 
+# Advice on other names of moduli, in lower case.
+_MODULUS = "youngs_modulus and poisson, or contact_modulus, E/(1 - nu^2)"
+_MODULI = dict.fromkeys(("e", "modulus", "young", "youngs_modulus"), _MODULUS)
+_MODULI |= {
+    "e*": "contact_modulus",
+    **dict.fromkeys(("nu", "poisson_ratio"), "poisson"),
+}
 # Default element of the atoms.
 SYMBOL = "Cu"
 # Kinds of indenters that have a section of their own.
@@ -55,6 +62,7 @@ class SubstrateConfig(KindSection):
     file_keys = ("potential", "crystal")
     word_keys = ("shape", "spacing")
     infinite_keys = ("hardness",)
+    hints = _MODULI
 
     symbol: str = ""
     material: str = ""

@@ -55,6 +55,8 @@ class Section:
         Keys of numbers or lists that may also be words, which are not converted.
     infinite_keys : tuple of str
         Keys of numbers that may be infinite.
+    hints : mapping of str to str
+        What to give for names that are not keys, in lower case.
     changes_results : bool
         Whether a scene with another value has other results.
     """
@@ -64,6 +66,7 @@ class Section:
     file_keys: ClassVar[tuple[str, ...]] = ()
     word_keys: ClassVar[tuple[str, ...]] = ()
     infinite_keys: ClassVar[tuple[str, ...]] = ()
+    hints: ClassVar[Mapping[str, str]] = {}
     changes_results: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -102,6 +105,8 @@ class Section:
         for name, value in entries.items():
             with problems.of(cls.title):
                 if name not in types:
+                    if hint := cls.hints.get(name.lower()):
+                        raise ValueError(f"unknown key {name!r}: give {hint}")
                     raise ValueError(unknown(name, list(types), "key"))
                 if not any(_is_of_type(value, each) for each in types[name]):
                     accepted = [

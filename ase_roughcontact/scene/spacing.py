@@ -143,8 +143,9 @@ def _lengths(scene: SceneFile) -> Iterator[tuple[str, Any, str]]:
         yield "[sphere] radius", sphere.radius, sphere.unit
     for section in scene.sections.values():
         if isinstance(section, RandomFieldConfig):
+            values = section.contents()
             for key in LENGTH_KEYS:
-                yield f"[{section.title}] {key}", getattr(section, key), section.unit
+                yield f"[{section.title}] {key}", values[key], section.unit
     if scene.indenter is not None:
         for key, parameter in scene.indenter.kind_parameters.items():
             if parameter.unit == "a0":

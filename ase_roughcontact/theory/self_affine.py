@@ -2,7 +2,8 @@
 
 The spectrum is C(q) ~ q^(-2-2H) between the wavelengths lambda_s and lambda_L, and
 constant from lambda_L to the longest wavelength lambda_max, if there is such a
-roll-off. The rms slope is h' = ``<|grad h|^2>^(1/2)``, the rms curvature
+roll-off. With an anisotropy g these are wavelengths across a direction; along it they
+are g times longer. The rms slope is h' = ``<|grad h|^2>^(1/2)``, the rms curvature
 h'' = ``<(lap h)^2>^(1/2)``. All functions raise `ValueError` for a parameter of the
 roughness that is missing, not finite or out of range, or wavelengths that are not in
 increasing order.
@@ -17,16 +18,20 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
+import numpy as np
 from scipy.special import boxcox
 
 from ase_roughcontact._util.validation import finite, positive, shown
+
+# Directions of an angular mean.
+_ANGLES = 2048
 
 
 class Roughness(Protocol):
     """Parameters of a self-affine roughness, such as `ase_roughcontact.SelfAffine`.
 
     An attribute `longest_wavelength`, if there is one that is not None, is the end of
-    the roll-off.
+    the roll-off; `anisotropy` the ratio of wavelengths along a direction and across.
     """
 
     @property
@@ -68,6 +73,24 @@ def band_of(roughness: Roughness) -> tuple[float, float, float | None]:
     """Return lambda_s, lambda_L and lambda_max, which may be None."""
     longest = getattr(roughness, "longest_wavelength", None)
     return roughness.short_wavelength, roughness.long_wavelength, longest
+
+
+def angular_mean(power: float, anisotropy: float) -> float:
+    r"""Return by how much an anisotropy g reduces a moment of the spectrum.
+
+    Waves that are stretched along a direction by g have
+
+    .. math:: A_m = \frac{1}{2\pi} \int_0^{2\pi}
+              (\cos^2\phi/g^2 + \sin^2\phi)^{m/2} d\phi
+
+    times the mean of :math:`q^m`: :math:`A_2 = (1 + g^{-2})/2`.
+    """
+    if anisotropy == 1.0:
+        return 1.0
+    # the midpoint rule of a periodic function; the corner of m = 1 needs many points
+    angle = np.pi / _ANGLES * (np.arange(_ANGLES) + 0.5)
+    square = (np.cos(angle) / anisotropy) ** 2 + np.sin(angle) ** 2
+    return float(np.mean(square ** (power / 2)))
 
 
 def wavelength_ratios(
@@ -133,16 +156,20 @@ def spectral_moment(
 
 
 def moment_ratio(power: float, other: float, roughness: Roughness) -> float:
-    """Return the ratio of two moments of the spectrum, M_m/M_n of `spectral_moment`.
+    """Return the ratio of two moments of the spectrum, A_m M_m/(A_n M_n).
 
-    One wavelength, lambda_L = lambda_s, is allowed: the ratio is one then.
+    See `spectral_moment` and `angular_mean`. One wavelength, lambda_L = lambda_s, is
+    allowed: the ratio of M_m and M_n is one then.
     """
     _, hurst, short = numbers_of(roughness)
     positive(long_wavelength=roughness.long_wavelength)
+    anisotropy = getattr(roughness, "anisotropy", 1.0)
+    ratio = angular_mean(power, anisotropy) / angular_mean(other, anisotropy)
     if roughness.long_wavelength == short:
-        return 1.0
+        return ratio
     band = band_of(roughness)
-    return spectral_moment(power, hurst, *band) / spectral_moment(other, hurst, *band)
+    moments = [spectral_moment(each, hurst, *band) for each in (power, other)]
+    return ratio * moments[0] / moments[1]
 
 
 def slope_to_curvature_ratio(roughness: Roughness) -> float:
@@ -163,6 +190,11 @@ def slope_to_curvature_ratio(roughness: Roughness) -> float:
     """
     _, _, short = numbers_of(roughness)
     return short / (2 * math.pi) * math.sqrt(moment_ratio(2, 4, roughness))
+
+
+def rms_curvature(roughness: Roughness) -> float:
+    """Return the rms curvature, h' over `slope_to_curvature_ratio` (1/length)."""
+    return roughness.rms_slope / slope_to_curvature_ratio(roughness)
 
 
 def rms_height(roughness: Roughness) -> float:

@@ -5,7 +5,9 @@ Lengths are in any consistent unit.
 ================================  ====================================================
 ``base``, ``topography``          heights of an indenter, and its further properties
 ``sphere``, ``shaped_indenter``   the rough sphere; cones, pyramids and punches
-``selfaffine``                    random roughness
+``random_waves``                  random roughness, by its spectrum: ``selfaffine``,
+                                  with ``amplitudes``, and ``tabulated_spectrum``,
+                                  from ``spectrum_files`` and ``profile_spectrum``
 ``heightmap``, ``interpolation``  a map of heights, and splines through it
 ``composite``                     the roughness of two bodies
 ``heterogeneity``                 a work of adhesion that varies over the surface
@@ -25,9 +27,11 @@ from ase_roughcontact.topography.base import BoundedSurface, Surface
 from ase_roughcontact.topography.composite import CompositeRoughness, Inverted
 from ase_roughcontact.topography.heightmap import HeightMap
 from ase_roughcontact.topography.heterogeneity import Heterogeneity
+from ase_roughcontact.topography.random_waves import RandomWaves
 from ase_roughcontact.topography.selfaffine import SelfAffine
 from ase_roughcontact.topography.shaped_indenter import ShapedIndenter
 from ase_roughcontact.topography.sphere import RoughSphere
+from ase_roughcontact.topography.tabulated_spectrum import TabulatedSpectrum
 from ase_roughcontact.topography.topography import ROUGHNESSES, Topography
 
 __all__ = [
@@ -37,9 +41,11 @@ __all__ = [
     "HeightMap",
     "Heterogeneity",
     "Inverted",
+    "RandomWaves",
     "RoughSphere",
     "SelfAffine",
     "ShapedIndenter",
     "Surface",
+    "TabulatedSpectrum",
     "Topography",
 ]

@@ -65,6 +65,11 @@ class Inverted(Adapted):
         return -self.surface.heights(shape, spacing, origin)
 
     @property
+    def shortest_wavelength(self) -> float:
+        """Shortest wavelength of the heights; NaN if it is not known (length)."""
+        return topography_of(self.surface).shortest_wavelength
+
+    @property
     def mean_height(self) -> float:
         """Mean of the reversed heights (length)."""
         return -topography_of(self.surface).mean_height

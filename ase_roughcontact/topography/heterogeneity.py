@@ -16,7 +16,7 @@ from ase_roughcontact._util.validation import (
     positive,
     window,
 )
-from ase_roughcontact.topography.selfaffine import SelfAffine
+from ase_roughcontact.topography.random_waves import RandomWaves
 from ase_roughcontact.topography.topography import topography_of
 
 
@@ -79,7 +79,7 @@ class Heterogeneity:
                 raise ValueError("rms is for maps and random fields: omit it")
             if self._rms_of_pattern == 0.0:
                 raise ValueError("a map that is scaled to rms must not be flat")
-        elif isinstance(self.pattern, SelfAffine):
+        elif isinstance(self.pattern, RandomWaves):
             raise ValueError("a random field needs rms, its root mean square")
 
     def factors(

@@ -31,8 +31,7 @@ from ase_roughcontact.contact.control import HEIGHT, PENETRATION, Control
 from ase_roughcontact.elasticity import Crystal, ElasticSolid, Isotropic
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import Hertz
-from ase_roughcontact.theory.self_affine import rms_height
-from ase_roughcontact.topography import SelfAffine
+from ase_roughcontact.topography import RandomWaves
 from ase_roughcontact.topography.topography import Topography, topography_of
 from ase_roughcontact.windows.footprint import BeyondSurfaceError, Footprint
 from ase_roughcontact.windows.memory import check_memory
@@ -126,7 +125,7 @@ class ExpectedContact:
         rough = self.indenter.roughness
         if len(topography_of(self.indenter).rough.parts) > 1:
             return 1
-        if isinstance(rough, SelfAffine):
+        if isinstance(rough, RandomWaves):
             side = max(side, rough.side / self.spacing / LARGEST_DOMAIN)
         return 2 ** max(0, math.ceil(math.log2(side))) if side > 1.0 else 1
 
@@ -168,8 +167,8 @@ class ExpectedContact:
 
 def _depth_of(rough: Topography, spacing: float) -> float:
     """Return the largest depth of a roughness; zero if it is not known."""
-    if isinstance(rough, SelfAffine):
-        return _MAX_RELATIVE_DEPTH * rms_height(rough)
+    if isinstance(rough, RandomWaves):
+        return _MAX_RELATIVE_DEPTH * rough.expected_height
     lowest = rough.lowest(spacing)
     return 0.0 if lowest == -math.inf else -lowest
 
@@ -195,13 +194,9 @@ def coarser(problem: Problem, factor: int) -> Problem:
     """
     indenter: Any = problem.indenter
     rough, spacing, solid = indenter.roughness, factor * problem.spacing, problem.solid
-    if isinstance(rough, SelfAffine):
+    if isinstance(rough, RandomWaves):
         spacing = rough.side / math.ceil(rough.side / spacing)
-        short, longer = max(rough.short_wavelength, 2.0 * spacing), None
-        if short < rough.long_wavelength:
-            longer = replace(rough, short_wavelength=short)
-            slope = rough.rms_slope * rms_height(rough) / rms_height(longer)
-            longer = replace(longer, rms_slope=slope)
+        longer = rough.without_short_waves(2.0 * spacing)
         indenter = replace(indenter, roughness=longer)
     if isinstance(solid, Crystal):  # defined at its own spacing only
         solid = Isotropic(solid.contact_modulus)

@@ -11,7 +11,7 @@ from ase_roughcontact._util.validation import integer
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.problem import lattice_offsets
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.topography import SelfAffine, Surface
+from ase_roughcontact.topography import RandomWaves, Surface
 from ase_roughcontact.topography.topography import topography_of
 
 # Number of spacings on the shortest wave of a surface on a coarser grid. Two are
@@ -132,13 +132,13 @@ class GridChange:
 
     def _check_waves(self, rough: Surface | None, spacing: float) -> None:
         """Raise `ValueError` if the grid has no waves, or not the period."""
-        if not isinstance(rough, SelfAffine) or self.coarsen == 1:
+        if not isinstance(rough, RandomWaves) or self.coarsen == 1:
             return
         ratio = self.spacing(1.0)
-        longest = rough.longest_wavelength or rough.long_wavelength
+        shortest, longest = rough.band
         for_longest = _coarsening(longest / spacing)
         if ratio > for_longest:
-            for_all = _coarsening(rough.short_wavelength / spacing)
+            for_all = _coarsening(shortest / spacing)
             raise ValueError(
                 f"coarsen = {self.coarsen} leaves out all waves of the roughness, of "
                 f"up to {longest / spacing:.4g} a0: choose at most {for_longest}, "

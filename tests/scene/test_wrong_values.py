@@ -63,6 +63,7 @@ WORDS = {
     *("substrate.model", "substrate.shape", "substrate.spacing", "sphere.unit"),
     *("sphere.material", "indenter.material", "tip.material", "study.over"),
     *("sphere.profile", "roughness.unit", "roughness.normalise", "topography.file"),
+    *("roughness.file", "roughness.convention", "roughness.series"),
     *("topography.role", "topography.unit", "topography.detrend", "topography.center"),
     *("topography.channel", "heterogeneity.unit", "heterogeneity.file"),
     *("friction.coupling", "path.control", "path.scale", "solver.optimizer"),
@@ -74,6 +75,7 @@ MAY_BE_EMPTY = {
     *("substrate.potential", "substrate.crystal", "substrate.surface"),
     *("substrate.model", "sphere.material", "indenter.material", "tip.material"),
     *("topography.file", "topography.role", "heterogeneity.file", "study.over"),
+    *("roughness.file", "roughness.convention", "roughness.series"),
 }
 INFINITE = {"sphere.radius", "substrate.hardness", "tip.hardness"}
 LISTS = {

@@ -15,8 +15,7 @@ from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import JKR, ShapeTheory
-from ase_roughcontact.theory.self_affine import rms_height
-from ase_roughcontact.topography import HeightMap, SelfAffine, ShapedIndenter
+from ase_roughcontact.topography import HeightMap, RandomWaves, ShapedIndenter
 from ase_roughcontact.topography.topography import Topography
 from ase_roughcontact.windows.expected import contact_radius_on, modulus_under
 
@@ -231,6 +230,6 @@ def _peak_height(indenter: Topography) -> float:
 
 def _rms_height(rough: Topography) -> float:
     """Return the rms height; zero if it is not known (length)."""
-    if isinstance(rough, SelfAffine):
-        return rms_height(rough)
+    if isinstance(rough, RandomWaves):
+        return rough.expected_height
     return rough.statistics().rms_height if isinstance(rough, HeightMap) else 0.0
