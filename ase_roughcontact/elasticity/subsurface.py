@@ -24,7 +24,7 @@ Transforms (1951), Sec. 46.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -362,27 +362,27 @@ class LayeredWaves(DirectedWaves):
         loads[:, 0, 0] = loads[:, 1, 1] = 1.0
         return np.linalg.solve(matrix, loads)
 
-    def _at(self, depth: float, name: str, load: Load) -> np.ndarray:
-        """Return a component at a depth, displacements times twice mu q."""
+    def _at(self, depth: float, load: Load, names: Sequence[str]) -> list[np.ndarray]:
+        """Return components at a depth, displacements times twice mu q."""
         c = self._coefficients[..., load.value]
         if depth <= self._thickness:
-            down = _parts(self.q * depth, self._poisson, 1.0, True)[name]
+            down = _parts(self.q * depth, self._poisson, 1.0, True)
             height = self.q * (self._thickness - depth)
-            up = _parts(height, self._poisson, 1.0, False)[name]
-            return (down * c[..., :2]).sum(-1) + (up * c[..., 2:4]).sum(-1)
+            up = _parts(height, self._poisson, 1.0, False)
+            return [_sum(down[k], c[..., :2]) + _sum(up[k], c[..., 2:4]) for k in names]
         if self._base is None:
-            return np.zeros_like(self.q)
+            return [np.zeros_like(self.q) for _ in names]
         ratio = self._base[0] / self._shear_modulus
         below = self.q * (depth - self._thickness)
-        down = _parts(below, self._base[1], ratio, True)[name]
-        return (down * c[..., 4:]).sum(-1)
+        down = _parts(below, self._base[1], ratio, True)
+        return [_sum(down[k], c[..., 4:]) for k in names]
 
     def _sagittal(self, depth: float, load: Load) -> _Sagittal:
-        return _Sagittal(*(self._at(depth, each, load) for each in _Sagittal._fields))
+        return _Sagittal(*self._at(depth, load, _Sagittal._fields))
 
     def _moved(self, depth: float, load: Load) -> tuple[np.ndarray, np.ndarray]:
         scale = 0.5 / (self._shear_modulus * self.q)
-        along, normal = self._at(depth, "l", load), self._at(depth, "z", load)
+        along, normal = self._at(depth, load, ("l", "z"))
         return scale * along, scale * normal
 
     def _shear(self, depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -411,6 +411,11 @@ class LayeredWaves(DirectedWaves):
             return -1.0
         ratio = self._base[0] / self._shear_modulus
         return (1.0 - ratio) / (1.0 + ratio)
+
+
+def _sum(parts: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """Return the sum of the parts of both coefficients c and d."""
+    return np.einsum("...k,...k->...", parts, coefficients)
 
 
 def _parts(

@@ -196,6 +196,7 @@ class AtomsPath:
             # before the spacing differs from the crystal
             hardness=hardness_for(problem, symbol, validity.hardness),
             hardness_bound=hardness_bound_for(problem, symbol, validity.hardness),
+            yield_strength=validity.yield_strength,
             accuracy=accuracy,
             continuum=model.is_continuum,
             **options,

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact.elasticity.named_materials import LARGEST_RELATIVE_HARDNESS
+from ase_roughcontact.results.stresses import yield_ratio
 from ase_roughcontact.results.surroundings_errors import LARGEST_PART_OF_CELL
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.theory.maugis import edge_zone
@@ -283,6 +284,13 @@ CHECKS = (
         f"{LARGEST_RELATIVE_HARDNESS:.3g} E*, about the theoretical strength: give a "
         "hardness, infinity for a rubber",
         lambda s: float(s.fields.pressure.max()) / s.options.hardness_bound,
+    ),
+    Check(
+        "largest von Mises stress/yield strength > 1",
+        "the solid yields below the surface, or under friction at it, which the model "
+        "does not describe: the columns von_mises_depth, von_mises_x and von_mises_y "
+        "have the place",
+        yield_ratio,
     ),
     Check(
         "contact radius/R > 0.2",

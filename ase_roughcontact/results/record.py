@@ -39,6 +39,7 @@ from ase_roughcontact.results.column import (
 from ase_roughcontact.results.errors import errors_of
 from ase_roughcontact.results.grid_errors import continuum_area_error
 from ase_roughcontact.results.limits import violations
+from ase_roughcontact.results.stresses import WITH_STRESS, place_column, value_column
 from ase_roughcontact.solvers.conductance import region_conductance
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
 from ase_roughcontact.stepping.relaxed import RelaxedStep
@@ -229,6 +230,29 @@ class LoadStep:
         "contact of a periodic cell",
         "Å",
     )
+    largest_von_mises = value_column(
+        "von_mises",
+        "largest von Mises stress below the surface, from a depth of one spacing on",
+    )
+    von_mises_depth = place_column("von_mises", "depth")
+    von_mises_x = place_column("von_mises", "x")
+    von_mises_y = place_column("von_mises", "y")
+    largest_tresca = value_column(
+        "tresca",
+        "largest difference of two principal stresses below the surface, "
+        "from a depth of one spacing on",
+    )
+    tresca_depth = place_column("tresca", "depth")
+    tresca_x = place_column("tresca", "x")
+    tresca_y = place_column("tresca", "y")
+    largest_tension = value_column(
+        "tension",
+        "largest principal stress below the surface, positive in tension, "
+        "from a depth of one spacing on",
+    )
+    tension_depth = place_column("tension", "depth")
+    tension_x = place_column("tension", "x")
+    tension_y = place_column("tension", "y")
     mean_pressure: float = column(
         _mean_pressure,
         "mean pressure on the repelled atoms; if the continuum is asked for, their "
@@ -466,6 +490,12 @@ def columns_on_request(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
         for name, attribute in attributes.items()
         if isinstance(attribute, ColumnOnRequest)
     }
+
+
+#: Names of the columns of stresses below the surface.
+STRESS_COLUMNS = frozenset(
+    name for name, each in columns_on_request().items() if each.where is WITH_STRESS
+)
 
 
 @lru_cache

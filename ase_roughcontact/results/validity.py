@@ -42,10 +42,16 @@ class Validity:
         solid is not layered, and else none. If the spacing fits, but the hardness is
         not known, pressures are compared with `hardness_bound_for`.
 
+    yield_strength : float
+        Yield strength with which the largest von Mises stress below the surface is
+        compared, at the cost of some FFTs in each step (eV/Å^3); NaN for none. For
+        metals it is about a third of the hardness. The solid needs Poisson's ratio or
+        elastic constants.
+
     Raises
     ------
     ValueError
-        If the action is unknown.
+        If the action is unknown, or the yield strength is not positive.
     TypeError
         If the hardness is no number.
 
@@ -64,12 +70,15 @@ class Validity:
 
     action: str = "warn"
     hardness: float | None = None
+    yield_strength: float = math.nan
 
     def __post_init__(self) -> None:
         """Check the action."""
         one_of(("warn", "raise", "ignore"), validity=self.action)
         if self.hardness is not None:
             instance_of((int, float, np.number), hardness=self.hardness)
+        if not math.isnan(self.yield_strength):
+            positive(yield_strength=self.yield_strength)
 
 
 class ValidityReport:

@@ -38,6 +38,9 @@ class Bodies:
     hardness_bound : float
         Upper bound of the hardness of bodies of unknown hardness (eV/Å^3); NaN without
         such a body, and for rubbers.
+    yield_strength : float
+        Yield strength, with which the largest von Mises stress below the surface is
+        compared (eV/Å^3); NaN if it is not given.
     radius : float
         The radius of the sphere (Å); for a whole tip the radius of curvature of its
         scan, for a rough flat infinity, for an indenter of another shape NaN.
@@ -66,6 +69,7 @@ class Bodies:
     symbol: str
     hardness: float
     hardness_bound: float
+    yield_strength: float
     radius: float
     rough: Any
     shape: Indenter | None = None

@@ -18,6 +18,7 @@ from ase_roughcontact.elasticity import (
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
+from ase_roughcontact.results.record import STRESS_COLUMNS
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.config import DEFAULT_RADIUS
 from ase_roughcontact.scene.file import SceneFile
@@ -97,9 +98,12 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
     with problems.of("substrate"):
         spacing = solid.spacing if spacing is None else spacing
         solid.check(spacing)
-        if isinstance(solid, Isotropic):  # only friction depends on Poisson's ratio
-            poisson = poisson_of(scene.substrate) if scene.friction else None
-            solid = replace(solid, poisson=poisson)
+        yield_strength, poisson = _yield_strength(scene), None
+        if isinstance(solid, Isotropic):
+            # only friction, and stresses below the surface, depend on Poisson's ratio
+            needed = scene.friction or _asks_for_stress(scene)
+            poisson = poisson_of(scene.substrate) if needed else None
+            solid = replace(solid, poisson=poisson if scene.friction else None)
     elastic: ElasticTip | None = None
     with problems.of("sphere" if scene.tip is None else "tip"):
         substrate_modulus = solid.contact_modulus
@@ -107,6 +111,8 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         hardness_bound = _hardness_bound(scene, solid, elastic, spacing, creep)
         if elastic is not None:
             solid = _with_tip(solid, elastic)
+        if isinstance(solid, Isotropic) and not scene.friction:
+            solid = replace(solid, poisson=poisson)  # stresses are of the substrate
         if creep is not None:  # the tip is elastic
             ratio = solid.contact_modulus / substrate_modulus
             solid = Viscoelastic(solid, creep.scaled(ratio))
@@ -178,6 +184,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         symbol=substrate.symbol,
         hardness=wall.hardness if wall_has_hardness else hardness,
         hardness_bound=math.nan if wall_has_hardness else hardness_bound,
+        yield_strength=yield_strength,
         radius=radius,
         rough=rough,
         shape=shape,
@@ -285,6 +292,22 @@ def _hardness(scene: SceneFile, solid: ElasticSolid, tip: ElasticTip | None) -> 
     if tip is not None and tip.hardness_is_given:
         given = min(given, tip.hardness)
     return UNITS["GPa"] * given
+
+
+def _yield_strength(scene: SceneFile) -> float:
+    """Return the yield strength (eV/Å^3); NaN if it is not given."""
+    strength = scene.substrate.yield_strength
+    if strength is None:
+        return math.nan
+    in_gpa("yield_strength", strength, MAX_HARDNESS)
+    return UNITS["GPa"] * strength
+
+
+def _asks_for_stress(scene: SceneFile) -> bool:
+    """Return whether stresses below the surface are asked for."""
+    asked = scene.output.columns or ()
+    stresses = STRESS_COLUMNS.intersection(asked)
+    return bool(stresses) or scene.substrate.yield_strength is not None
 
 
 def _hardnesses(

@@ -57,6 +57,7 @@ class SubstrateConfig(KindSection):
         "youngs_modulus": "GPa",
         "elastic_constants": "GPa",
         "hardness": "GPa",
+        "yield_strength": "GPa",
         "layer_modulus": "GPa",
     }
     file_keys = ("potential", "crystal")
@@ -71,6 +72,7 @@ class SubstrateConfig(KindSection):
     youngs_modulus: float | None = None
     elastic_constants: tuple | None = None
     hardness: float | None = None
+    yield_strength: float | None = None
     anisotropic: bool = False
     calculator: str = ""
     potential: str = ""

@@ -365,6 +365,7 @@ class Scene(SceneFile):
             window=self.window,
             hardness=self.hardness,
             hardness_bound=self.bodies.hardness_bound,
+            yield_strength=self.bodies.yield_strength,
             continuum=self.is_continuum,
             lost_slope=self.lost_slope,
             cantilever=self.cantilever or 0.0,

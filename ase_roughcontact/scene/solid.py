@@ -246,7 +246,7 @@ def spacing_of(substrate: SubstrateConfig) -> float | None:
 
 
 def poisson_of(substrate: SubstrateConfig) -> float:
-    """Return Poisson's ratio of an isotropic solid, which friction needs.
+    """Return Poisson's ratio of an isotropic solid, for friction and stresses.
 
     Parameters
     ----------
@@ -270,7 +270,8 @@ def poisson_of(substrate: SubstrateConfig) -> float:
             poisson = material(substrate.name).poisson
     if poisson is None:
         raise ValueError(
-            "friction needs Poisson's ratio, which is unknown: give poisson"
+            "friction and stresses below the surface need Poisson's ratio, which is "
+            "unknown: give poisson"
         )
     return poisson
 

@@ -36,6 +36,9 @@ class StepOptions:
     hardness_bound : float
         Pressure that a body of unknown hardness can hardly bear; NaN without such a
         body, and for rubbers (pressure).
+    yield_strength : float
+        Yield strength with which the largest von Mises stress below the surface is
+        compared; NaN for none (pressure).
     continuum : bool
         Whether the continuum is asked for, and not the model of atoms.
     lost_slope : float
@@ -63,6 +66,7 @@ class StepOptions:
     window: str = "fixed"
     hardness: float = math.nan
     hardness_bound: float = math.nan
+    yield_strength: float = math.nan
     continuum: bool = False
     lost_slope: float = 0.0
     cantilever: float = 0.0
