@@ -22,7 +22,7 @@ from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
 from ase_roughcontact.contact.control import HEIGHT, LOAD
 from ase_roughcontact.results.limits import failed_checks
-from ase_roughcontact.results.record import LoadStep, columns_of
+from ase_roughcontact.results.record import LoadStep, columns_of, missing_values
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
@@ -63,11 +63,14 @@ class TableColumn(NamedTuple):
         Function that returns the text for a step, "-" if the value is not known.
     reason_of : callable
         Function that returns why the value is not known.
+    name : str
+        Name of the column of the results; empty for other values.
     """
 
     head: str
     text_of: Callable[[Any], str]
     reason_of: Callable[[Any], str]
+    name: str = ""
 
 
 class StepTable:
@@ -170,8 +173,11 @@ def table_columns(reference: Reference) -> list[TableColumn]:
                 return f"{step.seconds:.2f}"
             return number(_printed(step, name, unit), digits)
 
+        def reason_of(step: LoadStep) -> str:
+            return step.not_known.get(name, "")
+
         head = heading(scene, name, label or _TABLE_LABELS.get(name, ""))
-        return TableColumn(head, text_of, lambda step: step.not_known.get(name, ""))
+        return TableColumn(head, text_of, reason_of, name)
 
     def relative(step: LoadStep) -> str:
         smooth = float(reference.smooth.contact_area(step.normal_force))
@@ -182,13 +188,14 @@ def table_columns(reference: Reference) -> list[TableColumn]:
         return number(float(reference.relative_area(max(step.normal_force, 0.0))))
 
     if scene.is_flat and not path.columns:
-        return _flat_columns(scene, column)
+        return _with_asked(scene, _flat_columns(scene, column), column)
     if path.columns:
-        return [
+        found = [
             column(area if name == "contact_area" else name, label)
             for name, label in path.columns.items()
             if name in units
         ]
+        return _with_asked(scene, found, column)
     names = ["normal_force", "penetration"]
     if scene.control != LOAD:
         names = [scene.control.column, "normal_force"]
@@ -197,7 +204,23 @@ def table_columns(reference: Reference) -> list[TableColumn]:
     found.append(TableColumn(head, relative, lambda step: _NO_RATIO))
     if reference.rough_above is not None:
         found.append(TableColumn("theory", expected, lambda step: _NO_THEORY))
-    return [*found, column("largest_pressure"), column("seconds")]
+    found += [column("largest_pressure"), column("seconds")]
+    return _with_asked(scene, found, column)
+
+
+def _with_asked(
+    scene: Scene, usual: list[TableColumn], column: Callable[[str], TableColumn]
+) -> list[TableColumn]:
+    """Return columns with the numbers that a scene asks for, before the time."""
+    shown = [each.name for each in usual]
+    missing = missing_values(scene.record)
+    asked = [
+        name
+        for name in scene.output.columns or ()
+        if name not in shown and missing[name] != ""
+    ]
+    end = shown.index("seconds") if "seconds" in shown else len(shown)
+    return [*usual[:end], *map(column, asked), *usual[end:]]
 
 
 def _flat_columns(

@@ -58,6 +58,17 @@ def test_an_adhesive_scene_is_described_with_theory_and_pull_off_force(run):
     )
 
 
+def test_numbers_that_a_scene_asks_for_are_in_its_table_before_the_time():
+    asked = '[output]\ncolumns = ["conductance", "message", "penetration"]\n'
+    reference = reference_for(Scene.parse(SMOOTH + asked))
+    (step,) = reference.scene.relax([20.0])
+    columns = table_columns(reference)
+    heads = [column.head.partition(" (")[0] for column in columns]
+    assert heads[-3:] == ["p max", "conductance", "time"]
+    assert heads.count("depth") == 1
+    assert float(columns[-2].text_of(step)) == pytest.approx(step.conductance, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     "kind, without_rim",
     [("adhesive", True), ("full", True), ("dugdale", False), ("repulsive", False)],
