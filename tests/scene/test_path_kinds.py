@@ -47,7 +47,8 @@ class Oscillation(PathKind):
 
 
 PATH = '[path]\nkind = "swing"\nmean = "0.2 nm"\namplitude = 1.0\ncycles = 2\n'
-TEXT = SMALL[: SMALL.index("[path]")] + PATH
+ELASTIC = SMALL.replace("[substrate]", "[substrate]\nhardness = inf")
+TEXT = ELASTIC[: ELASTIC.index("[path]")] + PATH
 HEIGHTS = [3.0, 2.0, 1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 3.0]
 
 
