@@ -136,6 +136,7 @@ OWN_TRANSFORMS = {
     "scene.random_fields",
     "topography.interpolation",
     "topography.random_waves",
+    "topography.realisation",
     "topography.spectrum",
 }
 

@@ -100,7 +100,9 @@ class Study:
         elif section.seeds and not seeds_given:
             first = scene.seed
             if first is None:
-                raise ValueError("[study] seeds need a scene with [roughness]")
+                raise ValueError(
+                    "[study] seeds need [roughness], or seed in [topography]"
+                )
             values[SEED] = list(range(first, first + section.seeds))
         if seeds_given:
             error = None

@@ -132,7 +132,8 @@ def sample_ensemble(
     if scene.seed is None:
         raise ValueError(
             "realisations need a scene with [roughness], as a measured or smooth "
-            "surface has only one: give [roughness]"
+            "surface has only one: give [roughness], or seed in [topography] for other "
+            "surfaces like a scan"
         )
     pool = worker_pool(executor, workers)
     values = ColumnValues(scene, database, column)

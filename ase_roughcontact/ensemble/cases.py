@@ -143,7 +143,8 @@ def case_names(cases: Mapping[str, Scene]) -> dict[str, str]:
         if any(values.get(key) != first.get(key) for values in entries.values()):
             named.append(key)
     if not named:
-        named = [key for key in keys if key.endswith("roughness.seed")]
+        endings = "roughness.seed", "topography.seed"
+        named = [key for key in keys if key.endswith(endings)]
     names = {}
     for case, values in entries.items():
         texts = [f"{key} = {_text(values.get(key))}" for key in named]

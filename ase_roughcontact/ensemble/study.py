@@ -99,8 +99,8 @@ def study_points(
 
 
 def is_seed(key: str) -> bool:
-    """Return whether a key is the seed of the roughness, or of one of two bodies."""
-    return key == SEED or key.endswith(f".{SEED}")
+    """Return whether a key is the seed of the roughness or scan of a body."""
+    return key.endswith(("roughness.seed", "topography.seed"))
 
 
 def unit_of(scene: Scene, column: str) -> str:

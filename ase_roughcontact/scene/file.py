@@ -243,7 +243,13 @@ class SceneFile:
     @property
     def seed(self) -> int | None:
         """Seed of the roughness, the first one of two bodies; None without one."""
-        return next((each.seed for each in self.roughnesses.values()), None)
+        return next((each.seed for each in self._random.values()), None)
+
+    @property
+    def _random(self) -> dict[str, Any]:
+        """Sections of random roughness, and of realisations of scans, by title."""
+        scans = {k: each for k, each in self.scans.items() if each.seed is not None}
+        return {**self.roughnesses, **scans}
 
     @property
     def sections(self) -> dict[str, Section]:
@@ -280,7 +286,8 @@ class SceneFile:
         values : mapping
             Values by key, ``"sphere.radius"``, in the units of the file; or whole
             sections by title, None for none. Without a section ``[roughness]`` the key
-            ``"roughness.seed"`` is the seed of both bodies, as each other of its keys.
+            ``"roughness.seed"`` is the seed of both bodies, and of realisations of a
+            scan; its other keys are keys of both bodies, too.
 
         Returns
         -------
@@ -310,9 +317,13 @@ class SceneFile:
         return replace(self, **changes)
 
     def _keys(self, key: str) -> list[str]:
-        """Return a key, or for a key of `_OF_BOTH` the keys of both bodies."""
+        """Return a key, or for a key of `_OF_BOTH` the keys of both bodies.
+
+        Its seed is also the seed of realisations of scans.
+        """
         title, _, name = key.rpartition(".")
-        bodies = [each for each in self.roughnesses if each != _OF_BOTH]
+        random = self._random if name == "seed" else self.roughnesses
+        bodies = [each for each in random if each != _OF_BOTH]
         if title != _OF_BOTH or not bodies:
             return [key]
         return [f"{body}.{name}" for body in bodies]

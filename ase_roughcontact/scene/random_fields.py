@@ -19,7 +19,7 @@ from ase_roughcontact._util.validation import (
     positive,
     shown,
 )
-from ase_roughcontact.scene.section import KindSection, Section, lengths
+from ase_roughcontact.scene.section import SUBSTRATE_SEED, KindSection, Section, lengths
 from ase_roughcontact.theory.self_affine import numbers_of
 from ase_roughcontact.topography import (
     ROUGHNESSES,
@@ -41,8 +41,6 @@ DEFAULTS = {"hurst": 0.8, "short_wavelength": 4.0, "long_wavelength": 512.0}
 DEFAULT_SLOPE = 0.1
 #: Keys of lengths of a random field.
 LENGTH_KEYS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
-# Number that is added to the seed of a substrate.
-_SUBSTRATE_SEED = 2**32
 # Keys of the kinds "spectrum" and "self-affine" alone.
 _OF_TABLES = "file", "convention", "series"
 _OF_SELF_AFFINE = "hurst", "long_wavelength", "anisotropy", "direction"
@@ -323,7 +321,7 @@ class SubstrateRoughnessConfig(RoughnessConfig):
 
     def surface(self, spacing: float) -> Inverted:
         """Return the roughness as the lower side of an indenter (Å)."""
-        seed = integer("seed", self.seed, least=0) + _SUBSTRATE_SEED
+        seed = integer("seed", self.seed, least=0) + SUBSTRATE_SEED
         heights = RoughnessConfig.surface(replace(self, seed=seed), spacing)
         return Inverted(heights)
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from ase_roughcontact._util.identity import digest_of_file
 from ase_roughcontact._util.units import LENGTHS, UNITS
-from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.scene.section import Section
+from ase_roughcontact._util.validation import FloatArray, integer
+from ase_roughcontact.scene.section import SUBSTRATE_SEED, Section
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.measurement import ScanWarning
 from ase_roughcontact.topography.pressed_scan import ROLES
@@ -47,10 +47,13 @@ class TopographyConfig(Section):
     ----------
     own_role : str
         Scanned body of a section that belongs to one; else empty.
+    seed_offset : int
+        Number that is added to the seed.
     """
 
     title = "topography"
     own_role: ClassVar[str] = ""
+    seed_offset: ClassVar[int] = 0
     file_keys = ("file",)
     word_keys = ("center",)
 
@@ -69,6 +72,7 @@ class TopographyConfig(Section):
     remove_outliers: bool = False
     remove_bad_lines: bool = False
     extrude: bool = False
+    seed: int | None = None
 
     @property
     def body(self) -> str:
@@ -109,7 +113,10 @@ class TopographyConfig(Section):
             roles = " or ".join(f'"{role}"' for role in ROLES)
             raise ValueError(f"give role, the body that was scanned: {roles}")
         file = Path(self.file)
-        surface = _read(self, digest_of_file(file) if file.is_file() else "")
+        contents = digest_of_file(file) if file.is_file() else ""
+        if self.seed is not None:
+            return _realised(self, contents)
+        surface = _read(self, contents)
         if self.center == "highest" and surface.extent == 0.0:
             raise ValueError(
                 "the highest point is on the edge of the scan: is the height reversed, "
@@ -148,6 +155,8 @@ class TopographyConfig(Section):
             parts.append(f"filtered below {measured.cutoff / nm:.3g} nm")
         x, y = x / UNITS[name], y / UNITS[name]
         parts.append(f"{place} at ({x:.4g}, {y:.4g}) {name}")
+        if self.seed is not None:
+            parts.append(f"realisation with seed {self.seed}, periodic")
         if surface.tip.is_tip:
             parts.append(f"curvature of the scan itself: radius {tip_radius(surface)}")
         return f"{Path(self.file).name}, the {self.body}: {', '.join(parts)}"
@@ -300,12 +309,30 @@ class SubstrateTopographyConfig(TopographyConfig):
 
     title = "substrate.topography"
     own_role = "substrate"
+    seed_offset = SUBSTRATE_SEED
+
+
+@lru_cache(maxsize=4)
+def _realised(config: TopographyConfig, contents: str) -> HeightMap:
+    """Return the realisation of a scan with the seed of a configuration."""
+    scan = _read(replace(config, seed=None), contents)
+    if scan.tip.is_tip:
+        raise ValueError(
+            f"the scan is a tip of radius {tip_radius(scan)}, and seed would make it a "
+            'random surface: give detrend = "curvature" for its roughness, or omit seed'
+        )
+    seed = integer("seed", config.seed, 0)
+    surface = scan.realisation(seed + config.seed_offset)
+    if config.center == "highest":
+        surface = surface.centered(surface.lowest_place)
+    return surface
 
 
 @lru_cache(maxsize=4)
 def _read(config: TopographyConfig, contents: str) -> HeightMap:
     """Read a scan once for each configuration and contents of the file."""
     options = config.entries() | {"role": config.body}
+    del options["seed"]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ScanWarning)  # `TopographyConfig.warnings`
         return HeightMap.from_topography(options.pop("file"), **options)

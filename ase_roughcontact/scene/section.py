@@ -34,6 +34,9 @@ from ase_roughcontact._util.validation import LARGEST, lookup, shown, unknown
 
 AnySection = TypeVar("AnySection", bound="Section")
 
+#: Number that is added to the seeds of a substrate, so that equal seeds of both bodies
+#: give independent surfaces.
+SUBSTRATE_SEED = 2**32
 # Type of a key that has a list of names; other lists are of quantities.
 _LIST_OF_NAMES = tuple[str, ...]
 

@@ -9,6 +9,7 @@ Lengths are in any consistent unit.
                                   with ``amplitudes``, and ``tabulated_spectrum``,
                                   from ``spectrum_files`` and ``profile_spectrum``
 ``heightmap``, ``interpolation``  a map of heights, and splines through it
+``realisation``                   other realisations of a scan
 ``composite``                     the roughness of two bodies
 ``heterogeneity``                 a work of adhesion that varies over the surface
 ``spectrum``, ``lowest_point``    statistics of heights, and their lowest point

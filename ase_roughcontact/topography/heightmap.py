@@ -28,7 +28,8 @@ from ase_roughcontact.topography.interpolation import (
     spline_coefficients,
 )
 from ase_roughcontact.topography.measurement import Measurement, ScanWarning
-from ase_roughcontact.topography.pressed_scan import pressed_scan
+from ase_roughcontact.topography.pressed_scan import highest, pressed_scan
+from ase_roughcontact.topography.realisation import realised_heights
 from ase_roughcontact.topography.scan import Length, position, scan_in_angstrom
 from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
 from ase_roughcontact.topography.spectrum import (
@@ -414,6 +415,56 @@ class HeightMap(Topography):
         found = HeightMap(heights, spacing, periodic=True)
         found.measurement, found.edge_change = measured, float(np.std(smooth))
         return found
+
+    def realisation(self, seed: int) -> HeightMap:
+        """Return another random surface like this one, which is periodic.
+
+        Each wave has the amplitude of the map, or, if the map is not periodic, of the
+        map without the steps between its edges (`made_periodic`), and another phase.
+        The distribution of heights is about the same, also where it is not Gaussian.
+
+        Parameters
+        ----------
+        seed : int
+            Seed of the random numbers, not negative.
+
+        Returns
+        -------
+        HeightMap
+            Map of the same size, with the same place on the axis. It is a function of
+            the map and the seed alone. Of a scan noise and filter are kept.
+
+        References
+        ----------
+        T. Schreiber, A. Schmitz, Phys. Rev. Lett. 77, 635 (1996): amplitudes and
+        heights are adjusted in turn, amplitudes last. F. Pérez-Ràfols, A. Almqvist,
+        Tribol. Int. 131, 591 (2019).
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> heights = np.random.default_rng(0).exponential(size=(32, 32))
+        >>> scan = HeightMap(heights, spacing=1.0, periodic=True)
+        >>> other = scan.realisation(seed=1)
+        >>> bool(np.isclose(other.statistics().rms_height, heights.std()))
+        True
+        """
+        seed = integer("seed", seed, 0)
+        periodic = self.made_periodic()
+        measured = periodic.measurement
+        heights = periodic._values if measured is None else measured.heights
+        heights = realised_heights(heights, seed)
+        if measured is not None:
+            measured = replace(measured, heights=heights)
+            heights = measured.pressed
+        found = HeightMap(heights, self.spacing, True, self.center)
+        found.measurement = measured
+        return found
+
+    @property
+    def lowest_place(self) -> Point:
+        """Position (x, y) of the lowest point, from element (0, 0) (length)."""
+        return highest(-self._values, self.spacing, 0.0)
 
     def places(
         self, n: int, m: int, margin: float = 0.0

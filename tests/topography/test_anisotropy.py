@@ -102,3 +102,36 @@ def test_a_smoothed_surface_keeps_its_long_waves():
 def test_wrong_parameters_are_refused(change, message):
     with pytest.raises(ValueError, match=message):
         replace(ROUGH, **change)
+
+
+@pytest.mark.slow
+def test_lengths_and_roll_off_of_twenty_seeds_by_surface_topography():
+    """Autocorrelation along x and y, and the spectrum, by the package."""
+    peer = pytest.importorskip("SurfaceTopography", reason="the extra topography")
+    lengths, slopes, areas = [], [], []
+    isotropic = replace(ROUGH, anisotropy=1.0, domain=512.0)
+    for seed in range(20):
+        heights = replace(ROUGH, seed=seed).heights((384, 384), 2.0)
+        for each in (heights, heights.T):
+            topography = peer.Topography(each.copy(), (768.0, 768.0), periodic=True)
+            options = {"resampling_method": None, "reliable": False}
+            r, structure = topography.autocorrelation_from_profile(**options)
+            # half of the mean square difference, which becomes the variance
+            lengths.append(r[np.argmax(structure > 0.5 * each.var())])
+        rough = replace(isotropic, seed=seed)
+        topography = peer.Topography(
+            rough.heights((256, 256), 2.0), (512.0, 512.0), periodic=True
+        )
+        q, density = topography.power_spectrum_from_area(reliable=False)
+        areas.append(density / rough.statistics().rms_height ** 2)
+        slopes.append(topography.rms_gradient() / rough.rms_slope)
+    ratio = np.mean(lengths[::2]) / np.mean(lengths[1::2])
+    assert ratio == pytest.approx(3.0, rel=0.05)
+    # differences of neighbours reduce the slope of waves of four to 32 steps
+    assert 0.85 < np.mean(slopes) < 1.0
+    flat = (q > 1.1 * 2 * np.pi / 64.0) & (q < 0.9 * 2 * np.pi / 32.0)
+    steep = (q > 1.1 * 2 * np.pi / 32.0) & (q < 0.9 * 2 * np.pi / 8.0)
+    mean = np.mean(areas, axis=0)
+    assert mean[flat].std() / mean[flat].mean() < 0.05
+    fitted, _ = np.polyfit(np.log(q[steep]), np.log(mean[steep]), 1)
+    assert fitted == pytest.approx(-3.4, abs=0.05)
