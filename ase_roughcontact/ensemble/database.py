@@ -37,9 +37,11 @@ from ase_roughcontact.ensemble.checks import (
 
 # Statements that make other writers wait until the end of the transaction.
 _EXCLUSIVE = {
-    "db": ("PRAGMA busy_timeout = 600000", "BEGIN IMMEDIATE"),
-    "postgresql": ("SELECT pg_advisory_xact_lock(221601)",),
+    "db": "BEGIN IMMEDIATE",
+    "postgresql": "SELECT pg_advisory_xact_lock(221601)",
 }
+# Longest time to wait for other writers to an SQLite file (ms).
+_BUSY_TIMEOUT = 600_000
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class EnsembleDatabase:
 
     def check(self) -> None:
         """Raise `ValueError` that describes the damage if the database is damaged."""
-        with readable_errors(self.address), _connect(self.address) as db:
+        with self._connected() as db:
             damage = self._damage(db)
         if damage:
             raise damage
@@ -80,12 +82,16 @@ class EnsembleDatabase:
     def select(
         self, selection: str | None = None, db: Any = None, **query: Any
     ) -> Iterator[Any]:
-        """Return the rows of load steps that match a query; see `ase.db`.
+        """Yield the rows of load steps that match a query; see `ase.db`.
 
         `db` is ASE's database within a transaction; by default it is a new connection.
         """
         query = {"record": "step", "include_data": False, **query}
-        return (db or _connect(self.address)).select(selection, **query)
+        if db is not None:
+            yield from db.select(selection, **query)
+            return
+        with self._connected() as db:
+            yield from db.select(selection, **query)
 
     def steps(self, after: int = 0, **query: Any) -> dict[int, tuple[str, int]]:
         """Return case and number of the stored load steps, by row id.
@@ -215,10 +221,16 @@ class EnsembleDatabase:
     @contextmanager
     def _transaction(self) -> Iterator[Any]:
         """Begin a transaction of one writer, which is undone if its process dies."""
+        with self._connected() as db:
+            db.connection.cursor().execute(_EXCLUSIVE[db.type])
+            yield db
+
+    @contextmanager
+    def _connected(self) -> Iterator[Any]:
+        """Open the database, and wait for writers longer than the 20 s of ASE."""
         with readable_errors(self.address), _connect(self.address) as db:
-            cursor = db.connection.cursor()
-            for statement in _EXCLUSIVE[db.type]:
-                cursor.execute(statement)
+            if db.type == "db":
+                db.connection.execute(f"PRAGMA busy_timeout = {_BUSY_TIMEOUT}")
             yield db
 
 

@@ -5,6 +5,7 @@ import shutil
 import sqlite3
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from threading import Timer
 
 import pytest
 from ase import Atoms
@@ -82,6 +83,23 @@ def test_a_row_that_is_deleted_as_the_message_says_is_calculated_again(
     ase(args=[*command.split(), "--yes"])
     assert finish(SCENES, database).steps == 6
     assert_same_states(read_ensemble(database), whole[1])
+
+
+def test_a_reader_waits_for_a_writer_longer_than_ase_does(whole, database, monkeypatch):
+    opened = sqlite3.connect
+
+    def impatient(*given, **options):
+        return opened(*given, **{**options, "timeout": 0.0})
+
+    monkeypatch.setattr(sqlite3, "connect", impatient)  # ASE gives 20 s
+    writer = opened(database, check_same_thread=False)
+    writer.execute("BEGIN EXCLUSIVE")
+    release = Timer(0.3, writer.rollback)
+    release.start()
+    found = read_ensemble(database)
+    release.join()
+    writer.close()
+    assert_same(found, whole[1])
 
 
 def test_rows_of_other_programs_are_not_checked(whole, database):
