@@ -19,18 +19,34 @@ from ase_roughcontact.analysis.path_values import (
     loop_energies,
     static_friction,
 )
+from ase_roughcontact.analysis.stresses import (
+    FirstYield,
+    StressPlane,
+    StressSection,
+    first_yield,
+    stress_field,
+    stress_planes,
+    stress_section,
+)
 
 __all__ = [
     "ContactMap",
+    "FirstYield",
+    "StressPlane",
+    "StressSection",
     "conductance",
     "dynamic_stiffness",
     "extrapolate",
     "first_contact",
+    "first_yield",
     "gap_distribution",
     "loop_energies",
     "patches",
     "pressure_distribution",
     "radial_average",
     "static_friction",
+    "stress_field",
+    "stress_planes",
+    "stress_section",
     "write_map",
 ]
