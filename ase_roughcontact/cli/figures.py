@@ -15,16 +15,18 @@ from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.units import UNITS, pressure_unit, printed_unit
 from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.analysis import ContactMap, stress_field, stress_section
 from ase_roughcontact.analysis.view import with_indenter
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.cli.report import printed_times
 from ase_roughcontact.contact.control import LOAD
+from ase_roughcontact.elasticity.largest_stress import largest_stress
 from ase_roughcontact.loading.trajectory import frames_of_steps, steps_with_frames
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
 from ase_roughcontact.plot.surfaces import map_panels
-from ase_roughcontact.results.record import LoadStep, columns_of
+from ase_roughcontact.results.record import STRESS_COLUMNS, LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
@@ -94,7 +96,8 @@ def draw(
     list of str
         Names of the files: curve.png, if a force is compressive; force.png, for paths
         of penetrations or heights and paths with tension; contact.png, if atoms are in
-        contact. Paths in time have the last one only.
+        contact; stress.png, if stresses below the surface are asked for. Paths in time
+        have the last two only.
     """
     names, path = [], reference.scene.path
     if not path.in_order and any(_is_compressive(step) for step in steps):
@@ -112,6 +115,9 @@ def draw(
     if shown:
         _draw_maps(reference, steps, shown, folder)
         names.append("contact.png")
+    if shown and _asks_for_stress(reference.scene):
+        _draw_stress(reference.scene, shown, folder)
+        names.append("stress.png")
     return names
 
 
@@ -299,6 +305,33 @@ def _draw_maps(
             plot.scale_bar(panel, "nm")
         figure.colorbar(image, ax=panels, label=f"pressure ({unit})", shrink=0.7)
         legend_below(figure, panels)
+
+
+def _asks_for_stress(scene: Scene) -> bool:
+    """Return whether stresses below the surface are asked for, and known."""
+    asked = STRESS_COLUMNS.intersection(columns_of(scene.record))
+    asked_for = bool(asked) or not math.isnan(scene.bodies.yield_strength)
+    return asked_for and scene.solid.has_subsurface
+
+
+def _draw_stress(scene: Scene, shown: Sequence[LoadStep], folder: Path) -> None:
+    """Draw the stress below the step with the largest force, where it is largest."""
+    step = max(shown, key=lambda each: each.normal_force)
+    (frame,) = frames_of_steps(folder / "sweep.traj", [step.step])
+    seen = ContactMap.from_frame(frame)
+    largest = largest_stress(stress_field(seen, scene.solid))
+    at = seen.origin[1] + largest.y
+    section = stress_section(seen, scene.solid, along="x", at=at)
+    unit = printed_unit("eV/Å^3", scene.contact_modulus)
+    strength = scene.bodies.yield_strength
+    with written(folder / "stress.png", 2.8, width=7.2) as figure:
+        left, right = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
+        limit = None if math.isnan(strength) else strength
+        contours = plot.plot_stress_section(left, section, unit, limit)
+        left.set_title(f"{_title(scene, step, '')}, $y$ = {at / UNITS['nm']:.3g} nm")
+        label = f"von Mises stress ({unit})"
+        figure.colorbar(contours, ax=left, label=label, shrink=0.7)
+        plot.plot_stress_over_depth(right, section, unit)
 
 
 def _title(scene: Scene, step: Any, branch: str) -> str:

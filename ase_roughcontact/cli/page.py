@@ -48,6 +48,9 @@ _CAPTIONS = {
     "force.png": "Normal force along the path; negative forces are tensile.",
     "contact.png": "Pressure on the atoms in contact; circle: smooth sphere under the "
     "same load, around its axis; of a scanned tip around the centre of the load.",
+    "stress.png": "Von Mises stress below the contact under the largest load, on a "
+    "plane through its largest value (cross; dashed: yield strength), the pressure "
+    "above it, and stresses on the vertical line through the cross.",
 }
 # Caption of the figure of places.
 _PLACES_CAPTION = "The scan with the places of the tip, and maps of the results."

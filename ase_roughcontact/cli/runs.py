@@ -56,6 +56,7 @@ def run(options: argparse.Namespace) -> int:
       loop.png     force against depth of a loop; with a cantilever also
                    cantilever.png and cantilever.csv, its force curve
       contact.png  maps of the contact pressure of four steps
+      stress.png   stresses below the surface, if they are asked for
       friction.png, tractions.png
                    lateral force and areas of stick and slip of a sliding path, and
                    maps of the lateral tractions
@@ -184,9 +185,10 @@ def _draw_pictures(
 def draw_figures(options: argparse.Namespace) -> int:
     """Draw the figures of a run again.
 
-    Draws curve.png, force.png and contact.png of a finished or interrupted run, and
-    writes view.traj, as "run" does. Maps of a path in time show the steps closest to
-    the times, for instance: --times 0.5,1,"1500 ms".
+    Draws curve.png, force.png, contact.png and, if stresses below the surface are asked
+    for, stress.png of a finished or interrupted run, and writes view.traj, as "run"
+    does. Maps of a path in time show the steps closest to the times, for instance:
+    --times 0.5,1,"1500 ms".
     """
     folder, scene, steps = _results_of(options)
     shown = _steps_at_times(folder, scene, steps, options.times)

@@ -216,7 +216,7 @@ def _refined(
         x, gain_x = _vertex(rows, values[k, :, j])
         y, gain_y = _vertex(columns, values[k, i])
         depth, gain = _vertex(depths, values[:, i, j])
-        value, place = value + gain_x + gain_y + gain, (x, y, depth)
+        value, place = float(value + gain_x + gain_y + gain), (x, y, depth)
     return value, place
 
 

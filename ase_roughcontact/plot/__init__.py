@@ -28,6 +28,11 @@ from ase_roughcontact.plot.flats import (
 )
 from ase_roughcontact.plot.moduli import plot_moduli
 from ase_roughcontact.plot.optimizers import plot_optimizers
+from ase_roughcontact.plot.stresses import (
+    plot_stress_map,
+    plot_stress_over_depth,
+    plot_stress_section,
+)
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import (
     plot_contact,
@@ -53,6 +58,9 @@ __all__ = [
     "plot_moduli",
     "plot_optimizers",
     "plot_pressure",
+    "plot_stress_map",
+    "plot_stress_over_depth",
+    "plot_stress_section",
     "scale_bar",
     "show_as_scanned",
     "style",

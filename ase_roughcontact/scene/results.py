@@ -31,6 +31,7 @@ _OUTPUT_NAMES = {
     "places.png",
     "report.html",
     "scene.toml",
+    "stress.png",
     "sweep.traj",
     "view.traj",
 }
