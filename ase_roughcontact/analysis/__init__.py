@@ -19,6 +19,7 @@ from ase_roughcontact.analysis.path_values import (
     loop_energies,
     static_friction,
 )
+from ase_roughcontact.analysis.stress_files import write_stress
 from ase_roughcontact.analysis.stresses import (
     FirstYield,
     StressPlane,
@@ -49,4 +50,5 @@ __all__ = [
     "stress_planes",
     "stress_section",
     "write_map",
+    "write_stress",
 ]

@@ -126,6 +126,12 @@ def make_parser() -> argparse.ArgumentParser:
     maps.add_argument(
         "--format", choices=["nc", "npz", "vti"], default="nc", help="default: nc"
     )
+    maps.add_argument(
+        "--depths",
+        metavar="DEPTHS",
+        help="write also the stress at these depths, in nm or with a unit, such as "
+        '0.5,1,"20 Å"; with the format vti as stress-0000.vtr',
+    )
     _add_times(maps)
     summary = "write the results of a run as one HTML page"
     _add_folder(command("report", summary, "runs.write_report"))

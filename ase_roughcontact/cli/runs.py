@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,8 @@ import numpy as np
 
 from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact._util.printing import entries, show, write
-from ase_roughcontact._util.units import TIMES, quantity
-from ase_roughcontact.analysis import ContactMap, write_map
+from ase_roughcontact._util.units import LENGTHS, TIMES, UNITS, quantity
+from ase_roughcontact.analysis import ContactMap, write_map, write_stress
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import (
     checked_scene,
@@ -233,12 +234,15 @@ def write_maps(options: argparse.Namespace) -> int:
     The run may be finished or interrupted; steps with a frame in sweep.traj have maps,
     with [output] keep = "all" all steps. The format is NetCDF (nc), arrays of NumPy
     (npz) or the format of ParaView (vti). With --times 0.5,1,"1500 ms" only the steps
-    of a path in time that are closest to these times have maps.
+    of a path in time that are closest to these times have maps. With --depths 1,"50 Å"
+    the stress at these depths below the surface is written, too, to stress-0000 and so
+    on; in the format of ParaView it is a file vtr.
     """
     folder, scene, steps = _results_of(options)
     shown = _steps_at_times(folder, scene, steps, options.times)
     surface = scene.sampled_surface
     wanted = {step.step for step in steps if shown is None or step in shown}
+    depths = _depths(options.depths, scene)
     refuse_link(folder / "maps")
     (folder / "maps").mkdir(exist_ok=True)
     for frame in read_frames(folder / "sweep.traj"):
@@ -246,9 +250,36 @@ def write_maps(options: argparse.Namespace) -> int:
         if number not in wanted:
             continue
         name = folder / "maps" / f"step-{number:04d}.{options.format}"
-        write_map(ContactMap.from_frame(frame, surface), name)
+        contact_map = ContactMap.from_frame(frame, surface)
+        write_map(contact_map, name)
         write(str(name))
+        if depths:
+            suffix = {"vti": "vtr"}.get(options.format, options.format)
+            name = folder / "maps" / f"stress-{number:04d}.{suffix}"
+            write_stress(contact_map, scene.solid, depths, name)
+            write(str(name))
     return 0
+
+
+def _depths(text: str | None, scene: Scene) -> list[float]:
+    """Return the depths in an option (Å); none without it."""
+    if text is None:
+        return []
+    if not scene.solid.has_subsurface:
+        raise ValueError(
+            "--depths needs Poisson's ratio or elastic constants: run with columns of "
+            "stresses, or yield_strength, in the scene"
+        )
+    found = []
+    for each in text.split(","):
+        try:
+            depth = float(each) * UNITS["nm"]
+        except ValueError:
+            depth = quantity("--depths", each, LENGTHS, "nm")
+        if not 0.0 <= depth < math.inf:
+            raise ValueError(f"--depths must be lengths of at least 0, got {each}")
+        found.append(depth)
+    return found
 
 
 def _results_of(options: argparse.Namespace) -> tuple[Path, Scene, list[LoadStep]]:

@@ -16,6 +16,7 @@ from ase_roughcontact.elasticity import (
     Crystal,
     Cubic,
     PeriodicHalfSpace,
+    StressField,
 )
 from ase_roughcontact.elasticity.crystals.force_constants import relaxed_slab
 
@@ -273,3 +274,26 @@ def test_copper_under_stress():
     # a continuum under this stress; 3 % below the crystal without it
     assert copper.contact_modulus / GPa == pytest.approx(148.725, rel=1e-4)
     assert copper.figures["long_waves"] < 1e-5
+
+
+def test_stress_below_the_surface_is_the_stress_of_the_continuum(springs, continuum):
+    x = SPACING * np.arange(32)
+    pressure = np.exp(
+        -((x[:, None] - x[16]) ** 2 + (x - x[14]) ** 2) / (8 * SPACING**2)
+    )
+    found, expected = (
+        StressField(solid, SPACING, pressure).stress(3.0 * SPACING)
+        for solid in (springs, continuum)
+    )
+    np.testing.assert_allclose(found, expected, atol=2e-5)
+
+
+def test_crystal_of_an_earlier_file_has_no_stress_below_its_surface(springs, tmp_path):
+    springs.write(tmp_path / "crystal.json")
+    again = Crystal.read(tmp_path / "crystal.json")
+    assert again.has_subsurface
+    np.testing.assert_array_equal(again.moduli, springs.moduli)
+    earlier = replace(springs, moduli=None)
+    assert not earlier.has_subsurface
+    with pytest.raises(NotImplementedError, match="from_calculator"):
+        StressField(earlier, SPACING, np.ones((8, 8))).stress(1.0)
