@@ -40,7 +40,13 @@ _NO_MEANING = ("ctx", "kind", "type_comment", "type_ignores", "type_params")
 def stored_files() -> list[str]:
     """Return the files that need a line: tables, pictures and rows."""
     found = {*EXAMPLES.glob("images/*"), *EXAMPLES.glob("guide/results/*.md")}
-    for folder in ("benchmarks", "benchmarks/crystals", "images", "paper/results"):
+    for folder in (
+        "benchmarks",
+        "benchmarks/crystals",
+        "images",
+        "paper/results",
+        "published",
+    ):
         found.update(
             EXAMPLES.glob(f"{folder}/*.csv"), EXAMPLES.glob(f"{folder}/*.json")
         )
