@@ -70,7 +70,7 @@ class AdhesionEstimate:
     @cached_property
     def effective_work(self) -> float:
         """Work of adhesion less the energy of the flattened roughness, per area."""
-        rough = self.sphere.roughness
+        rough = getattr(self.sphere, "roughness", None)  # a user's sphere may lack it
         if rough is None:
             return self.work
         return self.work - _flattening_energy(rough, self.solid, self.spacing)

@@ -1,5 +1,6 @@
 """An indenter that is defined outside of the package, by one class."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,13 @@ import pytest
 from built import atoms_under
 from written_path import written_path
 
-from ase_roughcontact import RoughSphere, substrate
+from ase_roughcontact import (
+    DugdaleWall,
+    RoughContact,
+    RoughSphere,
+    load_path,
+    substrate,
+)
 from ase_roughcontact.topography import BoundedSurface, Topography
 from ase_roughcontact.topography.topography import topography_of
 
@@ -26,6 +33,20 @@ class Cone(BoundedSurface):
 
     def reach(self, level, spacing, origin=(0.0, 0.0)):
         return max(level, 0.0) / self.slope
+
+
+@dataclass(frozen=True)
+class Ball(BoundedSurface):
+    """Paraboloid, which has a radius and no roughness."""
+
+    radius: float
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x, y = (o + spacing * np.arange(n) for o, n in zip(origin, shape, strict=True))
+        return (x[:, None] ** 2 + y**2) / (2.0 * self.radius)
+
+    def reach(self, level, spacing, origin=(0.0, 0.0)):
+        return math.sqrt(2.0 * self.radius * max(level, 0.0))
 
 
 class Flute:
@@ -55,6 +76,17 @@ def test_load_agrees_with_sneddon():
     (record,) = path(Cone(0.05), [4.0], window="auto")
     # I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965): N = 2 E* d^2/(pi slope)
     assert record.normal_force == pytest.approx(2 * 4.0**2 / (np.pi * 0.05), rel=0.01)
+
+
+def test_a_sphere_of_its_own_class_has_an_automatic_window_under_attraction():
+    paths = []
+    for sphere in (Ball(200.0), RoughSphere(200.0)):
+        atoms = substrate("Cu", (8, 8), sphere, spacing=A0)
+        atoms.calc = RoughContact(sphere, 1.0, DugdaleWall(0.05, 1.0))
+        (step,) = load_path(atoms, [0.5], window="auto")
+        paths.append(step)
+    own, known = paths
+    assert own.converged and own.normal_force == pytest.approx(known.normal_force)
 
 
 def test_path_is_resumed_with_the_same_indenter_only(tmp_path):
