@@ -44,7 +44,6 @@ def main():
         figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2))
         draw_pressures(left)
         draw_stiffnesses(right)
-        figure.tight_layout()
         figure.savefig("published.png", dpi=120)
 
 

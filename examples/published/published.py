@@ -19,12 +19,16 @@ HERE = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Claim:
-    """A published number, and the range in which another one agrees with it."""
+    """A published result, and the range of numbers that agree with it.
+
+    `number` is the published one, NaN where that is a range or a tendency.
+    """
 
     key: str
     quantity: str
     source: str
     published: str
+    number: float
     least: float
     most: float
     criterion: str
@@ -59,8 +63,8 @@ def claims() -> dict[str, Claim]:
     """Return the claims by their keys."""
     found = {}
     for row in read_rows(HERE / "papers" / "claims.csv"):
-        row["least"], row["most"] = float(row["least"]), float(row["most"])
-        found[row["key"]] = Claim(**row)
+        values = {name: float(row[name]) for name in ("number", "least", "most")}
+        found[row["key"]] = Claim(**(row | values))
     return found
 
 

@@ -39,9 +39,17 @@ def with_error(value):
     """Return a number and its standard error, to two digits of the error."""
     if math.isnan(value.error):
         return f"{value.value:.3g}"
-    digits = 2 if value.error == 0.0 else 1 - math.floor(math.log10(value.error))
-    digits = min(max(digits, 2), 4)
+    if value.error < 5e-5:
+        return f"{value.value:.4f}"
+    digits = min(max(1 - math.floor(math.log10(value.error)), 2), 4)
     return f"{value.value:.{digits}f} ± {value.error:.{digits}f}"
+
+
+def deviation(value, claim):
+    """Return the deviation from a published number in %."""
+    if math.isnan(claim.number):
+        return ""
+    return f"{100.0 * (value.value / claim.number - 1.0):+.2g} %"
 
 
 def report():
@@ -54,10 +62,12 @@ def report():
             lines.append(
                 (
                     *(claim.quantity, claim.source, claim.published, claim.criterion),
-                    *(with_error(value), agrees, f"`{script}.py`"),
+                    *(with_error(value), deviation(value, claim), agrees),
+                    f"`{script}.py`",
                 )
             )
-    table("quantity | source | published | criterion | here | agrees | script", lines)
+    head = "quantity | source | published | agrees if"
+    table(f"{head} | here | deviation | agrees | script", lines)
 
 
 if __name__ == "__main__":
