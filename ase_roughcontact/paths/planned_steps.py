@@ -187,19 +187,22 @@ class Plan:
             reasons = dict.fromkeys(each.problem for each in self.steps if each.problem)
             parts += [f"{bad} of {total} steps can't run:", *reasons]
             parts += [f"To run all, {self.advice}.", ""] if self.advice else [""]
+        if bad < total:
+            parts += [self._costs("The other steps" if bad else "In all"), ""]
+        left_out = [("-", reason) for reason in self.left_out]
+        return [*parts, "Left out:", entries(left_out)]
+
+    def _costs(self, steps: str) -> str:
+        """Return a sentence on the costs of steps."""
         bound = "about" if self.repeated_step else "at most"
         enough = "" if self.fits else ": NOT ENOUGH"
-        parts += [
-            f"In all about {duration(max(self.seconds, 1.0))}, about "
+        return (
+            f"{steps} about {duration(max(self.seconds, 1.0))}, about "
             f"{_size(self.frames)} of frames (sweep.traj, view.traj), "
             f"{_size(self.restart)} to resume (sweep.restart.npz), and {bound} "
             f"{self.memory / 1e9:.2g} GB of the {self.available / 1e9:.2g} GB of "
-            f"memory that are free{enough}.",
-            "",
-            "Left out:",
-            entries(("-", reason) for reason in self.left_out),
-        ]
-        return parts
+            f"memory that are free{enough}."
+        )
 
 
 def _size(size: float) -> str:

@@ -218,9 +218,19 @@ class AutoWindow:
             height = self._predicted_height(target, self.first_contact)
         else:
             height = control.height(target, self.first_contact)
+        self.check(height)
         level = self._wall.cutoff - height
-        self.footprint.check(level)
         return self.footprint.standard_size(self._needed(level, None))
+
+    def check(self, height: float) -> None:
+        """Raise an error if a state at a height certainly has no window.
+
+        Raises
+        ------
+        ValueError
+            If an atom could touch where the surface is not defined.
+        """
+        self.footprint.check(self._wall.cutoff - height)
 
     def describe_lattice(self) -> dict[str, Any]:
         """Return a description of the lattice, for resuming a path."""

@@ -70,6 +70,9 @@ class FixedWindow:
                 f"{acts.shape} atoms: {advice}"
             )
 
+    def check(self, height: float) -> None:
+        """Do nothing, as the window is the same at all heights; see `AutoWindow`."""
+
     def describe_lattice(self) -> dict[str, Any]:
         """Return a description of the atoms' lattice, for resuming a path."""
         return {

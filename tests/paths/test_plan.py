@@ -77,6 +77,20 @@ def test_step_beyond_the_roughness_has_a_problem_and_the_others_are_planned():
     assert "To run all, give the roughness a domain" in text
 
 
+@pytest.mark.parametrize(
+    "heights, text",
+    [([0.0], "In all about"), ([0.0, -300.0], "The other steps about")],
+)
+def test_a_plan_has_the_time_of_the_steps_that_can_run(heights, text):
+    plan = plan_path(*problem_of(make_atoms()), "heights", heights, "auto")
+    assert text in plain(*plan.printed("height (Å)", 1.0))
+
+
+def test_a_plan_without_a_step_that_can_run_has_no_time():
+    plan = plan_path(*problem_of(make_atoms()), "heights", [-300.0], "auto")
+    assert "about" not in plain(*plan.printed("height (Å)", 1.0)).partition("Left")[0]
+
+
 @pytest.mark.parametrize("control", ["penetrations", "heights", "loads"])
 def test_contact_wider_than_a_fixed_window_is_a_problem(control):
     sphere = rc.RoughSphere(300.0)  # contact radius 30 at a depth of 3

@@ -83,6 +83,8 @@ class LoopSteps(PathSteps):
                 f"smallest_step must be above {resolved:.2g}, the rounding of heights, "
                 f"got {self.loop.smallest_step}"
             )
+        if self.loop.deepest is not None:
+            self.stepper.windows.check(self._bottom)
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._smallest_force = _SMALLEST_FORCE * unit
 
