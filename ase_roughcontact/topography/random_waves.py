@@ -47,7 +47,7 @@ class RandomWaves(Topography):
     surface is periodic and a function of its parameters alone: it does not depend on
     the window, spacing and origin with which it is sampled. The mean height is zero.
 
-    Attributes
+    Parameters
     ----------
     rms_slope : float
         Root mean square slope.
