@@ -305,7 +305,7 @@ class SceneFile:
         )
         for key in chain.from_iterable(map(self._keys, order)):
             title, name = (key, "") if key in SECTIONS else key.rpartition(".")[::2]
-            section_type = lookup(title, SECTIONS, "section")
+            section_type = lookup(title or name, SECTIONS, "section")
             section: Any = changes.get(title, self.sections.get(title))
             value = values.get(key, values.get(f"{_OF_BOTH}.{name}"))
             if name and section is None:

@@ -116,7 +116,7 @@ def theory(
     return RoughSphereTheory(
         radius,
         1.0,
-        RoughnessConfig(rms_slope=slope),
+        RoughnessConfig(rms_slope=slope).surface(1.0),
         work,
         reach,
         KAPPA_HARD if hard else KAPPA_REPULSIVE,
