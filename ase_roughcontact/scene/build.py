@@ -377,7 +377,7 @@ def _with_tip(solid: ElasticSolid, tip: ElasticTip) -> Isotropic:
         return Isotropic(combined)
     if poisson is None:
         raise ValueError(
-            f"friction needs Poisson's ratio of {tip.label}, which is not known: give "
+            f"Poisson's ratio of {tip.source} is not known, which friction needs: give "
             "[tip] poisson"
         )
     base, sphere = (solid.contact_modulus, solid.poisson), (modulus, poisson)

@@ -304,8 +304,10 @@ class SceneFile:
             values, key=lambda k: (k not in SECTIONS, not k.endswith(".kind"))
         )
         for key in chain.from_iterable(map(self._keys, order)):
-            title, name = (key, "") if key in SECTIONS else key.rpartition(".")[::2]
-            section_type = lookup(title or name, SECTIONS, "section")
+            outer, _, inner = key.rpartition(".")
+            is_section = key in SECTIONS or not outer
+            title, name = (key, "") if is_section else (outer, inner)
+            section_type = lookup(title, SECTIONS, "section")
             section: Any = changes.get(title, self.sections.get(title))
             value = values.get(key, values.get(f"{_OF_BOTH}.{name}"))
             if name and section is None:

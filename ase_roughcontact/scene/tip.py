@@ -38,6 +38,11 @@ class ElasticTip:
     hardness_is_given: bool
 
     @property
+    def source(self) -> str:
+        """What the modulus follows from, for messages."""
+        return f"the material {self.name!r}" if self.name else "the tip"
+
+    @property
     def label(self) -> str:
         """Name and contact modulus."""
         modulus = f"E* {self.contact_modulus / UNITS['GPa']:.4g} GPa"
