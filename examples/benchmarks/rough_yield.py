@@ -2,7 +2,8 @@
 
     python rough_yield.py                # all paths that rough_yield.csv lacks
     python rough_yield.py --report       # the table of the guide, from its rows
-    python rough_yield.py --draw yield.png  # the figure of the guide
+    python rough_yield.py --draw rough_yield.png  # depth and load over the slope
+    python rough_yield.py --sections rough_sections.png  # stress on vertical planes
 
 A sphere with a hard wall on an isotropic solid, nu = 0.3, is pressed until a smooth one
 has a contact radius of 64 a0 and a largest pressure of 0.1 E*. Roughness has
@@ -28,11 +29,11 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.analysis import first_yield
+from ase_roughcontact.analysis import ContactMap, first_yield, stress_section
 from ase_roughcontact.elasticity import Isotropic
-from ase_roughcontact.plot import BLUE, GREY, ORANGE, style
+from ase_roughcontact.plot import BLUE, GREY, ORANGE, plot_stress_section, style
 
-CONTACT_RADIUS, PRESSURE, POISSON = 64.0, 0.1, 0.3
+CONTACT_RADIUS, PRESSURE, SOLID = 64.0, 0.1, Isotropic(1.0, 0.3)
 RADIUS = 2.0 * CONTACT_RADIUS / (np.pi * PRESSURE)
 LOAD = 4.0 / 3.0 * CONTACT_RADIUS**3 / RADIUS
 YIELD_STRENGTH = 0.6200 * PRESSURE
@@ -50,18 +51,22 @@ CASES = [
 ]
 
 
-def path_of(spacing, slope, seed):
-    """Return the steps of a path."""
+def atoms_of(spacing, slope, seed):
+    """Return the substrate and the sphere above it."""
     rough = None
     if slope:
         rough = SelfAffine(slope, 0.8, 32.0, 64.0, seed=seed, domain=512.0)
     sphere = RoughSphere(RADIUS, rough)
     atoms = substrate("Cu", (16, 16), sphere, spacing=spacing, fixed=False)
-    solid = Isotropic(1.0, POISSON)
-    atoms.calc = RoughContact(sphere, None, HardWall(), solid=solid)
+    atoms.calc = RoughContact(sphere, None, HardWall(), solid=SOLID)
+    return atoms
+
+
+def path_of(atoms, loads):
+    """Return the steps of a path."""
     output = Output(columns=COLUMNS)
     options = {"window": "auto", "validity": "ignore", "output": output}
-    return list(load_path(atoms, loads=LOADS, **options))
+    return list(load_path(atoms, loads=loads, **options))
 
 
 def run():
@@ -73,7 +78,7 @@ def run():
     for case in CASES:
         if case in known:
             continue
-        steps = path_of(*case)
+        steps = path_of(atoms_of(*case), LOADS)
         last, first = steps[-1], first_yield(steps, YIELD_STRENGTH)
         row = (
             last.largest_von_mises / YIELD_STRENGTH / 1.05 ** (1 / 3),
@@ -144,16 +149,40 @@ def draw(file):
         right.set_yscale("log")
         right.set_ylabel("load of first yield/$N_H$")
         right.legend(frameon=False)
-        figure.tight_layout()
         figure.savefig(file, dpi=150)
+
+
+def draw_sections(file):
+    """Draw the stress on planes through its largest value, from smooth to rough."""
+    unit = {"unit": "eV/Å^3"}  # E* = 1
+    with style():
+        figure, panels = pyplot.subplots(1, 3, figsize=(8.4, 2.8), sharey=True)
+        for panel, slope in zip(panels, (0.0, 0.025, 0.1), strict=True):
+            atoms = atoms_of(1.0, slope, 1)
+            (step,) = path_of(atoms, LOAD * np.ones(1))
+            seen = ContactMap.from_atoms(atoms)
+            section = stress_section(
+                seen, SOLID, at=step.von_mises_y, depths=np.linspace(1.0, 120.0, 80)
+            )
+            shown = {**unit, "yield_strength": 0.999 * YIELD_STRENGTH}
+            contours = plot_stress_section(panel, section, **shown)
+            panel.set(title=f"rms slope {slope:g}", xlim=(-10.5, 10.5))
+            panel.set(xlabel="$x$ (10 $a_0$)", ylabel="")
+            label = "von Mises stress/$E^*$"
+            figure.colorbar(contours, ax=panel, location="bottom", label=label)
+        panels[0].set_ylabel("$z$ (10 $a_0$)")
+        figure.savefig(file, dpi=150, bbox_inches="tight")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--report", action="store_true", help="print the table")
     parser.add_argument("--draw", metavar="FILE", help="draw the figure")
+    parser.add_argument("--sections", metavar="FILE", help="draw sections")
     arguments = parser.parse_args()
-    if arguments.draw:
+    if arguments.sections:
+        draw_sections(arguments.sections)
+    elif arguments.draw:
         draw(arguments.draw)
     elif arguments.report:
         report()
