@@ -13,6 +13,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ase_roughcontact._util.rounding import LENGTH_ROUNDING
 from ase_roughcontact.contact.control import PENETRATION
 from ase_roughcontact.results.grid_errors import (
     attraction_force_error,
@@ -39,6 +40,11 @@ _NEAR_IMAGES = (
 _INSTABILITY = (
     "the contact stiffness is not known, as at an instability, where the state is no "
     "minimum"
+)
+# Reason for unknown errors of a plastic flat that may carry any of many loads.
+_FULL_CONTACT = (
+    "at the height of full contact a periodic surface has the same height under all "
+    "loads until it yields: give a load"
 )
 
 
@@ -107,8 +113,8 @@ def estimated_errors(step: RelaxedStep) -> Errors:
         Under a given load the error of the force is the residual of the force balance
         of the indenter; at a given height the error of the height is zero. The error of
         the area of a periodic cell is at most the cell. Errors of quantities that are
-        not prescribed are NaN at an instability, and all errors where an adhesive
-        contact nearly touches its images.
+        not prescribed are NaN at an instability and at the height of full contact, and
+        all errors where an adhesive contact nearly touches its images.
     """
     if not (step.touches or step.fields.attractive_atoms):
         return _errors_without_contact(step)
@@ -119,6 +125,8 @@ def estimated_errors(step: RelaxedStep) -> Errors:
         return _unknown_errors(step, _INSTABILITY)
     if step.relaxation.unknown:
         return _unknown_errors(step, step.relaxation.unknown)
+    if step.run.support.fixed and _is_at_full_contact(step):
+        return _unknown_errors(step, _FULL_CONTACT)
     stiffness = abs(step.response.force)
     # all atoms in contact may be in plastic contact
     compliance = 1.0 / stiffness if stiffness else math.inf
@@ -153,6 +161,15 @@ def _unknown_errors(step: RelaxedStep, reason: str) -> Errors:
     if not step.run.support.fixed:
         return unknown._replace(force=step.run.unbalanced)
     return unknown._replace(height=0.0, penetration=_given_zero_error(step))
+
+
+def _is_at_full_contact(step: RelaxedStep) -> bool:
+    """Return whether the height is the one of full contact without yielding."""
+    contact = step.contact
+    if not (contact.halfspace.periodic and contact.interaction.purely_hard):
+        return False
+    above = step.height + float(contact.heights.mean())
+    return abs(above) <= LENGTH_ROUNDING * contact.halfspace.spacing
 
 
 def _given_zero_error(step: RelaxedStep) -> float:

@@ -171,6 +171,17 @@ def test_images_of_an_adhesive_contact_shift_the_height_by_its_moment(cell):
     assert abs(periodic.contact_area - free.contact_area) < 2.0 * periodic.area_error
 
 
+def test_the_force_of_a_plastic_flat_at_the_height_of_full_contact_is_not_known():
+    rough = rc.SelfAffine(0.012, 0.8, 4.0, 16.0, seed=1, domain=32.0)
+    flat = rc.RoughSphere(np.inf, rough)
+    window = {"shape": (32, 32), "periodic": True, "fixed": True}
+    atoms = atoms_under(flat, rc.PlasticWall(0.4), **window)
+    known, step = rc.load_path(atoms, heights=[0.01, 0.0], validity="ignore")
+    assert known.force_error < 0.1 * known.normal_force
+    assert np.isnan(step.force_error)
+    assert "give a load" in step.not_known["force_error"]
+
+
 def test_errors_of_an_adhesive_contact_that_nearly_touches_its_images_are_not_known():
     (free,) = on_smooth_sphere(ADHESIVE["adhesive"], [10.0])
     (close,) = on_smooth_sphere(ADHESIVE["adhesive"], [10.0], cell=36)
