@@ -26,7 +26,7 @@ from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
 from ase_roughcontact.plot.surfaces import map_panels
-from ase_roughcontact.results.record import STRESS_COLUMNS, LoadStep, columns_of
+from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
@@ -99,9 +99,10 @@ def draw(
         contact; stress.png, if stresses below the surface are asked for. Paths in time
         have the last two only.
     """
-    names, path = [], reference.scene.path
+    names, scene = [], reference.scene
+    path = scene.path
     if not path.in_order and any(_is_compressive(step) for step in steps):
-        draw_area = _draw_flat if reference.scene.is_flat else _draw_curve
+        draw_area = _draw_flat if scene.is_flat else _draw_curve
         draw_area(reference, steps, folder / "curve.png")
         names.append("curve.png")
     tension = any(step.normal_force < -step.tolerance for step in steps)
@@ -115,8 +116,8 @@ def draw(
     if shown:
         _draw_maps(reference, steps, shown, folder)
         names.append("contact.png")
-    if shown and _asks_for_stress(reference.scene):
-        _draw_stress(reference.scene, shown, folder)
+    if shown and scene.asks_for_stress and scene.solid.has_subsurface:
+        _draw_stress(scene, shown, folder)
         names.append("stress.png")
     return names
 
@@ -305,13 +306,6 @@ def _draw_maps(
             plot.scale_bar(panel, "nm")
         figure.colorbar(image, ax=panels, label=f"pressure ({unit})", shrink=0.7)
         legend_below(figure, panels)
-
-
-def _asks_for_stress(scene: Scene) -> bool:
-    """Return whether stresses below the surface are asked for, and known."""
-    asked = STRESS_COLUMNS.intersection(columns_of(scene.record))
-    asked_for = bool(asked) or not math.isnan(scene.bodies.yield_strength)
-    return asked_for and scene.solid.has_subsurface
 
 
 def _draw_stress(scene: Scene, shown: Sequence[LoadStep], folder: Path) -> None:

@@ -18,7 +18,6 @@ from ase_roughcontact.elasticity import (
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
-from ase_roughcontact.results.record import STRESS_COLUMNS
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.config import DEFAULT_RADIUS
 from ase_roughcontact.scene.file import SceneFile
@@ -101,7 +100,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
         yield_strength, poisson = _yield_strength(scene), None
         if isinstance(solid, Isotropic):
             # only friction, and stresses below the surface, depend on Poisson's ratio
-            needed = scene.friction or _asks_for_stress(scene)
+            needed = scene.friction or scene.asks_for_stress
             poisson = poisson_of(scene.substrate) if needed else None
             solid = replace(solid, poisson=poisson if scene.friction else None)
     elastic: ElasticTip | None = None
@@ -301,13 +300,6 @@ def _yield_strength(scene: SceneFile) -> float:
         return math.nan
     in_gpa("yield_strength", strength, MAX_HARDNESS)
     return UNITS["GPa"] * strength
-
-
-def _asks_for_stress(scene: SceneFile) -> bool:
-    """Return whether stresses below the surface are asked for."""
-    asked = scene.output.columns or ()
-    stresses = STRESS_COLUMNS.intersection(asked)
-    return bool(stresses) or scene.substrate.yield_strength is not None
 
 
 def _hardnesses(

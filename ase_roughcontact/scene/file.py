@@ -14,6 +14,7 @@ from typing import Any, TypeVar, get_type_hints
 from ase_roughcontact._util.files import tomllib
 from ase_roughcontact._util.identity import identity
 from ase_roughcontact._util.validation import lookup, shown
+from ase_roughcontact.results.record import STRESS_COLUMNS
 from ase_roughcontact.scene import config
 from ase_roughcontact.scene.path_kind import PathKind, Steps
 from ase_roughcontact.scene.random_fields import (
@@ -239,6 +240,12 @@ class SceneFile:
         """Sections of roughness that is no scan, by title."""
         sections = self.sections.items()
         return {k: each for k, each in sections if isinstance(each, RoughnessConfig)}
+
+    @property
+    def asks_for_stress(self) -> bool:
+        """Whether stresses below the surface are asked for: columns, or a limit."""
+        asked = STRESS_COLUMNS.intersection(self.output.columns or ())
+        return bool(asked) or self.substrate.yield_strength is not None
 
     @property
     def seed(self) -> int | None:
