@@ -158,7 +158,7 @@ class DirectedWaves(SubsurfaceWaves):
             self._loads.append(_Amplitude(Load.ALONG, -1j * along, along))
             self._across = self._cosine * ty - self._sine * tx
         # memory that all depths share: new arrays take longer than the arithmetic
-        self._factors = {each.load: np.empty((6, *qx.shape)) for each in self._loads}
+        self._factor = np.empty(qx.shape)
         self._total, self._part = np.empty((2, *qx.shape), complex)
 
     @abstractmethod
@@ -175,34 +175,40 @@ class DirectedWaves(SubsurfaceWaves):
 
     def stress(self, depth: float) -> Iterator[np.ndarray]:
         """Yield the six components; see `SubsurfaceWaves`."""
-        for each in self._loads:
-            self._combine(self._sagittal(depth, each.load), self._factors[each.load])
+        parts = {each.load: self._sagittal(depth, each.load) for each in self._loads}
         lateral: list[np.ndarray | float] = [0.0] * 6
         if self._across is not None:
             lateral = self._across_components(depth, self._across)
         total, part = self._total, self._part
-        for k, turned in enumerate((False, False, False, True, True, False)):
+        for k, name in enumerate(STRESS_COMPONENTS):
             for number, each in enumerate(self._loads):
-                wave = each.turned if turned else each.amplitude
+                factor = self._real_factor(name, parts[each.load])
+                wave = each.turned if name in ("yz", "xz") else each.amplitude
                 out = part if number else total
-                np.multiply(self._factors[each.load][k], wave, out=out)
+                np.multiply(factor, wave, out=out)
                 if number:
                     total += part
             if self._across is not None:
                 total += lateral[k]
             yield total
 
-    def _combine(self, parts: _Sagittal, out: np.ndarray) -> None:
-        """Calculate the six components, without a factor i of yz and xz."""
-        xx, yy, zz, yz, xz, xy = out
-        np.subtract(parts.ll, parts.tt, out=xy)
-        np.multiply(self._square, xy, out=xx)
-        np.subtract(parts.ll, xx, out=yy)
-        xx += parts.tt
-        zz[:] = parts.zz
-        np.multiply(self._sine, parts.lz, out=yz)
-        np.multiply(self._cosine, parts.lz, out=xz)
-        xy *= self._product
+    def _real_factor(self, name: str, parts: _Sagittal) -> np.ndarray:
+        """Return a component of a unit load, without a factor i of yz and xz."""
+        if name == "zz":
+            return parts.zz
+        out = self._factor
+        if name in ("yz", "xz"):
+            direction = self._sine if name == "yz" else self._cosine
+            return np.multiply(direction, parts.lz, out=out)
+        np.subtract(parts.ll, parts.tt, out=out)
+        if name == "xy":
+            out *= self._product
+            return out
+        out *= self._square
+        if name == "xx":
+            out += parts.tt
+            return out
+        return np.subtract(parts.ll, out, out=out)
 
     def _across_components(
         self, depth: float, across: np.ndarray
@@ -246,10 +252,11 @@ class IsotropicWaves(DirectedWaves):
     ) -> None:
         super().__init__(tractions)
         self._shear_modulus, self._poisson = shear_modulus, poisson
-        self._memory = np.empty((4, *self.q.shape))
+        # memory for each load, as for the sums of components
+        self._memory = {each.load: np.empty((4, *self.q.shape)) for each in self._loads}
 
     def _sagittal(self, depth: float, load: Load) -> _Sagittal:
-        tau, decay, ll, tt = self._memory
+        tau, decay, ll, tt = self._memory[load]
         np.multiply(self.q, depth, out=tau)
         np.negative(tau, out=decay)
         np.exp(decay, out=decay)
