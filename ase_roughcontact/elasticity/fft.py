@@ -215,8 +215,18 @@ class RealFFT2:
             buffer.columns_inverse(_length(columns))
 
         self._transform_columns(self.spectrum, self.grid[0], self.window[0], inverse)
-        out = np.empty(self.window, self.dtype) if out is None else out
-        return self._inverse_rows(self.spectrum, out)
+        return self._inverse_rows(self.spectrum, self._result(out))
+
+    def _result(self, out: np.ndarray | None) -> np.ndarray:
+        """Return a given array for values on the window, or a new one."""
+        if out is None:
+            return np.empty(self.window, self.dtype)
+        if (out.shape, out.dtype) != (self.window, self.dtype):
+            raise ValueError(
+                f"out must be of the shape {self.window} and the type {self.dtype}, "
+                f"got {out.shape} and {out.dtype}"
+            )
+        return out
 
     def multiplier(self, values: np.ndarray, factor: float = 1.0) -> np.ndarray:
         """Prepare a real, even spectrum for `filter`, times a factor and normalised.
@@ -273,16 +283,10 @@ class RealFFT2:
         ndarray, shape (n, m)
             Values with the multiplied spectrum, on the window.
         """
-        if out is not None and (out.shape, out.dtype) != (self.window, self.dtype):
-            raise ValueError(
-                f"out must be of the shape {self.window} and the type {self.dtype}, "
-                f"got {out.shape} and {out.dtype}"
-            )
         if values.shape != self.window:
             raise ValueError(f"expected the shape {self.window}, got {values.shape}")
         self._count(1)
-        if out is None:
-            out = np.empty(self.window, self.dtype)
+        out = self._result(out)
         if self._whole:
             self._buffers[0].filter(values, multiplier, out)
             return out

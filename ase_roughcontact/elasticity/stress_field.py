@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ase_roughcontact._util.validation import finite_array, positive
+from ase_roughcontact._util.validation import finite_array, nonnegative, positive
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.subsurface import SubsurfaceWaves, Tractions
@@ -212,13 +212,32 @@ class StressField:
         -------
         ndarray, shape (6, k, l)
             Components, see `stress` (pressure).
+
+        Raises
+        ------
+        ValueError
+            If the depth is negative, or a point outside of a window that does not
+            repeat.
         """
-        x, y = np.atleast_1d(x).astype(float), np.atleast_1d(y).astype(float)
+        nonnegative(depth=depth)
+        x, y = (
+            self._inside(*each) for each in zip("xy", (x, y), self.shape, strict=True)
+        )
         waves = self._coarse(math.pi * depth / _DECAYED)
         values = waves.at(depth, _stress, x, y)
         if self._images is not None:
             values -= self._images.at(depth, _stress, x, y)
         return values
+
+    def _inside(self, name: str, points: np.ndarray, count: int) -> np.ndarray:
+        """Return positions along an axis, which must be in a window of `count`."""
+        points = np.atleast_1d(finite_array(name, points))
+        if not self.periodic and (points.min() < 0.0 or points.max() > count - 1):
+            raise ValueError(
+                f"{name} must be from 0 to {count - 1} in a window that does not "
+                f"repeat, got {points.min():g} to {points.max():g}: use a larger window"
+            )
+        return points
 
     def _coarse(self, resolution: float) -> _PeriodicField:
         """Return the waves longer than twice a distance, on a grid of their own."""
@@ -237,8 +256,7 @@ class StressField:
         waves: _PeriodicField,
         out: np.ndarray | None = None,
     ) -> np.ndarray:
-        if not depth >= 0.0:
-            raise ValueError(f"depth must be at least 0, got {depth}")
+        nonnegative(depth=depth)
         values = waves.plane(depth, component, out)
         if self._images is not None:
             x, y = (
@@ -353,7 +371,7 @@ class _PeriodicField:
         """Return the components of a field on the window at a depth."""
         if out is None:
             number = 6 if component is _stress else 3
-            out = np.empty((number, *self.window))
+            out = np.empty((number, *self.window), self.transform.dtype)
         amplitudes = self._amplitudes(depth, component)
         for each, values in zip(amplitudes, out, strict=True):
             self.transform.spectrum[:] = each

@@ -325,6 +325,19 @@ def test_points_are_on_the_planes():
         np.testing.assert_allclose(found, plane[:, 3:9, 20:22], atol=1e-9)
 
 
+@pytest.mark.parametrize(("x", "depth"), [(-1.0, 5.0), (96.0, 5.0), (3.0, -1.0)])
+def test_points_outside_of_the_window_or_above_the_surface_are_refused(x, depth):
+    field = StressField(Isotropic(1.0, 0.3), 1.0, hertz())
+    with pytest.raises(ValueError, match=r"-1|95"):
+        field.stress_at([x], [3.0], depth)
+
+
+def test_array_for_the_result_must_have_the_shape_of_the_window():
+    field = StressField(Isotropic(1.0, 0.3), 1.0, hertz())
+    with pytest.raises(ValueError, match="96"):
+        field.stress(5.0, np.empty((6, 3, 3)))
+
+
 def test_fewer_points_have_the_same_stress_at_depth():
     field = StressField(Isotropic(1.0, 0.3), 1.0, hertz())
     stress, (step, _) = field.coarse_stress(20.0, 6.0)
