@@ -1,18 +1,20 @@
 r"""Equivalent stresses, and the place of the largest one below a surface.
 
-The largest stress is searched on planes at depths of powers of two spacings. At the
-depth z waves shorter than z have decayed, so that points at distances of 3 z/4 show
-where the stress is large. Around the best of them parabolas through values at closer
-points give the largest stress. Stresses at these points are sums over waves, without an
-FFT.
+The largest stress is searched on planes at depths of powers of two spacings, and on
+both sides of the interface of a layer, where stresses along it jump. At the depth z
+waves shorter than z have decayed, so that points at distances of 3 z/4 show where the
+stress is large. Around the best of them parabolas through values at closer points give
+the largest stress. Stresses at these points are sums over waves, without an FFT.
 
 References
 ----------
-K. L. Johnson, Contact Mechanics (1985), Sec. 6.1.
+K. L. Johnson, Contact Mechanics (1985), Sec. 6.1; O. K. Smith, Commun. ACM 4, 168
+(1961).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -74,7 +76,13 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 
 
 def principal_stresses(stress: np.ndarray) -> np.ndarray:
-    """Return the principal stresses in ascending order, shape (3, ...) (pressure).
+    r"""Return the principal stresses in ascending order, shape (3, ...) (pressure).
+
+    .. math:: \sigma_k = \bar\sigma + \tfrac23 \sigma_v \cos(\phi + 2 \pi k/3), \qquad
+              \cos 3 \phi = \tfrac{27}{2} J_3/\sigma_v^3
+
+    with the mean stress :math:`\bar\sigma`, the von Mises stress :math:`\sigma_v` and
+    the determinant :math:`J_3` of the deviatoric stress (Smith 1961).
 
     Parameters
     ----------
@@ -89,10 +97,19 @@ def principal_stresses(stress: np.ndarray) -> np.ndarray:
     >>> [round(float(each), 3) + 0.0 for each in principal_stresses(shear)]
     [-1.0, 0.0, 1.0]
     """
-    xx, yy, zz, yz, xz, xy = stress
-    rows = [(xx, xy, xz), (xy, yy, yz), (xz, yz, zz)]
-    matrix = np.stack([np.stack(row, axis=-1) for row in rows], axis=-1)
-    return np.moveaxis(np.linalg.eigvalsh(matrix), -1, 0)
+    stress = np.asarray(stress, dtype=float)
+    mean, size = stress[:3].mean(axis=0), von_mises(stress)
+    # components are scaled before they are multiplied: small ones would underflow
+    scale = np.where(size > 0.0, size, 1.0)
+    xx, yy, zz = (stress[:3] - mean) / scale
+    yz, xz, xy = stress[3:] / scale
+    determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz)
+    determinant += xz * (xy * yz - yy * xz)
+    angle = np.arccos(np.clip(13.5 * determinant, -1.0, 1.0)) / 3.0
+    radius = 2.0 / 3.0 * size
+    largest = mean + radius * np.cos(angle)
+    smallest = mean + radius * np.cos(angle + 2.0 * np.pi / 3.0)
+    return np.stack([smallest, 3.0 * mean - smallest - largest, largest])
 
 
 def tresca(stress: np.ndarray) -> np.ndarray:
@@ -129,9 +146,9 @@ class LargestStress:
     value : float
         The stress (pressure).
     depth : float
-        Depth below the surface (length).
+        Depth below the surface (length); NaN if there is no stress.
     x, y : float
-        Position from the first point of the window (length).
+        Position from the first point of the window (length); NaN if there is no stress.
     """
 
     value: float
@@ -155,8 +172,8 @@ def largest_stress(field: StressField, measure: str = "von_mises") -> LargestStr
     -------
     LargestStress
         From a depth of one spacing on: closer to the surface the stress depends on how
-        the pressure varies between the points of the grid. All values are zero without
-        tractions.
+        the pressure varies between the points of the grid. The largest principal stress
+        is negative if the solid is compressed everywhere.
 
     Examples
     --------
@@ -173,44 +190,58 @@ def largest_stress(field: StressField, measure: str = "von_mises") -> LargestStr
     """
     lookup(measure, MEASURES, "measure of stress")
     evaluate = MEASURES[measure]
-    planes: list[tuple[float, tuple[float, float, float]]] = []
-    depth, deepest = _MIN_DEPTH, float(max(field.shape))
-    while depth <= max(deepest, 2.0 * _MIN_DEPTH):
-        resolution = _RELATIVE_RESOLUTION * depth * field.spacing
-        stress, steps = field.coarse_stress(depth * field.spacing, resolution)
+    largest, place = -math.inf, (0.0, 0.0, 0.0)
+    for depth in _depths(field):
+        stress, steps = field.coarse_stress(depth, _RELATIVE_RESOLUTION * depth)
         values = evaluate(stress)
         i, j = np.unravel_index(values.argmax(), values.shape)
-        place = float(i) * steps[0], float(j) * steps[1], depth
-        planes.append((float(values[i, j]), place))
-        depth *= 2.0
-    best, place = max(planes)
-    if not best > 0.0:
-        return LargestStress(0.0, 0.0, 0.0, 0.0)
-    value, (x, y, depth) = _refined(field, evaluate, best, place)
-    spacing = field.spacing
-    return LargestStress(value, depth * spacing, x * spacing, y * spacing)
+        if values[i, j] > largest:
+            largest = float(values[i, j])
+            place = float(i) * steps[0], float(j) * steps[1], depth
+    if largest == 0.0:
+        return LargestStress(0.0, math.nan, math.nan, math.nan)
+    value, (x, y, depth) = _refined(field, evaluate, place)
+    return LargestStress(value, depth, x * field.spacing, y * field.spacing)
+
+
+def _depths(field: StressField) -> list[float]:
+    """Return the depths of the planes of a search, from the surface downward."""
+    spacing, thickness = field.spacing, field.solid.thickness
+    longest = max(2, *field.shape)
+    depths = [_MIN_DEPTH * spacing * 2.0**k for k in range(longest.bit_length())]
+    if depths[0] < thickness < depths[-1]:
+        depths += [thickness, _below(thickness)]
+    return sorted(depths)
+
+
+def _below(interface: float) -> float:
+    """Return the depth of the points in the base at its interface with a layer."""
+    return math.nextafter(interface, math.inf)
 
 
 def _refined(
     field: StressField,
     evaluate: Callable[[np.ndarray], np.ndarray],
-    value: float,
     place: tuple[float, float, float],
 ) -> tuple[float, tuple[float, float, float]]:
-    """Return the largest value around a place (x, y, depth), in units of spacings."""
-    n, m = field.shape
+    """Return the largest value around a place in the same material, and its place.
+
+    Places are (x, y, depth), with x and y in spacings.
+    """
+    value, spacing, thickness = -math.inf, field.spacing, field.solid.thickness
+    top, bottom = _MIN_DEPTH * spacing, thickness
+    if place[2] > thickness:
+        top, bottom = max(top, _below(thickness)), math.inf
     for step in _STEPS:
         x, y, depth = place
-        depths = depth * 2.0 ** (step * _NEIGHBOURS)
-        rows = np.clip(x + step * depth * _NEIGHBOURS, 0, n - 1)
-        columns = np.clip(y + step * depth * _NEIGHBOURS, 0, m - 1)
-        depths = np.maximum(depths, _MIN_DEPTH)
-        values = np.stack(
-            [
-                evaluate(field.stress_at(rows, columns, each * field.spacing))
-                for each in depths
-            ]
-        )
+        depths = np.clip(depth * 2.0 ** (step * _NEIGHBOURS), top, bottom)
+        rows = x + step * depth / spacing * _NEIGHBOURS
+        columns = y + step * depth / spacing * _NEIGHBOURS
+        if not field.periodic:
+            rows = np.clip(rows, 0, field.shape[0] - 1)
+            columns = np.clip(columns, 0, field.shape[1] - 1)
+        planes = [evaluate(field.stress_at(rows, columns, each)) for each in depths]
+        values = np.stack(planes)
         k, i, j = np.unravel_index(values.argmax(), values.shape)
         value = float(values[k, i, j])
         x, gain_x = _vertex(rows, values[k, :, j])
@@ -223,12 +254,13 @@ def _refined(
 def _vertex(positions: np.ndarray, values: np.ndarray) -> tuple[float, float]:
     """Return the vertex of a parabola through three values, and its height above them.
 
-    If the largest value is not the middle one, it is its position, and zero.
+    If the largest value is not between two others, it is its position, and zero.
     """
     largest = int(values.argmax())
+    between = positions[0] < positions[1] < positions[2]
     low, middle, high = values
     curvature = low - 2.0 * middle + high
-    if largest != 1 or not curvature < 0.0:
+    if largest != 1 or not between or not curvature < 0.0:
         return float(positions[largest]), 0.0
     shift = (low - high) / (2.0 * curvature)
     vertex = float(np.interp(1.0 + shift, (0.0, 1.0, 2.0), positions))

@@ -39,7 +39,12 @@ from ase_roughcontact.results.column import (
 from ase_roughcontact.results.errors import errors_of
 from ase_roughcontact.results.grid_errors import continuum_area_error
 from ase_roughcontact.results.limits import violations
-from ase_roughcontact.results.stresses import WITH_STRESS, place_column, value_column
+from ase_roughcontact.results.stresses import (
+    WITH_PLACE,
+    WITH_STRESS,
+    place_column,
+    value_column,
+)
 from ase_roughcontact.solvers.conductance import region_conductance
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
 from ase_roughcontact.stepping.relaxed import RelaxedStep
@@ -494,7 +499,9 @@ def columns_on_request(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
 
 #: Names of the columns of stresses below the surface.
 STRESS_COLUMNS = frozenset(
-    name for name, each in columns_on_request().items() if each.where is WITH_STRESS
+    name
+    for name, each in columns_on_request().items()
+    if each.where in (WITH_STRESS, WITH_PLACE)
 )
 
 

@@ -25,8 +25,13 @@ WITH_STRESS = Range(
     lambda s: s.problem.solid.has_subsurface,
     constant=True,
 )
+#: Steps with a place of the largest stress.
+WITH_PLACE = Range(
+    f"{WITH_STRESS.text} under pressure or tension",
+    lambda s: WITH_STRESS.includes(s) and bool(s.fields.pressure.any()),
+)
 
-# Fields and largest stresses of relaxed steps, for which several columns ask.
+# Largest stresses of relaxed steps, for which several columns ask.
 _by_step: WeakKeyDictionary[RelaxedStep, dict[str, LargestStress]] = WeakKeyDictionary()
 
 
@@ -95,5 +100,5 @@ def place_column(measure: str, coordinate: str) -> ColumnOnRequest:
         lambda s: float(getattr(largest_stress_of(s, measure), coordinate)),
         f"{place} of the stress `largest_{measure}`",
         "Å",
-        where=WITH_STRESS,
+        where=WITH_PLACE,
     )

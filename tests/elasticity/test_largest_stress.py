@@ -6,6 +6,7 @@ from scipy.optimize import minimize_scalar
 
 from ase_roughcontact.elasticity import (
     Isotropic,
+    Layer,
     StressField,
     largest_stress,
     principal_stresses,
@@ -71,9 +72,12 @@ def test_tension_is_largest_behind_a_sliding_sphere():
     assert found.depth == pytest.approx(1.0)
 
 
-def test_there_is_no_stress_without_tractions():
+@pytest.mark.parametrize("measure", ["von_mises", "tension"])
+def test_there_is_no_stress_and_no_place_without_tractions(measure):
     field = StressField(Isotropic(1.0, 0.3), 1.0, np.zeros((16, 16)))
-    assert largest_stress(field).value == 0.0
+    found = largest_stress(field, measure)
+    assert found.value == 0.0
+    assert np.isnan([found.depth, found.x, found.y]).all()
 
 
 def test_measures_of_known_stresses():
@@ -94,3 +98,58 @@ def test_the_largest_stress_takes_few_transforms():
     field = StressField(Isotropic(1.0, 0.3), 1.0, hertz(256, 80.0), periodic=True)
     largest_stress(field)
     assert field.pairs < 8.0
+
+
+def test_principal_stresses_are_eigenvalues():
+    stress = np.random.default_rng(2).normal(size=(6, 40)) * np.logspace(-90, 9, 40)
+    xx, yy, zz, yz, xz, xy = stress
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    expected = np.linalg.eigvalsh(np.moveaxis(tensor, 2, 0)).T
+    error = abs(principal_stresses(stress) - expected).max(axis=0)
+    assert (error / abs(stress).max(axis=0)).max() < 1e-7
+
+
+# a hard coating on a soft solid bends, and cracks from its interface
+@pytest.mark.parametrize("measure", [tension, von_mises])
+def test_largest_stress_of_a_stiff_layer_is_at_its_interface(measure):
+    thickness, points = 12.0, np.arange(40.0, 56.0)
+    field = StressField(Layer(20.0, thickness, 1.0, 0.3, 0.3), 1.0, hertz(96, 10.0))
+    expected = measure(field.stress_at(points, points, thickness)).max()
+    found = largest_stress(field, measure.__name__)
+    assert found.depth == thickness
+    assert found.value == pytest.approx(expected, rel=5e-3)
+
+
+def test_largest_stress_of_a_soft_layer_is_above_or_below_its_interface():
+    field = StressField(Layer(1.0, 6.0, 20.0, 0.2, 0.4), 1.0, hertz(96, 20.0))
+    points, depths = np.arange(36.0, 60.0), np.linspace(1.0, 15.0, 141)
+    planes = [von_mises(field.stress_at(points, points, z)).max() for z in depths]
+    found = largest_stress(field)
+    assert found.value == pytest.approx(max(planes), rel=5e-3)
+    assert found.depth == pytest.approx(depths[np.argmax(planes)], abs=0.5)
+
+
+def test_largest_principal_stress_is_negative_under_pressure_everywhere():
+    field = StressField(Isotropic(1.0, 0.3), 1.0, np.ones((8, 8)), periodic=True)
+    assert largest_stress(field, "tension").value == pytest.approx(-0.3 / 0.7)
+
+
+def test_largest_stress_is_independent_of_the_edges_of_a_periodic_window():
+    pressure = hertz(64, 20.0)
+    for rows in (0, 32):
+        moved = np.roll(pressure, (rows, rows), (0, 1))
+        field = StressField(Isotropic(1.0, 0.3), 1.0, moved, periodic=True)
+        found = largest_stress(field)
+        if not rows:
+            expected = found
+        assert found.value == pytest.approx(expected.value, rel=1e-6)
+        assert (found.x - rows) % 64 == pytest.approx(expected.x, abs=1e-3)
+
+
+def test_largest_stress_at_the_edge_of_a_window_is_a_stress_there():
+    pressure = np.zeros((32, 32))
+    pressure[:, -3:] = 1.0
+    field = StressField(Isotropic(1.0, 0.3), 1.0, pressure)
+    found = largest_stress(field)
+    there = von_mises(field.stress_at([found.x], [found.y], found.depth))
+    assert found.value == pytest.approx(there[0, 0], rel=0.01)

@@ -49,6 +49,15 @@ def test_stresses_are_not_known_without_the_poisson_ratio():
     assert "Poisson's ratio" in step.not_known["largest_von_mises"]
 
 
+def test_places_of_stresses_are_not_known_without_contact():
+    atoms = atoms_under(SPHERE, rc.HardWall(), (32, 32), solid=SOLID)
+    output = rc.Output(columns=COLUMNS)
+    (step,) = rc.load_path(atoms, penetrations=[-1.0], output=output)
+    assert step.largest_von_mises == step.largest_tension == 0.0
+    assert math.isnan(step.von_mises_depth) and math.isnan(step.tension_x)
+    assert "pressure" in step.not_known["von_mises_depth"]
+
+
 def test_stress_on_a_layer_of_the_same_material_is_the_stress_of_the_half_space():
     layer = Layer(MODULUS, 9.0, MODULUS, 0.3, 0.3)
     columns = ["largest_von_mises"]
