@@ -136,5 +136,6 @@ def plot_stress_over_depth(
     axes.plot(-stress[2], depth, "-.", color=GREY, label=r"$-\sigma_{zz}$")
     axes.set_ylim(depth[-1], 0.0)
     axes.set(xlabel=f"stress ({unit})", ylabel="depth (nm)")
-    axes.legend(frameon=False)
+    below = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2)}
+    axes.legend(frameon=False, ncols=2, **below)  # curves are everywhere in the axes
     return axes
