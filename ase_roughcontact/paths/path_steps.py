@@ -160,7 +160,8 @@ class PathSteps(ABC):
             old, new = done.path[key], self.described[key]
             if old != new:
                 return [f"its path is one of {old}, this one of {new}"]
-        return self.differences(done) + differences(done.system, system)
+        old, new = _shared(done.system, system), _shared(system, done.system)
+        return self.differences(done) + differences(old, new)
 
 
 @dataclass
@@ -251,3 +252,19 @@ def targets_of(control: Control, path: Any) -> np.ndarray:
     raise ValueError(
         f"{control.plural} must be a sequence of finite numbers, got {path}"
     )
+
+
+def _shared(system: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """Return the description of a system without a Poisson's ratio that another lacks.
+
+    An isotropic solid needs the ratio only for friction, which can't do without, and
+    for stresses below the surface: the contact is the same with and without it.
+    """
+    found = {}
+    for key, value in system.items():
+        counterpart = other.get(key)
+        if isinstance(value, dict) and isinstance(counterpart, dict):
+            found[key] = _shared(value, counterpart)
+        elif key != "poisson" or key in other:
+            found[key] = value
+    return found

@@ -58,6 +58,10 @@ OTHERS = {
     ),
     "modulus": ({}, {"contact_modulus": 1.1}),
     "solid": ({}, {"contact_modulus": None, "solid": Isotropic(1.1)}),
+    "Poisson's ratio": (
+        {"contact_modulus": None, "solid": Isotropic(1.0, 0.2)},
+        {"contact_modulus": None, "solid": Isotropic(1.0, 0.3)},
+    ),
     "wall": ({}, {"wall": ADHESIVE}),
     "default wall": ({}, {"wall": rc.LennardJones93.repulsive(1.2, 1.0)}),
     "work of adhesion": (
@@ -76,6 +80,10 @@ OTHERS = {
 SAME = {
     "all": ({}, {}),
     "spring": (SPRING, SPRING),
+    "Poisson's ratio without friction": (
+        {"contact_modulus": None, "solid": Isotropic(1.0)},
+        {"contact_modulus": None, "solid": Isotropic(1.0, 0.3)},
+    ),
     "threads": ({}, {"fft": {"threads": 2}}),
     "named precision": ({}, {"fft": {"dtype": "float64"}}),
     "the default wall by name": ({}, {"wall": rc.LennardJones93.repulsive(1.0, 1.0)}),

@@ -126,3 +126,14 @@ def test_scene_needs_the_poisson_ratio_for_stresses(tmp_path):
 def test_yield_strength_must_be_positive():
     with pytest.raises(ValueError, match="yield_strength"):
         rc.Validity(yield_strength=-np.float64(1.0))
+
+
+@pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
+def test_run_is_resumed_with_a_column_of_stress(tmp_path):
+    values = "values = [500.0]", "values = [500.0, 600.0]"
+    without = SCENE.replace('columns = ["largest_von_mises"]', "")
+    without = without.replace('yield_strength = "1 GPa"', "")
+    (first,) = Scene.parse(without).run(tmp_path)
+    steps = list(Scene.parse(SCENE.replace(*values)).run(tmp_path))
+    assert steps[0].normal_force == first.normal_force
+    assert math.isnan(steps[0].largest_von_mises) and steps[1].largest_von_mises > 0.0
