@@ -181,7 +181,8 @@ def stress_section(
     Raises
     ------
     ValueError
-        If the axis is unknown, or the plane outside of a map that is not periodic.
+        If the axis is unknown, the plane outside of a map that is not periodic, or a
+        depth negative.
     """
     one_of(("x", "y"), along=along)
     across = 1 if along == "x" else 0
@@ -189,7 +190,10 @@ def stress_section(
     line = (at - contact_map.origin[across]) / contact_map.spacing
     if not (contact_map.periodic or 0.0 <= line <= shape[across] - 1):
         raise ValueError(f"the section at {at:g} Å is outside of the map")
-    levels = _section_depths(contact_map) if depths is None else np.asarray(depths)
+    levels = _section_depths(contact_map) if depths is None else depths
+    levels = np.atleast_1d(finite_array("depths", levels))
+    if not levels.size:
+        raise ValueError("depths must have at least one number")
     field, sites = stress_field(contact_map, solid), np.arange(shape[1 - across])
     x, y = (sites, np.array([line]))[:: 1 if along == "x" else -1]
     stress = [field.stress_at(x, y, float(each)).reshape(6, -1) for each in levels]
@@ -197,7 +201,7 @@ def stress_section(
         along=along,
         at=float(at),
         position=contact_map.x if along == "x" else contact_map.y,
-        depth=levels.astype(float),
+        depth=levels,
         stress=np.stack(stress, axis=1),
         pressure=contact_map.pressure.take(round(line) % shape[across], axis=across),
     )
@@ -237,7 +241,8 @@ def first_yield(steps: Sequence[LoadStep], yield_strength: float) -> FirstYield:
     Raises
     ------
     ValueError
-        If the yield strength is not positive, or the steps have no such columns.
+        If the yield strength is not positive, or the steps have no such columns, or
+        the stress in the solid is not known.
     """
     positive(yield_strength=yield_strength)
     names = "largest_von_mises", "von_mises_depth", "von_mises_x", "von_mises_y"
@@ -247,8 +252,13 @@ def first_yield(steps: Sequence[LoadStep], yield_strength: float) -> FirstYield:
         raise ValueError(
             f"the steps have no column {missing[0]!r}: give Output(columns={names})"
         )
+    unknown = [
+        step.not_known[names[0]] for step in pressed if names[0] in step.not_known
+    ]
+    if unknown:
+        raise ValueError(f"the largest von Mises stress is not known: {unknown[0]}")
     rows = [[s.normal_force, *(getattr(s, each) for each in names)] for s in pressed]
-    table = finite_array("columns", rows or np.zeros((0, 5)))
+    table = np.array(rows).reshape(-1, 5)
     stress = table[:, 1]
     over = np.flatnonzero(stress >= yield_strength)
     if not over.size or over[0] == 0:

@@ -211,7 +211,7 @@ class ElasticSolid(Registered, ABC):
     def subsurface(self, tractions: Tractions) -> SubsurfaceWaves:
         """Return stress and displacement below the surface, for waves of traction.
 
-        Only stresses need this method, and `uniform_response` for periodic boundaries.
+        Only stresses need this method, and `uniform_response`.
 
         Parameters
         ----------
@@ -235,14 +235,18 @@ class ElasticSolid(Registered, ABC):
 
     @property
     def has_subsurface(self) -> bool:
-        """Whether stresses below the surface are known, see `subsurface`."""
-        return type(self).subsurface is not ElasticSolid.subsurface
+        """Whether stresses are known: by `subsurface` and `uniform_response`."""
+        kind = type(self)
+        return (
+            kind.subsurface is not ElasticSolid.subsurface
+            and kind.uniform_response is not ElasticSolid.uniform_response
+        )
 
     def _no_stress(self) -> NotImplementedError:
         return NotImplementedError(
             f"{self!r} has no stresses below its surface: use "
             "Isotropic(contact_modulus, poisson=0.3), Layer, Cubic, or a Crystal as "
-            "from_calculator makes it, or define `subsurface`"
+            "from_calculator makes it, or define `subsurface` and `uniform_response`"
         )
 
     def _not_lateral(self, method: str) -> NotImplementedError:

@@ -55,16 +55,22 @@ def test_section_outside_of_a_map_is_an_error():
         stress_section(hertz_map(), SOLID, at=50.0)
 
 
+@pytest.mark.parametrize("depths", [[], [-1.0], [math.nan]])
+def test_wrong_depths_of_a_section_are_errors(depths):
+    with pytest.raises(ValueError, match="depth"):
+        stress_section(hertz_map(), SOLID, depths=depths)
+
+
 def test_friction_of_the_map_counts():
     plain, rubbed = (stress_field(hertz_map(lateral=mu), SOLID) for mu in (None, 0.5))
     assert plain.stress(5.0)[4, 30, 30] == pytest.approx(0.0, abs=1e-6)
     assert rubbed.stress(5.0)[4, 30, 30] > 0.2
 
 
-def path(loads, columns=COLUMNS):
+def path(loads, columns=COLUMNS, solid=SOLID):
     sphere = rc.RoughSphere(2000.0)
     atoms = rc.substrate("Cu", (16, 16), sphere, spacing=1.0, fixed=False)
-    atoms.calc = rc.RoughContact(sphere, None, rc.HardWall(), solid=SOLID)
+    atoms.calc = rc.RoughContact(sphere, None, rc.HardWall(), solid=solid)
     output = rc.Output(columns=columns)
     return list(rc.load_path(atoms, loads=loads, output=output, window="auto"))
 
@@ -87,3 +93,8 @@ def test_first_yield_is_not_known_beyond_the_path():
         assert math.isnan(first_yield(steps, strength).normal_force)
     with pytest.raises(ValueError, match="largest_von_mises"):
         first_yield(path([20.0], None), 1.0)
+
+
+def test_first_yield_needs_the_poisson_ratio():
+    with pytest.raises(ValueError, match="Poisson's ratio"):
+        first_yield(path([20.0], solid=Isotropic(0.9)), 1.0)

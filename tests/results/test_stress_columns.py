@@ -8,6 +8,7 @@ from built import atoms_under
 
 import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Isotropic, Layer
+from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.results.record import STRESS_COLUMNS
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.theory import Hertz
@@ -47,6 +48,18 @@ def test_stresses_are_not_known_without_the_poisson_ratio():
     step = pressed(Isotropic(MODULUS))
     assert all(math.isnan(getattr(step, name)) for name in COLUMNS)
     assert "Poisson's ratio" in step.not_known["largest_von_mises"]
+
+
+class HalfKnown(Isotropic):
+    """Solid without a response to the mean pressure of a periodic cell."""
+
+    uniform_response = ElasticSolid.uniform_response
+    has_subsurface = ElasticSolid.has_subsurface
+
+
+def test_stresses_are_not_known_without_the_response_to_uniform_tractions():
+    step = pressed(HalfKnown(MODULUS, 0.3), columns=["largest_von_mises"])
+    assert math.isnan(step.largest_von_mises)
 
 
 def test_places_of_stresses_are_not_known_without_contact():
