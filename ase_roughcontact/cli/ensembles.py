@@ -52,7 +52,9 @@ def ensemble(options: argparse.Namespace) -> int:
     With --error, realisations are added until the standard error of every mean is below
     it. Each load gets as many as it needs, which a pilot of 8 predicts, with the range
     in which nine of ten predictions are right. 95 % of means are within 1.96 standard
-    errors, also of few seeds (Student's t)::
+    errors, also of few seeds (Student's t). No seeds are added to a mean that is zero
+    within the errors of its values, as the dissipated energy of a loop without
+    hysteresis, nor more than --most::
 
       ase-roughcontact ensemble my.toml --error 0.05
       ase-roughcontact ensemble loop.toml --error 0.05 --column dissipated_energy
@@ -143,7 +145,12 @@ def _calculate(
     for variant, column in itertools.product(variants, study.columns or [None]):
         settings, scene = variant
         samplings = sample_ensemble(
-            scene, options.database, study.error, column=column, **pool
+            scene,
+            options.database,
+            study.error,
+            column=column,
+            most=options.most,
+            **pool,
         )
         for sampling in samplings:
             _print_progress(options, sampling.progress, draw, sampling.error)
@@ -153,8 +160,14 @@ def _calculate(
         for name, message in sampling.progress.named_failures.items():
             names = filter(None, [_heading(settings), name])
             failures[", ".join(names)] = message
-        counts = (mean.realisations + mean.failed for mean in sampling.means)
-        largest = max(largest, *counts)
+        count = max(mean.realisations + mean.failed for mean in sampling.means)
+        largest = max(largest, count)
+        if sampling.missing and count >= options.most:
+            names = filter(None, [_heading(settings), sampling.means[0].column])
+            failures[", ".join(names)] = (
+                f"the standard error is {100.0 * sampling.error:.2g} % with "
+                f"{options.most} seeds: give a larger --error or --most"
+            )
     first = variants[0][1].seed or 0
     return enough, failures, range(first, first + largest)
 

@@ -78,6 +78,12 @@ def means_table(
         notes.append(
             f"Errors are not known in {count} of {len(means)} {_rows(means)}: {reason}."
         )
+    count = sum(mean.is_below_errors for mean in means)
+    if count:
+        notes.append(
+            f"{count} of {len(means)} {_rows(means)} are zero within the errors of the "
+            "values, which more realisations do not reduce."
+        )
     failed = max((mean.failed for mean in means), default=0)
     if failed:
         notes.append(
@@ -97,7 +103,7 @@ def means_table(
             )
         )
     if sampling is not None:
-        notes += _needed(sampling, bool(reasons))
+        notes += _needed(sampling, bool(reasons or count))
     return [_table(scene, means, sampling is not None), *notes]
 
 
@@ -181,7 +187,7 @@ def _table(scene: Scene, means: Sequence[MeanValue], with_expected: bool) -> Any
 
 
 def _expected(mean: MeanValue) -> str:
-    if mean.unknown:
+    if mean.unknown or mean.is_below_errors:
         return "-"
     least, largest = mean.likely
     return f"{mean.expected} ({least} to {largest})"

@@ -179,6 +179,8 @@ def _add_ensemble(parser: argparse.ArgumentParser) -> None:
         type=float,
         help="relative standard error of the means, for as many seeds as needed",
     )
+    text = "largest number of seeds for --error (default: %(default)s)"
+    parser.add_argument("--most", type=int, metavar="N", default=1000, help=text)
     parser.add_argument(
         "--column",
         metavar="NAME",

@@ -46,7 +46,11 @@ class Sampling:
     @property
     def error(self) -> float:
         """Largest relative standard error of the means; NaN if no error is known."""
-        errors = [mean.error for mean in self.means if not mean.unknown]
+        errors = [
+            mean.error
+            for mean in self.means
+            if not (mean.unknown or mean.is_below_errors)
+        ]
         return max(errors, default=math.nan)
 
     @property
@@ -72,7 +76,7 @@ class Sampling:
         return sum(
             max(number - mean.realisations, 1)
             for number, mean in zip(needed, self.means, strict=True)
-            if mean.error > self.wanted
+            if mean.needs_more(self.wanted)
         )
 
 
@@ -91,12 +95,12 @@ def sample_ensemble(
     """Add realisations of the roughness until each mean has a wanted error.
 
     Each load step has as many realisations as it needs, as small contacts scatter more
-    than large ones. A step gets no more realisations if its mean is zero, or fewer than
-    two have converged: its error is then not known. If states depend on the states
-    before them, each realisation is calculated up to the last step that needs it.
-    Loops, sliding paths and paths in time are calculated as a whole. Seeds count up
-    from the seed of the scene. A run that was interrupted, or had another error, is
-    continued, and steps of `run_ensemble` in the database are used.
+    than large ones. A step gets no more realisations if its mean is zero within
+    rounding or the errors of its values, or fewer than two have converged. If states
+    depend on the states before them, each realisation is calculated up to the last step
+    that needs it. Loops, sliding paths and paths in time are calculated as a whole.
+    Seeds count up from the seed of the scene. A run that was interrupted, or had
+    another error, is continued, and steps of `run_ensemble` in the database are used.
 
     Parameters
     ----------
@@ -173,7 +177,7 @@ def _rounds(
                 for progress in run:
                     sampling = Sampling(error, values.means(cases, error), progress)
                     yield sampling
-            missing = np.array([mean.error > error for mean in sampling.means])
+            missing = np.array([mean.needs_more(error) for mean in sampling.means])
             # more are needed if some do not converge
             expected = [
                 math.ceil(mean.expected * count / max(mean.realisations, 1))

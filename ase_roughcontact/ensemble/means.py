@@ -104,6 +104,18 @@ class MeanValue:
     validity: str = ""
     lower_bounds: int = 0
 
+    @property
+    def is_below_errors(self) -> bool:
+        """Whether the mean is zero within the estimated errors of the values."""
+        return self.value_error >= 1.0
+
+    def needs_more(self, wanted: float) -> bool:
+        """Return whether more realisations are needed for a relative error.
+
+        They can't help if the mean is zero within rounding or the errors of the values.
+        """
+        return self.error > wanted and not self.is_below_errors
+
     @classmethod
     def of(
         cls, target: float, values: np.ndarray, wanted: float, **more: Any

@@ -302,6 +302,17 @@ def test_command_continues_a_sampled_ensemble(sampled, tmp_path, capsys):
     assert means[0]["units"] == units
 
 
+def test_command_ends_at_the_largest_number_of_seeds_and_says_so(
+    sampled, tmp_path, capsys
+):
+    file = tmp_path / "my.toml"
+    file.write_text(LOADS.toml)
+    command = ["ensemble", str(file), "--database", str(sampled[0]), "--workers", "1"]
+    assert main([*command, "--error", "0.001", "--most", "8"]) == 1
+    message = capsys.readouterr().err
+    assert "with 8 seeds" in message and "--most" in message
+
+
 def test_command_prints_mean_areas_over_given_seeds(sampled, tmp_path, capsys):
     file, database = tmp_path / "my.toml", tmp_path / "e.db"
     file.write_text(LOADS.toml)

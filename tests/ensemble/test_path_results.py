@@ -330,6 +330,19 @@ def test_the_targets_of_a_path_in_time_are_no_loads_for_a_theory(tmp_path):
     assert all(np.isnan(point.theory) and not point.theory_name for point in points)
 
 
+@pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
+def test_a_loop_without_hysteresis_gets_no_seeds_beyond_the_pilot(tmp_path, capsys):
+    scene = LOOP.with_values({"interaction.work_of_adhesion": 0.02})
+    options = {"column": "dissipated_energy", "pilot": 2, "most": 6}
+    *_, last = sample_ensemble(scene, tmp_path / "e.db", 0.05, Here(), **options)
+    (mean,) = last.means
+    assert mean.realisations == 2
+    assert mean.value_error >= 1.0
+    assert mean.error > 0.05
+    assert not last.done and last.missing == 0
+    assert "zero within the errors" in plain(*means_table(scene, last.means, last))
+
+
 def test_seeds_of_a_path_in_time_are_added_until_the_creep_depth_is_known(tmp_path):
     options = {"column": "creep_depth", "pilot": 2, "most": 3, "interval": 0.01}
     *_, last = sample_ensemble(TIME, tmp_path / "e.db", 1e-3, Here(), **options)
