@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,6 +48,11 @@ class Inverted(Adapted):
     hurst = _same("hurst")
     short_wavelength = _same("short_wavelength")
     long_wavelength = _same("long_wavelength")
+
+    @property
+    def anisotropy(self) -> float:
+        """Ratio of wavelengths along a direction and across, for theory."""
+        return getattr(self.surface, "anisotropy", 1.0)
 
     def __post_init__(self) -> None:
         """Check the surface."""
@@ -297,6 +302,14 @@ class CompositeRoughness(Topography):
         return self.statistics().rms_slope
 
     @property
+    def anisotropy(self) -> float:
+        """Ratio of wavelengths along a direction and across, if it is the same of all.
+
+        Else it is one: the statistics then follow from the wavelengths.
+        """
+        return self._spectra[0].anisotropy if len(self._spectra) == 1 else 1.0
+
+    @property
     def hurst(self) -> float:
         """Mean Hurst exponent, weighted by mean square slopes."""
         slopes, exponents, _ = zip(*map(numbers_of, self._rough()), strict=True)
@@ -320,13 +333,20 @@ class CompositeRoughness(Topography):
     @cached_property
     def _band(self) -> tuple[float, float, float | None]:
         """Ends of the range: the same of all, or ones that fit the statistics."""
-        rough: list[Any] = list(self._rough())
-        spectra = {(each.hurst, *band_of(each)) for each in rough}
-        if len(spectra) == 1:
-            return band_of(rough[0])
-        longest = max(each.long_wavelength for each in rough)
+        if len(self._spectra) == 1:
+            return self._spectra[0].band
+        longest = max(each.longest for each in self._spectra)
         fit = SelfAffineFit.with_hurst(self.statistics(), self.hurst, longest)
         return fit.short_wavelength, fit.long_wavelength, None
+
+    @cached_property
+    def _spectra(self) -> list[_Spectrum]:
+        """Different spectra of the surfaces that are not planes."""
+        spectra = (
+            _Spectrum(getattr(each, "anisotropy", 1.0), each.hurst, band_of(each))
+            for each in self._rough()
+        )
+        return list(dict.fromkeys(spectra))
 
     def _rough(self) -> Iterator[Any]:
         """Yield the surfaces that are not planes."""
@@ -340,6 +360,23 @@ class CompositeRoughness(Topography):
             "name": "CompositeRoughness",
             "surfaces": [each.todict() for each in self._each],
         }
+
+
+class _Spectrum(NamedTuple):
+    """Parameters of a self-affine spectrum without its amplitude.
+
+    The band has the ends of the self-affine range, and the end of the roll-off or None.
+    """
+
+    anisotropy: float
+    hurst: float
+    band: tuple[float, float, float | None]
+
+    @property
+    def longest(self) -> float:
+        """Longest wavelength (length)."""
+        _, long, longest = self.band
+        return self.anisotropy * (longest or long)
 
 
 def _common(periods: Sequence[float]) -> float:

@@ -30,6 +30,8 @@ _EXTENSION = 100.0
 _MIN_END_RATIO = 2.0
 # Largest power of q with which a spectrum of profiles goes on.
 _MAX_END_POWER = -1.1
+# Least ratio of both spectra, which a logarithm needs where noise allows for none.
+_MIN_FACTOR = 1e-3
 # Weight of the curvature of the ratio of both spectra, relative to the residual.
 _SMOOTHNESS = 0.02
 
@@ -37,10 +39,11 @@ _SMOOTHNESS = 0.02
 def isotropic_density(q: FloatArray, profile_density: FloatArray) -> FloatArray:
     r"""Return the spectrum of an isotropic surface with a spectrum of its profiles.
 
-    It is :math:`C^\text{2D} = c\, C^\text{1D}/q`. The factor c >= 0, which is constant
-    for a power law, is piecewise linear over log q; it is fitted to the relative
-    deviation of the spectrum of profiles. Beyond the table both spectra go on as powers
-    of q: a profile is also made of waves that are longer along it than the surface's.
+    It is :math:`C^\text{2D} = c\, C^\text{1D}/q`. The factor c, at least 0.001 and
+    constant for a power law, is piecewise linear over log q; it is fitted to the
+    relative deviation of the spectrum of profiles. Beyond the table both spectra go on
+    as powers of q: a profile is also made of waves that are longer along it than on the
+    surface.
 
     Parameters
     ----------
@@ -82,5 +85,6 @@ def isotropic_density(q: FloatArray, profile_density: FloatArray) -> FloatArray:
     matrix /= profile_density[:, None]
     bend = _SMOOTHNESS * np.diff(np.eye(count), 2, axis=0)
     wanted = np.append(np.ones(len(q)), np.zeros(len(bend)))
-    factors, _ = nnls(np.vstack([matrix, bend]), wanted)
-    return np.interp(log_q, nodes, factors) * profile_density / q
+    equations = np.vstack([matrix, bend])
+    above, _ = nnls(equations, wanted - _MIN_FACTOR * equations.sum(axis=1))
+    return np.interp(log_q, nodes, _MIN_FACTOR + above) * profile_density / q

@@ -7,7 +7,7 @@ from abc import abstractmethod
 from dataclasses import asdict
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, ClassVar, Literal, TypeAlias, TypeVar
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,8 @@ IntArray: TypeAlias = NDArray[np.int64]
 Modes: TypeAlias = tuple[IntArray, IntArray, NDArray[np.complex128]]
 AnyWaves = TypeVar("AnyWaves", bound="RandomWaves")
 
+# Multiple of the longest wavelength that is the default period.
+_DEFAULT_PERIODS = 4.0
 # Points along the side of a whole period above which its heights are not kept for the
 # next window: 34 MB.
 _MAX_KEPT_POINTS = 2048
@@ -49,18 +51,8 @@ class RandomWaves(Topography):
 
     Parameters
     ----------
-    rms_slope : float
-        Root mean square slope.
-    seed : int
-        Seed of the random numbers, not negative.
-    random_amplitudes : bool
-        Whether amplitudes are Rayleigh distributed (a Gaussian random field) instead of
-        fixed. The phases are the same.
-    normalise : {"realisation", "ensemble"}
-        Whether this realisation has exactly `rms_slope`, or the mean square over all
-        seeds does. This makes a difference for random amplitudes only.
-    domain : float or None
-        Period along x and y (length); None for a default.
+    rms_slope, seed, random_amplitudes, normalise, domain
+        See `SelfAffine`.
 
     Notes
     -----
@@ -73,8 +65,6 @@ class RandomWaves(Topography):
     random_amplitudes: bool
     normalise: Literal["realisation", "ensemble"]
     domain: float | None
-    #: Multiple of the longest wavelength that is the default period.
-    default_periods: ClassVar[float]
 
     @property
     @abstractmethod
@@ -113,10 +103,9 @@ class RandomWaves(Topography):
     def cut_at(self: AnyWaves, shortest: float, rms_slope: float) -> AnyWaves:
         """Return the surface with another shortest wavelength and rms slope."""
 
+    @abstractmethod
     def label(self, unit: float) -> str:
         """Return the spectrum in words, with wavelengths in a unit at the end."""
-        short, long = (each / unit for each in self.band)
-        return f"spectrum of a file, wavelengths from {short:.4g} to {long:.4g}"
 
     def spectral_wavenumber(self, kx: IntArray, ky: IntArray) -> FloatArray:
         """Return the wave number on which the power depends, in units of 2 pi/`side`.
@@ -136,7 +125,7 @@ class RandomWaves(Topography):
         """Period along x and y: `domain` or its default (length)."""
         if self.domain is not None:
             return self.domain
-        return self.default_periods * self.band[1]
+        return _DEFAULT_PERIODS * self.band[1]
 
     @property
     def periods(self) -> Point:

@@ -88,7 +88,6 @@ class SelfAffine(RandomWaves):
     """
 
     kind: ClassVar[str] = "self-affine"
-    default_periods: ClassVar[float] = 4.0
 
     rms_slope: float
     hurst: float

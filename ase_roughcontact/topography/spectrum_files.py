@@ -33,7 +33,7 @@ _SERIES = {"q/\u03c0 \u00d7 2D PSD": "q/pi C2D", "1D PSD along x": "C1D"}
 _SERIES |= {"1D PSD along y": "C1D"}
 # Least number of rows of a table.
 _MIN_ROWS = 3
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan", re.IGNORECASE)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|[-+]?inf", re.I)
 # A name of a column with its unit in brackets.
 _HEAD = re.compile(r"([^,;\t()\[\]]+?)\s*[(\[]([^)\]]*)[)\]]")
 _UNIT = re.compile(r"(?P<inverse>1?/)?(?P<name>[^\W\d]+)(?P<power>-?\d)?")
@@ -76,8 +76,8 @@ def read_spectrum(
     Raises
     ------
     ValueError
-        If the file can't be read, has no positive spectrum, or convention, unit or
-        series are not known.
+        If the file can't be read, has a negative or infinite density or no positive
+        ones, or convention, unit or series are not known.
     """
     found = _chosen(_tables(file), file, series)
     named = found.convention
@@ -99,6 +99,13 @@ def read_spectrum(
         for text, power in zip(units, (-1, _POWERS[convention]), strict=False)
     ]
     q, density = (found.rows * scales).T
+    wrong = (density < 0.0) | np.isinf(density)
+    if wrong.any():
+        row = found.rows[wrong][0]
+        raise ValueError(
+            f"{file!r} has the density {row[1]:g} at q = {row[0]:g}: leave out rows "
+            "without a positive density"
+        )
     kept = (q > 0.0) & (density > 0.0)  # NaN and empty bins are left out
     q, first = np.unique(q[kept], return_index=True)
     density = density[kept][first]

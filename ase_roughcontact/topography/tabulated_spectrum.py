@@ -48,8 +48,8 @@ class TabulatedSpectrum(RandomWaves):
     seed, random_amplitudes, normalise
         See `SelfAffine`.
     domain : float, optional
-        Period along x and y (length), at least the longest wavelength, which is the
-        default.
+        Period along x and y (length), at least the longest wavelength; by default four
+        times the longest wavelength, so that many waves have the spectrum of the table.
 
     Raises
     ------
@@ -71,7 +71,6 @@ class TabulatedSpectrum(RandomWaves):
     """
 
     kind: ClassVar[str] = "spectrum"
-    default_periods: ClassVar[float] = 1.0
 
     wave_numbers: tuple[float, ...]
     density: tuple[float, ...]
@@ -164,8 +163,8 @@ class TabulatedSpectrum(RandomWaves):
             The map. A Hann window is applied unless it is periodic, see
             `spectrum.power_spectrum`. Waves shorter than two pixels are left out.
         **parameters
-            Parameters of `TabulatedSpectrum`. `domain` must be given unless the longest
-            wavelength is a multiple of the spacing.
+            Parameters of `TabulatedSpectrum`. `domain` must be given unless four times
+            the longest wavelength is a multiple of the spacing.
         """
         q, density = scan.power_spectrum()
         kept = (density > 0.0) & (q > 0.0) & (q <= np.pi / max(scan.spacing))
@@ -184,6 +183,11 @@ class TabulatedSpectrum(RandomWaves):
         return max(ends[0], self.shortest or 0.0), min(
             ends[1], self.longest or math.inf
         )
+
+    def label(self, unit: float) -> str:
+        """Return the spectrum in words, with wavelengths in a unit at the end."""
+        short, long = (each / unit for each in self.band)
+        return f"tabulated spectrum, wavelengths from {short:.4g} to {long:.4g}"
 
     def mean_power(self, kx: IntArray, ky: IntArray) -> FloatArray:
         """Return the mean square amplitudes of waves, up to a factor."""

@@ -6,8 +6,8 @@
 The scan is synthetic: a surface with long waves along one direction, of which the peaks
 are worn, so that its heights are not Gaussian. SurfaceTopography gives rms slopes by
 differences of neighbouring points, and rms heights by the integral of its spectrum. The
-expected values are those of the continuous spectrum, for slopes with the factor
-sin(q a/2)/(q a/2) of differences along each axis; of a scan those of the scan itself.
+expected values follow from the continuous spectrum, for slopes with the factor
+sin(q a/2)/(q a/2) of differences along each axis; of a scan from the scan itself.
 """
 
 import argparse
@@ -197,9 +197,9 @@ def report():
     error = np.nanmax([float(row["distribution"]) for row in rows])
     print()
     print(
-        f"Heights of the realisations are within {100 * error:.1g} % of the rms height"
+        "Root mean square difference of the heights of realisations and scan, sorted by"
     )
-    print("of those of the scan, sorted by size.")
+    print(f"size: at most {100 * error:.1g} % of the rms height.")
 
 
 if __name__ == "__main__":

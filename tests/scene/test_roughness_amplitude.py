@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fourier_amplitudes import amplitudes
 
 from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.scene import Scene
@@ -24,16 +25,6 @@ def scene_with(keys):
     scene = scene.with_values({"roughness.long_wavelength": "3.2 nm"})
     scene.check()
     return scene
-
-
-def amplitudes(scene):
-    """Return rms height, slope and curvature of a period, by an FFT of its heights."""
-    count = round(scene.rough.side / scene.spacing)
-    heights = scene.rough.heights((count, count), scene.spacing)
-    power = abs(np.fft.fft2(heights, norm="forward")) ** 2
-    q = 2.0 * np.pi * np.fft.fftfreq(count, scene.spacing)
-    square = q[:, None] ** 2 + q**2
-    return [np.sqrt((square**power_of * power).sum()) for power_of in range(3)]
 
 
 @pytest.mark.parametrize(

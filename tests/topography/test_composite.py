@@ -1,5 +1,8 @@
 """The roughness of two bodies: sums of heights, statistics and bounds."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +13,7 @@ from ase_roughcontact import (
     RoughSphere,
     SelfAffine,
 )
-from ase_roughcontact.theory.self_affine import rms_height
+from ase_roughcontact.theory.self_affine import rms_curvature, rms_height
 from ase_roughcontact.topography.spectrum import statistics
 
 TIP = SelfAffine(0.03, 0.8, 4.0, 16.0, seed=1)
@@ -110,6 +113,28 @@ def test_waves_shorter_than_a_grid_are_removed_from_both():
     by_hand = TIP.band_limited(8.0).heights((16, 16), 4.0)
     by_hand = by_hand - BASE.band_limited(8.0).heights((16, 16), 4.0)
     assert smooth.heights((16, 16), 4.0) == pytest.approx(by_hand, abs=1e-14)
+
+
+@pytest.mark.parametrize("directions", [(20.0, 20.0), (0.0, 90.0)])
+def test_theory_of_two_anisotropic_bodies_has_their_height_and_curvature(directions):
+    of_tip, of_base = directions
+    tip = replace(TIP, anisotropy=4.0, direction=of_tip)
+    base = replace(BASE, anisotropy=4.0, direction=of_base)
+    expected = math.hypot(rms_height(tip), rms_height(base))
+    assert rms_height(tip) == pytest.approx(tip.statistics().rms_height, rel=0.05)
+    both = CompositeRoughness([tip, Inverted(base)])
+    assert rms_height(both) == pytest.approx(expected)
+    assert rms_height(Inverted(base)) == rms_height(base)
+    curvature = math.hypot(rms_curvature(tip), rms_curvature(base))
+    assert rms_curvature(both) == pytest.approx(curvature)
+
+
+def test_theory_of_an_anisotropic_and_an_isotropic_body_has_their_statistics():
+    both = CompositeRoughness([TIP, Inverted(replace(BASE, anisotropy=4.0))])
+    statistics_of_both = both.statistics()
+    assert rms_curvature(both) == pytest.approx(statistics_of_both.rms_curvature)
+    height = statistics_of_both.rms_height
+    assert rms_height(both) == pytest.approx(height, rel=0.05)
 
 
 def test_one_surface_is_no_sum():

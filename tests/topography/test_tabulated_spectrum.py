@@ -7,7 +7,7 @@ import pytest
 from scipy.special import beta
 
 from ase_roughcontact import HeightMap, SelfAffine, TabulatedSpectrum
-from ase_roughcontact.topography.spectrum_files import read_spectrum
+from ase_roughcontact.topography.spectrum_files import read_spectrum, two_dimensional
 
 SIDE = 128.0
 Q = np.geomspace(2 * np.pi / SIDE, 2 * np.pi / 4.0, 40)
@@ -90,10 +90,26 @@ def test_each_convention_is_the_same_surface(tmp_path, convention):
         assert density == pytest.approx(POWER_LAW, rel=0.03)
 
 
-def test_the_mean_square_height_is_that_of_the_convention():
+def test_a_noisy_spectrum_of_profiles_gives_a_positive_one_of_about_its_size():
+    noise = np.exp(np.random.default_rng(0).normal(size=len(Q)))
+    density = two_dimensional(Q, OF_PROFILES * noise, "C1D")
+    assert density.min() > 0.0
+    ratio = (Q**2 * density).sum() / (Q**2 * POWER_LAW * noise).sum()
+    assert ratio == pytest.approx(1.0, abs=0.5)
+
+
+def test_the_mean_square_height_is_as_the_convention_says():
     spectrum = replace(ROUGH, domain=16 * SIDE).statistics().rms_height ** 2
     integral = np.trapezoid(Q**2 * C2D, np.log(Q)) / (2 * np.pi)
     assert spectrum == pytest.approx(integral, rel=0.01)
+
+
+@pytest.mark.parametrize("more", [0.0, 0.02])
+def test_the_default_period_has_about_the_rms_height_of_the_table(more):
+    rough = TabulatedSpectrum(Q, C2D)
+    wider = replace(rough, domain=(1.0 + more) * rough.side)
+    integral = np.trapezoid(Q**2 * C2D, np.log(Q)) / (2 * np.pi)
+    assert wider.statistics().rms_height == pytest.approx(integral**0.5, rel=0.05)
 
 
 HEAD = "Subject type;Subject name;Creator;Instrument name;Instrument type;"
@@ -138,7 +154,9 @@ def test_a_text_of_contact_engineering_is_read_with_its_series(tmp_path):
         ("q (1/nm), C2D (nm^3)\n1 2\n2 3\n3 1\n", "power 4"),
         ("q (1/ft), C2D (ft^4)\n1 2\n2 3\n3 1\n", "unit '1/ft'"),
         ("C2D (nm^4)\n", "no table"),
-        ("q (1/nm), C2D (nm^4)\n1 2\n2 -3\n3 1\n", "2 rows"),
+        ("q (1/nm), C2D (nm^4)\n1 2\n2 0\n3 1\n", "2 rows"),
+        ("q (1/nm), C2D (nm^4)\n1 2\n2 -3\n3 1\n4 1\n", "-3 at q = 2"),
+        ("q (1/nm), C2D (nm^4)\n1 2\n2 1\n3 inf\n4 1\n", "inf at q = 3"),
     ],
 )
 def test_tables_that_can_not_be_understood_are_refused(tmp_path, text, message):
