@@ -179,7 +179,7 @@ def _resampled(scene: Scene) -> str:
     if len(scans) > len(strains):
         return (
             f", the common middle of two scans, on squares of {spacing / nm:.4g} nm by "
-            "cubic splines; errors by pixels and noise are not estimated"
+            "cubic splines; errors by pixels and noise are not known"
         )
     if not scans or math.isclose(*scans[0].spacing, rel_tol=RATIO_ROUNDING):
         return ""

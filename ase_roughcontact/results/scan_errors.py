@@ -99,6 +99,8 @@ _COPIES = {
 }
 # Reason for unknown errors of a scan out of contact.
 _NO_CONTACT = "the scan does not touch at the steps at which its copies are pressed"
+# Reason for unknown errors of scans without their own pixels.
+_RESAMPLED = "two scans of different sizes or pixels are sampled on a common grid"
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,10 +134,13 @@ class ScanErrors:
     def __call__(self, step: RelaxedStep) -> Errors:
         """Return the errors of a relaxed step.
 
-        They are not known if too few copies could be relaxed at the nearest target.
+        They are not known if too few copies could be relaxed at the nearest target, or
+        if scans are not pressed with their own pixels.
         """
         if not step.touches:
             return Errors(0.0, 0.0, 0.0, 0.0)
+        if not scans_of(self.problem):
+            return Errors.not_known(_RESAMPLED)
         if not self._at_targets:
             return Errors.not_known(_NO_CONTACT)
         force, area = step.fields.normal_force, step.fields.contact_area

@@ -29,7 +29,7 @@ from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.results.flat_record import FlatStep
 from ase_roughcontact.results.record import LoadStep
-from ase_roughcontact.results.scan_errors import ScanErrors, scans_of
+from ase_roughcontact.results.scan_errors import ScanErrors
 from ase_roughcontact.results.validity import (
     ValidityReport,
     warn_of_lost_slope,
@@ -370,7 +370,7 @@ class Scene(SceneFile):
             lost_slope=self.lost_slope,
             cantilever=self.cantilever or 0.0,
         )
-        if scan_errors and scans_of(self.bodies.problem):
+        if scan_errors and self.scans:
             options = replace(options, scan_errors=self.planned._scan_errors(options))
         return Stepper(self.problem, self.control, self.start, options)
 

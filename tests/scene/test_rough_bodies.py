@@ -193,6 +193,20 @@ def test_the_middle_of_two_scans_is_sampled_with_the_smaller_pixels(tmp_path):
     assert np.ptp(smooth) < 1e-9
 
 
+@pytest.mark.parametrize(("shape", "known"), [((24, 24), True), ((20, 22), False)])
+def test_errors_of_two_scans_are_known_if_they_have_the_same_pixels(
+    tmp_path, shape, known
+):
+    tip = "[tip.topography]\n" + scan_text(tmp_path, "tip.npy", shape, 2.0)
+    base = "[substrate.topography]\n" + scan_text(tmp_path, "s.npy", (24, 24), 2.0)
+    end = '[sphere]\nradius = inf\n[path]\nvalues = ["0.1 GPa"]\n'
+    scene = Scene.parse(SOLIDS + tip + base + end, str(tmp_path / "scene.toml"))
+    [step] = scene.relax(validity="ignore")
+    assert np.isfinite(step.height_error) == known
+    assert np.isfinite(step.area_error) == known
+    assert ("common grid" in step.not_known.get("height_error", "")) != known
+
+
 def test_a_scan_and_random_roughness_have_one_cell(tmp_path):
     scan = "[substrate.topography]\n" + scan_text(tmp_path, "s.npy", (48, 48), 2.0)
     tip = f"[tip.roughness]\nrms_slope = 0.03\n{SPECTRUM}"
