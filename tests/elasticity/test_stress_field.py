@@ -350,3 +350,44 @@ def test_six_components_take_the_time_of_few_transforms():
     field = StressField(Isotropic(1.0, 0.3), 1.0, np.ones((512, 512)), periodic=True)
     field.stress(8.0)
     assert field.pairs <= 3.5
+
+
+@pytest.mark.parametrize("solid", ["isotropic", "cubic"])
+def test_uniform_tractions_of_a_periodic_cell_strain_it_by_hookes_law(solid):
+    lame, shear = 1.2, 0.8
+    longitudinal = lame + 2 * shear
+    nu = lame / (2 * (lame + shear))
+    solid = {
+        "isotropic": Isotropic(2 * shear / (1 - nu), nu),
+        "cubic": Cubic(longitudinal, lame, shear),
+    }[solid]
+    one = np.ones((8, 8))
+    field = StressField(solid, 1.0, 0.4 * one, [0.3 * one, 0.2 * one], periodic=True)
+    found = field.displacement(5.0)[:, 2, 3]
+    expected = [-5 * 0.3 / shear, -5 * 0.2 / shear, 5 * 0.4 / longitudinal]
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def test_uniform_pressure_on_a_layer_in_a_periodic_cell():
+    layer, one = Layer(1.0, 3.0, 5.0, poisson=0.3, base_poisson=0.2), np.ones((8, 8))
+    field = StressField(layer, 1.0, one, periodic=True)
+    for depth, nu in ((2.0, 0.3), (4.0, 0.2)):
+        expected = [-nu / (1 - nu), -nu / (1 - nu), -1, 0, 0, 0]
+        np.testing.assert_allclose(field.stress(depth)[:, 2, 3], expected, atol=1e-12)
+    # thickness over the longitudinal modulus E* (1 - nu)^2/(1 - 2 nu)
+    soft, stiff = 1.0 * 0.7**2 / 0.4, 5.0 * 0.8**2 / 0.6
+    for depth, expected in ((2.0, 2 / soft), (5.0, 3 / soft + 2 / stiff)):
+        found = field.displacement(depth)[2, 2, 3]
+        assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_relaxed_viscoelastic_solid_has_the_displacement_of_a_softer_one():
+    solid = Viscoelastic(Isotropic(1.0, 0.3), Creep.standard_solid(0.1, 1.0)).relaxed
+    for periodic in (True, False):
+        field, expected = (
+            StressField(each, 1.0, hertz(15.0, 48), periodic=periodic)
+            for each in (solid, Isotropic(0.1, 0.3))
+        )
+        found = field.displacement(5.0)
+        np.testing.assert_allclose(found, expected.displacement(5.0), rtol=1e-9)
+        np.testing.assert_allclose(field.stress(5.0), expected.stress(5.0), atol=1e-12)
