@@ -322,7 +322,8 @@ def _draw_stress(scene: Scene, shown: Sequence[LoadStep], folder: Path) -> None:
         left, right = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
         limit = None if math.isnan(strength) else strength
         contours = plot.plot_stress_section(left, section, unit, limit)
-        left.set_title(f"{_title(scene, step, '')}, $y$ = {at / UNITS['nm']:.3g} nm")
+        place = round(at / seen.spacing, 2) * seen.spacing / UNITS["nm"] + 0.0  # no -0
+        left.set_title(f"{_title(scene, step, '')}, $y$ = {place:.3g} nm")
         label = f"von Mises stress ({unit})"
         figure.colorbar(contours, ax=left, label=label, shrink=0.7)
         plot.plot_stress_over_depth(right, section, unit)
