@@ -144,8 +144,8 @@ def _lengths(scene: SceneFile) -> Iterator[tuple[str, Any, str]]:
     for section in scene.sections.values():
         if isinstance(section, RandomFieldConfig):
             values = section.contents()
-            for key in LENGTH_KEYS:
-                yield f"[{section.title}] {key}", values[key], section.unit
+            for key in (*LENGTH_KEYS, "rms_height"):
+                yield f"[{section.title}] {key}", values.get(key), section.unit
     if scene.indenter is not None:
         for key, parameter in scene.indenter.kind_parameters.items():
             if parameter.unit == "a0":

@@ -77,3 +77,8 @@ def test_all_three_amplitudes_are_printed():
     text = bodies(scene)["roughness"]
     for word in (f"{height / 10:.4g} nm", f"{slope:.4g}", f"{curvature * 10:.4g} /nm"):
         assert word in text
+
+
+def test_an_rms_height_in_spacings_beside_wavelengths_in_nm_is_noted():
+    keys = 'rms_height = 0.1\nshort_wavelength = "0.8 nm"'
+    assert "[roughness] rms_height = 0.1, 0.02 nm" in bodies(scene_with(keys))["units"]
