@@ -38,6 +38,8 @@ _MAX_RANGE = 1e6
 _MAX_SUMMED = 128
 # Relative change of the free parameter within which the sum over waves has the ratio.
 _MAX_CHANGE = 0.25
+# Largest relative deviation of the second amplitude.
+_MAX_DEVIATION = 0.05
 # Tolerance of the logarithm of the free parameter.
 _TOLERANCE = 1e-10
 
@@ -76,7 +78,7 @@ def solved(
     ------
     ValueError
         If no value of the free parameter gives these amplitudes, with the possible
-        values of the second one.
+        values of the second one, or if the steps are larger than 5 %.
     """
     lookup(free, dict.fromkeys(FREE), "free parameter")
     (first, amplitude), (second, wanted) = given.items()
@@ -122,7 +124,15 @@ def solved(
         ratio = squares[AMPLITUDES[second]] / squares[AMPLITUDES[first]]
         return 0.5 * math.log(ratio) + math.log(amplitude / wanted)
 
-    found = with_value(_nearest(deviation_of_sum, close, low, high))
+    nearest = _nearest(deviation_of_sum, close, low, high)
+    missed = math.expm1(abs(deviation_of_sum(nearest)))
+    if missed > _MAX_DEVIATION:
+        raise ValueError(
+            f"{second} = {wanted:.4g} is missed by {100.0 * missed:.2g} %, as the "
+            f"period has few long waves: give a larger domain than {rough.side:.4g} "
+            f"{unit}".rstrip()
+        )
+    found = with_value(nearest)
     squares = mean_squares(found)
     slope = amplitude * math.sqrt(squares[2] / squares[AMPLITUDES[first]])
     return replace(found, rms_slope=slope)

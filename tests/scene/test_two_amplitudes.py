@@ -65,6 +65,13 @@ def test_what_follows_is_printed():
     assert 0.05 < scene.rough.hurst < 0.95
 
 
+def test_a_height_that_few_long_waves_do_not_have_is_refused():
+    keys = ['rms_height = "0.09 nm"', SLOPE, 'long_wavelength = "free"']
+    with pytest.raises(ValueError, match=r"missed by 11 %.*larger domain"):
+        scene_with([*keys, "domain = 128.0"])
+    assert amplitudes(scene_with(keys))[0] == pytest.approx(0.9, rel=0.03)
+
+
 def test_an_impossible_amplitude_is_refused_with_the_possible_ones():
     keys = [SLOPE, 'hurst = "free"', "long_wavelength = 64.0"]
     with pytest.raises(ValueError, match=r"rms_height can be .* nm") as error:
