@@ -100,20 +100,12 @@ def solved(
 
     ends = deviation(low), deviation(high)
     if ends[0] * ends[1] > 0.0:
-        possible = sorted(wanted * math.exp(end) for end in ends)
-        units = {
-            "rms_slope": "",
-            "rms_height": f" {unit}",
-            "rms_curvature": f" /{unit}",
-        }
-        units |= {"hurst": ""}
-        of_free, of_first, of_second = (
-            units.get(name, f" {unit}").rstrip(" /") for name in (free, first, second)
-        )
+        least, largest = sorted(wanted * math.exp(end) for end in ends)
+        of_free, of_second = _unit_of(free, unit), _unit_of(second, unit)
         raise ValueError(
             f"no {free} from {math.exp(low):.3g} to {math.exp(high):.3g}{of_free} has "
             f"{second} = {wanted:.4g}{of_second} with {first} = {amplitude:.4g}"
-            f"{of_first}: {second} can be {possible[0]:.4g} to {possible[1]:.4g}"
+            f"{_unit_of(first, unit)}: {second} can be {least:.4g} to {largest:.4g}"
             f"{of_second}"
         )
     close = brentq(deviation, low, high, xtol=_TOLERANCE)
@@ -128,14 +120,21 @@ def solved(
     missed = math.expm1(abs(deviation_of_sum(nearest)))
     if missed > _MAX_DEVIATION:
         raise ValueError(
-            f"{second} = {wanted:.4g} is missed by {100.0 * missed:.2g} %, as the "
-            f"period has few long waves: give a larger domain than {rough.side:.4g} "
-            f"{unit}".rstrip()
+            f"{second} = {wanted:.4g}{_unit_of(second, unit)} is missed by "
+            f"{100.0 * missed:.2g} %, as the period has few long waves: give a larger "
+            f"domain than {rough.side:.4g}{_unit_of('domain', unit)}"
         )
     found = with_value(nearest)
     squares = mean_squares(found)
     slope = amplitude * math.sqrt(squares[2] / squares[AMPLITUDES[first]])
     return replace(found, rms_slope=slope)
+
+
+def _unit_of(name: str, unit: str) -> str:
+    """Return the unit of an amplitude or a free parameter, after a space."""
+    if not unit or name in ("rms_slope", "hurst"):
+        return ""
+    return f" /{unit}" if name == "rms_curvature" else f" {unit}"
 
 
 def _ends(rough: SelfAffine, free: str, shortest: float) -> tuple[float, float]:
