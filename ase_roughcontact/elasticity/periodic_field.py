@@ -17,7 +17,7 @@ from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.subsurface import SubsurfaceWaves, Tractions
 
-#: Amplitudes of the components of a field at a depth, from waves.
+# Amplitudes of the components of a field at a depth, from waves.
 Component = Callable[[SubsurfaceWaves, float], Iterator[np.ndarray]]
 
 
