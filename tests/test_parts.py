@@ -36,6 +36,7 @@ OF_ALL = (
     "test_examples",
     "test_gallery",
     "test_parts",
+    "test_published",
 )
 # Imports all modules of the folder in which it runs, and then runs a test file. An
 # editable installation of the package would stand in for modules that are missing.

@@ -53,7 +53,7 @@ def test_uniform_pressure_on_a_rhombus_has_its_closed_form(published):
     assert value == pytest.approx(circle / middle, rel=1e-3)
 
 
-def test_theory_of_a_wavy_sphere_without_waves_is_that_of_jkr(published):
+def test_theory_of_a_wavy_sphere_without_waves_is_jkr(published):
     script = import_module("wavy_sphere")
     smooth = script.WavySphere(script.RADIUS, 0.0, script.WAVELENGTH)
     pull_off = 1.5 * np.pi * script.WORK * script.RADIUS
