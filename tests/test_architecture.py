@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from collections import Counter
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -211,6 +212,11 @@ def python(code):
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+def test_no_two_test_files_have_the_same_name():
+    names = Counter(path.name for path in Path(__file__).parent.rglob("test_*.py"))
+    assert [name for name, count in names.items() if count > 1] == []
 
 
 def test_importing_the_command_loads_neither_matplotlib_nor_a_scheduler():
