@@ -19,6 +19,7 @@ from ase_roughcontact.interactions import (
     PowerLawWall,
 )
 from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
+from ase_roughcontact.interactions.slip_weakening import SlipWeakening
 from ase_roughcontact.loading.load_path import load_path
 from ase_roughcontact.optimize import (
     ActiveSet,
@@ -74,6 +75,7 @@ __all__ = [
     "RoughSphere",
     "Schedule",
     "SelfAffine",
+    "SlipWeakening",
     "State",
     "StepOptions",
     "Stepper",

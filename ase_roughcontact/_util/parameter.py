@@ -57,6 +57,8 @@ class Parameter:
 
     def words(self, name: str, value: float | str) -> str:
         """Return name and value as they are printed: "shear strength 0.5 GPa"."""
+        if isinstance(value, bool):
+            return name.replace("_", " ") if value else f"not {name.replace('_', ' ')}"
         text = value if isinstance(value, str) else f"{value:g} {self.unit}".rstrip()
         return f"{name.replace('_', ' ')} {text}"
 

@@ -13,6 +13,7 @@ from ase_roughcontact.atoms.history import history_of
 from ase_roughcontact.atoms.info import INDENTED, TOUCHING, field_of, info_of
 from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
 from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH
+from ase_roughcontact.interactions import SLIP
 from ase_roughcontact.topography import Surface
 
 
@@ -42,7 +43,8 @@ class ContactMap:
     lateral : dict of ndarray, shape (n, m)
         Tractions of friction ``traction_x`` and ``traction_y`` on the surface (eV/Å^3),
         lateral displacements ``displacement_x`` and ``displacement_y`` of the surface
-        (Å), and slip of each atom, ``slipping`` (1 or 0). Empty without friction.
+        (Å), whether each atom slips, ``slipping`` (1 or 0), and the way that it has
+        slipped, ``slip`` (Å), if friction depends on it. Empty without friction.
 
     Raises
     ------
@@ -134,7 +136,9 @@ class ContactMap:
             gap=gap,
             displacement=displacement,
             plastic_depth=depth if depth is not None and depth.any() else None,
-            lateral={key: history[key] for key in LATERAL if key in history},
+            lateral={
+                key: history[key] for key in (*LATERAL, SLIP.name) if key in history
+            },
         )
 
     @classmethod

@@ -10,6 +10,7 @@ Walls accept any consistent set of units. Only `make_wall` and `Parameter`, whic
 walls from scene files, use ASE's units.
 """
 
+from ase_roughcontact._util.history import HistoryEntry
 from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact.interactions.base import (
     WALLS,
@@ -18,7 +19,7 @@ from ase_roughcontact.interactions.base import (
     scaled_attraction,
     wall_parameters,
 )
-from ase_roughcontact.interactions.friction import LAWS
+from ase_roughcontact.interactions.friction import LAWS, SLIP
 from ase_roughcontact.interactions.hard import HardWall, PlasticWall
 from ase_roughcontact.interactions.hard_adhesive import (
     DugdaleWall,
@@ -31,21 +32,25 @@ from ase_roughcontact.interactions.lennard_jones import (
     LennardJones93,
     RepulsiveLennardJones93,
 )
+from ase_roughcontact.interactions.slip_weakening import SlipWeakening
 
 __all__ = [
     "LAWS",
+    "SLIP",
     "WALLS",
     "AdhesiveLennardJones93",
     "DugdaleWall",
     "ExponentialWall",
     "FullLennardJones93",
     "HardWall",
+    "HistoryEntry",
     "Interaction",
     "LennardJones93",
     "Parameter",
     "PlasticWall",
     "PowerLawWall",
     "RepulsiveLennardJones93",
+    "SlipWeakening",
     "make_wall",
     "scaled_attraction",
     "wall_parameters",

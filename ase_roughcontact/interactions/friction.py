@@ -1,19 +1,23 @@
 r"""Friction laws: the largest lateral traction of an atom in contact.
 
 An atom sticks while the magnitude of its traction is below this bound, and slips when
-the magnitude is equal to the bound.
+the magnitude is equal to the bound. A law with memory declares `histories`, on which
+the bound depends; a bound that depends on the slip declares `SLIP`.
 """
 
 from __future__ import annotations
 
+import inspect
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
+from typing import Any, ClassVar
 
 import numpy as np
 
+from ase_roughcontact._util.history import HistoryEntry, declare
 from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.registry import Registered, Registry
 from ase_roughcontact._util.validation import positive, shown
@@ -23,19 +27,67 @@ from ase_roughcontact._util.validation import positive, shown
 COUPLINGS = ("neglected", "solved")
 #: Friction laws by their `kind`; filled by the definition of subclasses.
 LAWS: Registry[type[FrictionLaw]] = Registry("kind of friction law")
+#: Length of the way that an atom has slipped since it came into contact.
+SLIP = declare(HistoryEntry("slip", "Å", in_frames=True))
+# Arguments of `FrictionLaw.bound`, and the ones that a law without memory may have.
+_ARGUMENTS = ("pressure", "slip", "rate", "time", "history", "x", "y")
+_PLACE_ARGUMENTS = ("pressure", "x", "y")
 
 
 class FrictionLaw(Registered, ABC):
     """Base class of friction laws; a subclass defines `bound`.
 
-    A subclass with a `kind` can be used in scene files, too; its `parameters` are keys
-    of the section ``[friction]``.
+    A law without memory may define ``bound(pressure, x, y)``. A subclass with a `kind`
+    can be used in scene files, too; its `parameters` are keys of the section
+    ``[friction]``.
+
+    Attributes
+    ----------
+    histories : tuple of HistoryEntry
+        What the law remembers of each atom in contact, kept in files; by default
+        nothing. The definition of the class declares the entries. `SLIP`, the length of
+        the way that an atom has slipped, is kept by the path; other entries change by
+        `evolved`. An atom that leaves the contact has their `HistoryEntry.entering`.
+
+    Raises
+    ------
+    TypeError
+        By the definition of a subclass, if `bound` has other arguments.
     """
 
     registry = LAWS
+    histories: ClassVar[tuple[HistoryEntry, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        """Check `bound`, declare the histories, and register a class with a kind."""
+        forms = (_ARGUMENTS, _PLACE_ARGUMENTS)
+        if not any(_accepts(cls.bound, arguments) for arguments in forms):
+            raise TypeError(
+                f"{cls.__name__}.bound has the arguments "
+                f"{inspect.signature(cls.bound)}, expected (self, "
+                f"{', '.join(_ARGUMENTS)}), or without memory (self, "
+                f"{', '.join(_PLACE_ARGUMENTS)})"
+            )
+        super().__init_subclass__()
+        for entry in cls.histories:
+            declare(entry)
+
+    @property
+    def weakens(self) -> bool:
+        """Whether the bound depends on the slip."""
+        return SLIP in self.histories
 
     @abstractmethod
-    def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def bound(
+        self,
+        pressure: np.ndarray,
+        slip: np.ndarray,
+        rate: np.ndarray,
+        time: float,
+        history: Mapping[str, np.ndarray],
+        x: np.ndarray,
+        y: np.ndarray,
+    ) -> np.ndarray:
         """Return the largest magnitude of the traction.
 
         Parameters
@@ -43,6 +95,15 @@ class FrictionLaw(Registered, ABC):
         pressure : ndarray, shape (k,)
             Pressures on the atoms in contact, negative where a hard wall attracts
             (pressure).
+        slip : ndarray, shape (k,)
+            Length of the way that each atom has slipped since it came into contact; NaN
+            unless the law has the history `SLIP` (length).
+        rate : ndarray, shape (k,)
+            Slip per time; NaN on sliding paths, which are without time (length/time).
+        time : float
+            Time; NaN on sliding paths (time).
+        history : mapping of str to ndarray of shape (k,)
+            Histories of the law at the start of the step.
         x, y : ndarray, shape (k,)
             Positions of these atoms from the indenter's axis (length).
 
@@ -52,52 +113,60 @@ class FrictionLaw(Registered, ABC):
             Bounds (pressure); negative values count as zero.
         """
 
-    def bounds(
+    def evolved(
         self,
         pressure: np.ndarray,
-        contact: np.ndarray,
-        spacing: float,
-        origin: tuple[float, float],
-    ) -> np.ndarray:
-        """Return the largest magnitude of the traction of each atom of a window.
+        slip: np.ndarray,
+        rate: np.ndarray,
+        time: float,
+        history: Mapping[str, np.ndarray],
+        x: np.ndarray,
+        y: np.ndarray,
+    ) -> Mapping[str, np.ndarray]:
+        """Return the histories at the end of a step; by default they do not change.
 
         Parameters
         ----------
-        pressure : ndarray, shape (n, m)
-            Pressures of the atoms, see `bound`.
-        contact : ndarray of bool, shape (n, m)
-            Whether each atom is in contact.
-        spacing : float
-            Distance of the atoms (length).
-        origin : (float, float)
-            Position of the first atom from the indenter's axis (length).
+        pressure, slip, rate, time, history, x, y
+            See `bound`; pressure and slip at the end of the step.
 
         Returns
         -------
-        ndarray, shape (n, m)
-            Bounds (pressure), at least zero; zero for atoms out of contact.
-
-        Raises
-        ------
-        ValueError
-            If `bound` does not return a number for each atom in contact.
+        mapping of str to ndarray of shape (k,)
+            Values of the histories, but of `SLIP`.
         """
-        bounds = np.zeros(pressure.shape)
-        i, j = contact.nonzero()
-        x, y = origin[0] + spacing * i, origin[1] + spacing * j
-        values = np.asarray(self.bound(pressure[i, j], x, y), dtype=float)
-        if values.shape not in ((), i.shape) or np.isnan(values).any():
-            raise ValueError(
-                f"{type(self).__name__}.bound must return a number for each of the "
-                f"{i.size} atoms in contact, got {values.size} with "
-                f"{np.isnan(values).sum()} of NaN"
-            )
-        bounds[i, j] = np.maximum(values, 0.0)
-        return bounds
+        return history
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, which identify the law in files."""
         return {"name": type(self).__name__, **vars(self)}
+
+
+def bound_of(
+    law: FrictionLaw,
+    pressure: np.ndarray,
+    slip: np.ndarray,
+    rate: np.ndarray,
+    time: float,
+    history: Mapping[str, np.ndarray],
+    x: np.ndarray,
+    y: np.ndarray,
+) -> np.ndarray:
+    """Return `FrictionLaw.bound`, also of a law without memory."""
+    if _accepts(type(law).bound, _ARGUMENTS):
+        return law.bound(pressure, slip, rate, time, history, x, y)
+    place_only: Callable[..., np.ndarray] = law.bound
+    return place_only(pressure, x, y)
+
+
+@lru_cache
+def _accepts(method: Callable[..., Any], arguments: tuple[str, ...]) -> bool:
+    """Return whether a method can be called with this number of arguments."""
+    try:
+        inspect.signature(method).bind(None, *arguments)
+    except TypeError:
+        return False
+    return True
 
 
 def law_of(kind: str | None, given: Mapping[str, Any]) -> type[FrictionLaw]:
@@ -195,7 +264,7 @@ class Coulomb(FrictionLaw):
         strength = parameters.get("shear_strength", math.inf)
         return cls(parameters["coefficient"], strength)
 
-    def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def bound(self, pressure: np.ndarray, *others: Any) -> np.ndarray:
         """Return ``min(mu p, tau)``; see `FrictionLaw`."""
         return np.minimum(self.coefficient * pressure, self.strength)
 
@@ -231,6 +300,6 @@ class Tresca(FrictionLaw):
         """Return the law of a shear strength."""
         return cls(parameters["shear_strength"])
 
-    def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def bound(self, pressure: np.ndarray, *others: Any) -> np.ndarray:
         """Return the strength; see `FrictionLaw`."""
         return np.full(pressure.shape, self.strength)

@@ -234,9 +234,8 @@ class FrictionConfig(KindSection):
 
     Without a kind the law is the first one with the given keys: Coulomb's with a
     friction coefficient, limited by a shear strength if both are given, else Tresca's
-    with a shear strength (GPa). A user-defined law may have further keys, see
-    `FrictionLaw`. `coupling` says how normal and lateral motion are coupled, see
-    `SlidingSteps`.
+    with a shear strength (GPa). Other laws have further keys, see `FrictionLaw`.
+    `coupling` says how normal and lateral motion are coupled, see `SlidingSteps`.
     """
 
     title = "friction"

@@ -197,6 +197,8 @@ def _history(scene: Any) -> list[HistoryEntry]:
         names += LATERAL
         if scene.friction.coupled:
             names.append(TRACTION_DEPTH)
+        law = scene.friction.law_on(scene.spacing)
+        names += [entry.name for entry in law.histories]
     if (creep := scene.solid.creep) is not None:
         names += [CREEP_PRESSURE] * len(creep.times) + [PRESSURE_RATE]
     return [entry_of(name) for name in names]

@@ -20,6 +20,8 @@ SPHERE = rc.RoughSphere(15.0)
 ROUGH = rc.RoughSphere(60.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
 CREEP = rc.Creep((0.4, 0.7), (0.3, 2.0), flow=0.05)
 SOFT, ADHESIVE = None, rc.LennardJones93.adhesive(1.0, 1.0, 0.02)
+COULOMB = rc.Coulomb(0.3)
+WEAKENING = rc.SlipWeakening(COULOMB, 0.4, 0.4)
 HARD, DUGDALE = rc.HardWall(), rc.DugdaleWall(0.02, attraction_range=0.8)
 FLOWS = rc.PlasticWall(0.1, permanent=True)
 SOLIDS = {
@@ -104,7 +106,14 @@ def time(wall, control="penetrations", periodic=False, solid="isotropic", flows=
     return path
 
 
-def sliding(wall, lateral, normal="penetrations", coupling="neglected", **options):
+def sliding(
+    wall,
+    lateral,
+    normal="penetrations",
+    coupling="neglected",
+    law=COULOMB,
+    **options,
+):
     """Partial slip, full slip, and its reversal."""
     moves = {
         "displacements": [0.0, 0.05, 0.5, 0.45, 0.2],
@@ -125,7 +134,7 @@ def sliding(wall, lateral, normal="penetrations", coupling="neglected", **option
         )
         return rc.sliding_path(
             atoms,
-            rc.Coulomb(0.3),
+            law,
             **{normal: target, lateral: moves},
             spring=1.0 if lateral == "bases" else None,
             coupling=coupling,
@@ -199,6 +208,7 @@ PATHS = {
         HARD, "displacements", coupling="solved", periodic=True
     ),
     "sliding, plastic": sliding(FLOWS, "displacements"),
+    "sliding, weakening": sliding(HARD, "displacements", law=WEAKENING),
     "sliding, fixed window": sliding(HARD, "displacements", window="fixed"),
 }
 

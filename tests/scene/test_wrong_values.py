@@ -90,6 +90,7 @@ SWITCHES = {
     *("topography.transpose", "topography.remove_outliers", "heterogeneity.periodic"),
     *("topography.remove_bad_lines", "topography.extrude"),
     *("heterogeneity.random_amplitudes", "interaction.permanent"),
+    "friction.exponential",
 }
 
 

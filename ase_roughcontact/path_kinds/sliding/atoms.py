@@ -36,6 +36,7 @@ from ase_roughcontact.contact.state import (
 )
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.interactions.friction import FrictionLaw, check_law
+from ase_roughcontact.interactions.local_friction import LocalFriction
 from ase_roughcontact.loading.load_path import AtomsPath, single_path
 from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
@@ -122,7 +123,10 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
             "atoms that stick have no coupling of normal and lateral motion in their "
             'energy, but their path has: use coupling="neglected"'
         )
-    bounds = friction.bounds(state.pressure, state.contact, grid.spacing, grid.origin)
+    local = LocalFriction(
+        friction, state.pressure, state.contact, grid.spacing, grid.origin, history
+    )
+    bounds = local.bounds()
     sticks, none = bounds > 0.0, np.zeros(grid.window)
     if not sticks.any():
         raise ValueError(
@@ -207,7 +211,7 @@ def sliding_path(
         Atoms from `substrate`, with a `RoughContact` calculator of a solid with lateral
         components: ``Isotropic(contact_modulus, poisson=...)``.
     friction : FrictionLaw
-        Law of friction: `Coulomb`, `Tresca`, or a class of your own.
+        Law of friction: `Coulomb`, `Tresca`, `SlipWeakening`, or your own.
     penetrations, heights, loads : array_like, shape (steps,), or float
         Exactly one of them; see `load_path`. One number is the target of all steps.
     displacements, forces, bases : array_like, shape (steps,) or (steps, 2)

@@ -9,6 +9,8 @@ import numpy as np
 
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.interactions.friction import SLIP
+from ase_roughcontact.interactions.local_friction import LocalFriction
 from ase_roughcontact.solvers.lateral.friction import (
     FrictionOptions,
     FrictionSolution,
@@ -28,13 +30,17 @@ class LateralState:
     box : Box
     halfspace : LateralHalfSpace
         Lateral half space on the box.
+    friction : LocalFriction
+        Friction with the histories at the end of the step.
     bounds : ndarray, shape (n, m)
-        Bounds of the tractions (eV/Å^3).
+        Bounds of the tractions at the end of the step (eV/Å^3).
     displacement, moved, base : ndarray, shape (2,)
         Displacement of the indenter along x and y, since it came down, and of the base
         of its spring, NaN without one (Å).
-    dissipated : float
-        Energy lost by slip since the beginning (eV).
+    dissipated, released : float
+        Energies lost by slip, and released by instabilities, since the beginning (eV).
+    instabilities : int
+        Number of instabilities in the step.
     solution : FrictionSolution
     cell_area : float
         Area of an atom (Å^2).
@@ -50,11 +56,14 @@ class LateralState:
 
     box: Box
     halfspace: LateralHalfSpace
+    friction: LocalFriction
     bounds: np.ndarray
     displacement: np.ndarray
     moved: np.ndarray
     base: np.ndarray
     dissipated: float
+    released: float
+    instabilities: int
     solution: FrictionSolution
     cell_area: float
     by_pressure: np.ndarray | float = 0.0
@@ -98,6 +107,11 @@ class LateralState:
         surface = self.solution.displacement + self.by_pressure
         slips = np.hypot(*(self.moved[:, None, None] - surface))
         return float(slips[self.bounds > 0.0].max(initial=0.0))
+
+    @property
+    def slipped(self) -> float:
+        """Longest way that an atom in contact has slipped, see `SLIP` (Å)."""
+        return float(self.friction.history[SLIP.name].max(initial=0.0))
 
     @property
     def energy(self) -> float:

@@ -13,6 +13,9 @@ from ase_roughcontact.windows.memory import friction_memory
 _WITH_SPRING = Range(
     "paths with a spring", lambda s: not np.isnan(s.lateral.base).any(), constant=True
 )
+_WITH_WEAKENING = Range(
+    "friction that depends on slip", lambda s: s.lateral.friction.law.weakens, True
+)
 _WITH_FRICTION = Range("contacts with friction", lambda s: s.lateral.bound > 0.0)
 
 
@@ -90,6 +93,22 @@ class SlidingStep(LoadStep):
     )
     dissipated_energy: float = column(
         lambda s: s.lateral.dissipated, "energy lost by slip since the beginning", "eV"
+    )
+    largest_slip: float = column(
+        lambda s: s.lateral.slipped,
+        "longest way that an atom has slipped since it came into contact",
+        "Å",
+        where=_WITH_WEAKENING,
+    )
+    instabilities: int = column(
+        lambda s: s.lateral.instabilities,
+        "instabilities in the step: slip that grows without further load, as friction "
+        "weakens by it",
+    )
+    released_energy: float = column(
+        lambda s: s.lateral.released,
+        "energy released by instabilities since the beginning",
+        "eV",
     )
     memory: float = column(
         lambda s: (

@@ -51,6 +51,12 @@ RESULTS = {
         "eV",
         "lost energy",
     ),
+    "total_released_energy": PathResult(
+        lambda done: done.steps[-1].released_energy,
+        "energy released by instabilities of friction that weakens by slip",
+        "eV",
+        "released energy",
+    ),
     "stiffness_without_slip": PathResult(
         _stiffness,
         "derivative of the lateral force along x to the displacement if no atom slips, "

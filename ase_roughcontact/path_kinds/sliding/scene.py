@@ -206,6 +206,11 @@ class Sliding(PathKind):
         time = "the time of friction is of the same order"
         if bodies.friction.coupled:
             time = "friction, coupled to the pressure, takes several times as long"
+        if bodies.friction.law_on(bodies.spacing).weakens:
+            time = (
+                "friction that depends on slip takes some three times as long, and "
+                "fifty times or more in steps with an instability"
+            )
         return (
             f"Sliding in {self.count(bodies)} steps, {self.steps} between two of the "
             f"{key}. The states at the normal targets are planned; {time}:"
@@ -248,6 +253,13 @@ class Sliding(PathKind):
         if len(energies):
             of_loop = with_unit(energies[-1], "eV")
             found["lost energy"] += f", {of_loop} of it in the last loop"
+        if jumps := [step for step in touching if step.instabilities]:
+            count = sum(step.instabilities for step in jumps)
+            number = "one instability" if count == 1 else f"{count} instabilities"
+            found["released energy"] = (
+                f"{with_unit(jumps[-1].released_energy, 'eV')} in {number}, the first "
+                f"in step {jumps[0].step}"
+            )
         last = touching[-1]
         if "lateral_stiffness" not in columns_of(type(last)):
             return found

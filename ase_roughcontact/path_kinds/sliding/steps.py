@@ -7,6 +7,9 @@ Goodman's approximation; or both are repeated until they agree, see `coupling`. 
 indenter keeps the heights it had before it slides: lateral displacements must be small
 compared to the roughness.
 
+If friction weakens by slip, a step may have instabilities, over which it goes on at the
+next equilibrium, see `slip`.
+
 References
 ----------
 L. E. Goodman, J. Appl. Mech. 29, 515 (1962).
@@ -22,12 +25,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ase_roughcontact._util.history import entry_of
 from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
 from ase_roughcontact.contact.support import LateralSupport
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
+from ase_roughcontact.interactions.local_friction import LocalFriction
 from ase_roughcontact.path_kinds.sliding.coupling import (
     FIRST_RESIDUAL,
     MAX_ALTERNATIONS,
@@ -39,10 +44,8 @@ from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathStep
-from ase_roughcontact.solvers.lateral.friction import (
-    FrictionOptions,
-    solve_friction,
-)
+from ase_roughcontact.solvers.lateral.friction import FrictionOptions
+from ase_roughcontact.solvers.lateral.slip import Drive, follow_slip, slip_at_bounds
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.retraction import relax_in_contact
 from ase_roughcontact.stepping.step import Stepper
@@ -62,14 +65,15 @@ class _Move(NamedTuple):
         Displacement of the indenter, None before the first step (Å).
     origin : ndarray, shape (2,)
         Displacement at which the indenter came down (Å).
-    dissipated : float
-        Energy lost by slip so far (eV).
+    dissipated, released : float
+        Energies lost by slip and released by instabilities so far (eV).
     """
 
     target: np.ndarray
     at: np.ndarray | None
     origin: np.ndarray
     dissipated: float
+    released: float
 
 
 class SlidingSteps(NumberedSteps):
@@ -205,14 +209,15 @@ class SlidingSteps(NumberedSteps):
 
     def _move(self, number: int, previous: Any) -> _Move:
         """Return the lateral target of a step, and where the last one has ended."""
-        target, at, dissipated = self.given.lateral[number], None, 0.0
-        origin = np.zeros(2)
+        target, at, origin = self.given.lateral[number], None, np.zeros(2)
+        dissipated = released = 0.0
         if self.given.control.held:
             origin = self.given.lateral[0]
         if previous is not None:
             at = np.array([previous.lateral_x, previous.lateral_y])
             dissipated = previous.dissipated_energy
-        return _Move(target, at, origin, dissipated)
+            released = previous.released_energy
+        return _Move(target, at, origin, dissipated, released)
 
     def _on_window(self, lateral: LateralState, state: State) -> dict[str, np.ndarray]:
         """Return the history that the surface keeps of a step."""
@@ -225,7 +230,11 @@ class SlidingSteps(NumberedSteps):
             displacement = displacement + self._cross.lateral(state, window)
         slipping = carried(found.slipping.astype(float), box, window)
         entries = (*tractions, *displacement, slipping)
-        return dict(zip(LATERAL, entries, strict=True))
+        history = dict(zip(LATERAL, entries, strict=True))
+        for entry in self.given.friction.histories:
+            values = lateral.friction.history[entry.name]
+            history[entry.name] = carried(values, box, window, entry.entering)
+        return history
 
     def _slid(
         self,
@@ -239,41 +248,54 @@ class SlidingSteps(NumberedSteps):
 
         The tolerance is at least the one of `FrictionOptions`.
         """
-        bounds, box, start = self._on_box(relaxed, before)
-        halfspace = self._halfspace(box.shape)
-        imposed, new = halfspace.displacement(start), 0.0
+        friction, box, start = self._on_box(relaxed, before)
+        bounds, halfspace = friction.bounds(), self._halfspace(box.shape)
+        change, new = np.zeros(start.shape), 0.0
         by_pressure: np.ndarray | float = 0.0
         if self._cross:
             touching = bounds > 0.0  # coupled atoms have tractions
             new = float((touching & ~start.any(axis=0)).sum()) / max(touching.sum(), 1)
             by_pressure = self._cross.lateral(relaxed.state, box)
-            imposed = imposed + self._cross.lateral(before, box) - by_pressure
+            change = self._cross.lateral(before, box) - by_pressure
         area, options = relaxed.fields.cell_area, FrictionOptions()
-        at, moved, support = self._supported(move, area, last)
-        imposed = imposed + moved[:, None, None]
-        if last is not None:
-            start = _carried(last.solution.tractions, last.box, box)
         options = replace(options, tolerance=max(tolerance, options.tolerance))
-        solution = solve_friction(
-            halfspace, bounds, imposed, start, support=support, options=options
-        )
-        slip = imposed + solution.shift[:, None, None] - solution.displacement
-        lost = area * float((solution.tractions * slip).sum())
-        if self.given.control.free and not solution.converged:
-            moved, lost = np.zeros(2), 0.0  # not known
-            solution = replace(solution, shift=np.zeros(2))
+        weakens = self.given.friction.weakens
+        # a step with weakening has its own path from the last one
+        at, moved, support = self._supported(move, area, None if weakens else last)
+        change = change + moved[:, None, None]
+        if weakens:
+            supports = None
+            if support is not None:
+                x, y = start.sum(axis=(1, 2)).tolist()
+                supports = LateralSupport((x, y), support.stiffness), support
+            drive = Drive(change, supports)
+            slid = follow_slip(halfspace, friction, start, drive, options)
+            bounds = slid.friction.bounds()
+        else:
+            guess = start
+            if last is not None:
+                guess = _carried(last.solution.tractions, last.box, box)
+            slid = slip_at_bounds(
+                halfspace, friction, start, change, guess, support, options
+            )
+            if self.given.control.free and not slid.solution.converged:
+                moved = np.zeros(2)  # not known
+        solution = slid.solution
         if last is not None:
             pairs = last.solution.pairs + solution.pairs
             solution = replace(solution, pairs=pairs)
-        at = at + moved + solution.shift
+        at = at + moved + slid.solution.shift
         return LateralState(
             box=box,
             halfspace=halfspace,
+            friction=slid.friction,
             bounds=bounds,
             displacement=at,
             moved=at - move.origin,
             base=move.target if self.given.spring else np.full(2, np.nan),
-            dissipated=move.dissipated + lost,
+            dissipated=move.dissipated + area * slid.lost,
+            released=move.released + area * slid.released,
+            instabilities=slid.instabilities,
             solution=solution,
             cell_area=area,
             by_pressure=by_pressure,
@@ -282,21 +304,38 @@ class SlidingSteps(NumberedSteps):
 
     def _on_box(
         self, relaxed: RelaxedStep, before: State
-    ) -> tuple[np.ndarray, Box, np.ndarray]:
-        """Return bounds, a box of all tractions, and the tractions before the step."""
+    ) -> tuple[LocalFriction, Box, np.ndarray]:
+        """Return friction, a box of all tractions, and tractions before the step."""
         window, fields = relaxed.state.window, relaxed.fields
-        problem = relaxed.problem
-        bounds = self.given.friction.bounds(
-            fields.pressure, fields.contact, problem.spacing, problem.origin(window)
-        )
+        law, problem = self.given.friction, relaxed.problem
+        history = {
+            entry.name: before.history[entry.name]
+            for entry in law.histories
+            if entry.name in before.history
+        }
+
+        def friction_on(box: Box) -> LocalFriction:
+            return LocalFriction(
+                law,
+                carried(fields.pressure, window, box),
+                carried(fields.contact, window, box),
+                problem.spacing,
+                problem.origin(box),
+                {
+                    name: carried(values, before.window, box, entry_of(name).entering)
+                    for name, values in history.items()
+                },
+            )
+
         none = np.zeros(before.window.shape)
         old = [before.history.get(name, none) for name in TRACTIONS]
         box = window
         if not problem.periodic:
             loaded = Box.bounding(np.hypot(*old) > 0.0, before.window.start)
-            touching = Box.bounding(bounds > 0.0, window.start)
+            kept = fields.contact if law.histories else friction_on(box).bounds() > 0.0
+            touching = Box.bounding(kept, window.start)
             box = touching.union(loaded) if touching else loaded or Box((0, 0), (1, 1))
-        return carried(bounds, window, box), box, _carried(old, before.window, box)
+        return friction_on(box), box, _carried(old, before.window, box)
 
     def _supported(
         self, move: _Move, area: float, last: LateralState | None
