@@ -242,7 +242,7 @@ def write_maps(options: argparse.Namespace) -> int:
     shown = _steps_at_times(folder, scene, steps, options.times)
     surface = scene.sampled_surface
     wanted = {step.step for step in steps if shown is None or step in shown}
-    depths = _depths(options.depths, scene)
+    depths = _depths(options.depths, scene, folder)
     refuse_link(folder / "maps")
     (folder / "maps").mkdir(exist_ok=True)
     for frame in read_frames(folder / "sweep.traj"):
@@ -261,14 +261,14 @@ def write_maps(options: argparse.Namespace) -> int:
     return 0
 
 
-def _depths(text: str | None, scene: Scene) -> list[float]:
+def _depths(text: str | None, scene: Scene, folder: Path) -> list[float]:
     """Return the depths in an option (Å); none without it."""
     if text is None:
         return []
     if not scene.solid.has_subsurface:
         raise ValueError(
-            "--depths needs Poisson's ratio or elastic constants: run with columns of "
-            "stresses, or yield_strength, in the scene"
+            "--depths needs Poisson's ratio or elastic constants: give poisson in "
+            f"[substrate] of {folder / 'scene.toml'}"
         )
     found = []
     for each in text.split(","):

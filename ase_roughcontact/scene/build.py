@@ -94,14 +94,13 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
             )
     problems.check()
 
+    poisson: float | None = None
     with problems.of("substrate"):
         spacing = solid.spacing if spacing is None else spacing
         solid.check(spacing)
-        yield_strength, poisson = _yield_strength(scene), None
+        yield_strength = _yield_strength(scene)
         if isinstance(solid, Isotropic):
-            # only friction, and stresses below the surface, depend on Poisson's ratio
-            needed = scene.friction or scene.asks_for_stress
-            poisson = poisson_of(scene.substrate) if needed else None
+            poisson = _poisson(scene)
             solid = replace(solid, poisson=poisson if scene.friction else None)
     elastic: ElasticTip | None = None
     with problems.of("sphere" if scene.tip is None else "tip"):
@@ -291,6 +290,20 @@ def _hardness(scene: SceneFile, solid: ElasticSolid, tip: ElasticTip | None) -> 
     if tip is not None and tip.hardness_is_given:
         given = min(given, tip.hardness)
     return UNITS["GPa"] * given
+
+
+def _poisson(scene: SceneFile) -> float | None:
+    """Return Poisson's ratio of an isotropic substrate; None if it is not known.
+
+    Only friction and stresses below the surface depend on it.
+    """
+    poisson = poisson_of(scene.substrate)
+    if poisson is None and (scene.friction or scene.asks_for_stress):
+        raise ValueError(
+            "friction and stresses below the surface need Poisson's ratio, which is "
+            "unknown: give poisson"
+        )
+    return poisson
 
 
 def _yield_strength(scene: SceneFile) -> float:

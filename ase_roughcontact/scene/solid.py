@@ -245,35 +245,22 @@ def spacing_of(substrate: SubstrateConfig) -> float | None:
     return None if substrate.of_atoms else fcc_spacing(substrate.symbol)
 
 
-def poisson_of(substrate: SubstrateConfig) -> float:
-    """Return Poisson's ratio of an isotropic solid, for friction and stresses.
+def poisson_of(substrate: SubstrateConfig) -> float | None:
+    """Return Poisson's ratio of an isotropic solid; None if it is not known.
 
     Parameters
     ----------
     substrate : SubstrateConfig
         See `named`, with the material as given.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    ValueError
-        If the ratio is neither given nor known.
     """
-    poisson = substrate.poisson
-    if poisson is None and substrate.elastic_constants is not None:
-        poisson = poisson_ratio(substrate.elastic_constants)
-    if poisson is None and substrate.name:
+    if substrate.poisson is not None:
+        return substrate.poisson
+    if substrate.elastic_constants is not None:
+        return poisson_ratio(substrate.elastic_constants)
+    if substrate.name:
         with suppress(ValueError):
-            poisson = material(substrate.name).poisson
-    if poisson is None:
-        raise ValueError(
-            "friction and stresses below the surface need Poisson's ratio, which is "
-            "unknown: give poisson"
-        )
-    return poisson
+            return material(substrate.name).poisson
+    return None
 
 
 def creep_of(substrate: SubstrateConfig) -> Creep | None:

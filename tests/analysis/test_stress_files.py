@@ -11,6 +11,7 @@ from scipy.io import netcdf_file
 from ase_roughcontact.analysis import ContactMap, stress_planes, write_stress
 from ase_roughcontact.cli import main
 from ase_roughcontact.elasticity import Isotropic, von_mises
+from ase_roughcontact.scene import Scene
 
 SOLID, DEPTHS = Isotropic(0.9, 0.3), [20.0, 5.0]
 NAMES = [f"stress_{name}" for name in ("xx", "yy", "zz", "yz", "xz", "xy")]
@@ -75,7 +76,6 @@ SCENE = """
 contact_modulus = 100.0
 poisson = 0.3
 hardness = inf
-yield_strength = 50.0
 shape = [32, 32]
 [sphere]
 radius = 400.0
@@ -96,3 +96,18 @@ def test_command_writes_the_stress_at_the_given_depths(tmp_path, capsys):
     assert found["von_mises"].shape == (2, 64, 64)  # the grid of the continuum
     assert main(["maps", out, "--depths", "-1"]) != 0
     assert "--depths" in capsys.readouterr().err
+
+
+@pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
+def test_stress_of_a_run_without_the_poisson_ratio_needs_only_the_ratio(
+    tmp_path, capsys
+):
+    list(Scene.parse(SCENE.replace("poisson = 0.3", "")).run(tmp_path))
+    command = ["maps", str(tmp_path), "--format", "npz", "--depths", "0.5"]
+    assert main(command) != 0
+    file = tmp_path / "scene.toml"
+    error = capsys.readouterr().err
+    assert "poisson" in error and str(file) in error
+    file.write_text(file.read_text().replace("[substrate]", "[substrate]\npoisson=0.3"))
+    assert main(command) == 0
+    assert (tmp_path / "maps" / "stress-0000.npz").exists()
