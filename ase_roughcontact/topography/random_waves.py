@@ -236,8 +236,8 @@ class RandomWaves(Topography):
         for shorter, longer in pairwise(given):
             if given[longer] < given[shorter] * (1 - LENGTH_ROUNDING):
                 raise ValueError(
-                    f"{longer} must be at least {shorter} = {given[shorter]}, got "
-                    f"{given[longer]}"
+                    f"{longer} must be at least {shorter} = {given[shorter]:g}, got "
+                    f"{given[longer]:g}"
                 )
         return given
 

@@ -59,18 +59,15 @@ class BeyondSurfaceError(ValueError):
     def __init__(self, indenter: Topography, spacing: float, radius: float) -> None:
         self.radius = radius
         atoms = math.ceil(radius / spacing)
-        if indenter.repeats:
-            defined, reached = f"{indenter.extent / spacing:g} spacings", f"{atoms}"
-        else:  # a scan
-            defined = f"{indenter.extent / 10:.4g} nm"
-            reached = f"{radius / 10:.4g} nm"
+        reached = f"{radius / 10:.4g} nm"
         self.problem = (
             "atoms can touch beyond the indenter's surface, which is defined up to "
-            f"{defined} from its axis"
+            f"{indenter.extent / 10:.4g} nm from its axis"
         )
         self.advice = "choose a smaller load or depth"
         self.domain, side = 0, math.ceil(_DOMAIN_MARGIN * 2 * atoms)
         needed = memory_of((0, 0), points=side**2)
+        domain = f"a domain of {side} grid spacings, {side * spacing / 10:.4g} nm"
         if not indenter.repeats:
             inside = radius <= indenter.rough.middle_extent
             self.advice += (
@@ -80,10 +77,10 @@ class BeyondSurfaceError(ValueError):
             )
         elif needed < available_memory():
             self.domain = side
-            self.advice = f"give the roughness a domain of {side} spacings or more"
+            self.advice = f"give the roughness {domain}, or more"
         else:
             self.advice += (
-                f": a roughness with a domain of {side} spacings would need "
+                f": a roughness with {domain}, would need "
                 f"{needed / 1e9:.3g} GB of memory"
             )
         super().__init__(

@@ -47,7 +47,7 @@ def test_a_loop_turns_where_it_is_pressed_as_much_as_it_was_pulled_before():
 def test_a_loop_deeper_than_its_roughness_is_wide_has_no_step(tmp_path):
     narrow = rc.SelfAffine(0.3, 0.8, 4.0, 16.0, seed=1, domain=40.0)
     table = rc.Output(csv=tmp_path / "loop.csv")
-    with pytest.raises(ValueError, match="a domain of 60 spacings"):
+    with pytest.raises(ValueError, match="a domain of 60 grid spacings"):
         loop_of(tip(narrow), 4.0, output=table)
     assert not (tmp_path / "loop.csv").exists()
 
