@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ase_roughcontact.scene import Scene
+
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
 # Code that needs a queueing system.
@@ -52,6 +54,19 @@ def test_table_of_the_optimizers_of_ase_has_those_that_are_refused(
     text = capsys.readouterr().out
     assert "| `LBFGS` | `alpha maxstep memory` |" in text
     assert "- GPMin: " in text and "use LBFGS" in text
+
+
+def test_the_solver_takes_most_of_the_time_of_a_friction_step(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "examples" / "benchmarks"))
+    text = """
+        substrate = { contact_modulus = "70 GPa", poisson = 0.2, spacing = "2.5 Å" }
+        sphere.radius = "50 nm"
+        interaction.kind = "hard"
+        friction.coefficient = 0.2
+        path = { kind = "sliding", values = [100.0], displacements = [0, "0.2 nm"] }
+    """
+    shares = import_module("outside_solver").shares(Scene.parse(text))
+    assert shares["solver"] > 0.45
 
 
 def test_readme_has_a_script_of_twelve_lines():
