@@ -46,7 +46,7 @@ class PeriodicField:
     points : float
         Number of grid points of all FFT pairs so far.
     mean_response : callable
-        Returns the response to the mean of the tractions; by default there is none.
+        Returns the response to the mean of the tractions; by default it is zero.
     """
 
     def __init__(

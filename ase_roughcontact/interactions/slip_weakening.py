@@ -88,7 +88,7 @@ class SlipWeakening(FrictionLaw):
         return cls(peak, **own, exponential=exponential)
 
     def todict(self) -> dict[str, Any]:
-        """Return the name and the parameters, with those of the peak."""
+        """Return the name and the parameters, with the parameters of the peak."""
         return {**super().todict(), "peak": self.peak.todict()}
 
     def bound(self, pressure: np.ndarray, slip: np.ndarray, *others: Any) -> np.ndarray:
