@@ -29,6 +29,7 @@ from ase_roughcontact.analysis.stresses import (
     stress_planes,
     stress_section,
 )
+from ase_roughcontact.analysis.view import view_frames, with_columns, with_indenter
 
 __all__ = [
     "ContactMap",
@@ -49,6 +50,9 @@ __all__ = [
     "stress_field",
     "stress_planes",
     "stress_section",
+    "view_frames",
+    "with_columns",
+    "with_indenter",
     "write_map",
     "write_stress",
 ]

@@ -7,14 +7,18 @@ calculations.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from os import PathLike
+from typing import Any
 
 import numpy as np
 from ase import Atoms
 from ase.calculators.singlepoint import SinglePointCalculator
 from ase.data import atomic_numbers, covalent_radii
+from ase.io import iread
 from ase.units import GPa
 
-from ase_roughcontact._util.validation import FloatArray, integer
+from ase_roughcontact._util.validation import FloatArray, instance_of, integer
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
@@ -82,6 +86,7 @@ def with_indenter(
     frame, indenter = _read(atoms, indenter)
     if indenter is None:
         raise ValueError("the atoms have no RoughContact calculator: give indenter=")
+    contact_map = ContactMap.from_frame(frame)
     grid = SurfaceGrid.of(frame)
     every = math.ceil(max(grid.shape) / integer("rows", rows, 2))
     chosen = tuple(slice(min(every, n) // 2, None, every) for n in grid.shape)
@@ -103,7 +108,6 @@ def with_indenter(
     if height > 0.0:  # not a flat punch on a flat surface
         steepness = max(1.0, 2.0 * _RELATIVE_RANGE * radius / height)
     scale = np.array([horizontal, horizontal, horizontal * steepness])
-    contact_map = ContactMap.from_frame(frame)
     contact = contact_map.contact
     slips = contact & (contact_map.lateral.get(SLIPPING, np.zeros(1)) > 0.0)
     cut = _plane(contact[chosen])
@@ -125,6 +129,53 @@ def with_indenter(
     view.cell[:] = 0.0
     view.pbc = False
     return view
+
+
+def view_frames(
+    frames: str | PathLike[str] | Iterable[Atoms],
+    calculator: RoughContact,
+    *,
+    rows: int = 48,
+) -> list[Atoms]:
+    """Return frames for `ase gui` from a trajectory of an optimizer of ASE.
+
+    Trajectories of optimizers have positions and forces, but no pressures. They are
+    calculated again, at the cost of one evaluation of the energy for each frame.
+
+    Parameters
+    ----------
+    frames : str, path or iterable of Atoms
+        Trajectory file, such as ``FIRE(atoms, trajectory="fire.traj")`` writes, or its
+        frames.
+    calculator : RoughContact
+        Calculator of the atoms that were relaxed.
+    rows : int
+        Largest number of rows of atoms, see `with_indenter`.
+
+    Returns
+    -------
+    list of Atoms
+        A frame of `with_indenter` for each frame, for `ase.io.write` and
+        `ase.visualize.view`.
+
+    Raises
+    ------
+    ValueError
+        If the frames do not fit the calculator: they have another indenter, or their
+        surface keeps something of earlier steps, which trajectories lose.
+    """
+    instance_of(RoughContact, calculator=calculator)
+    images: Any = frames
+    if isinstance(frames, str | PathLike):
+        images = iread(frames, ":")
+    # its own results and neighbours of the user's calculator stay
+    model = RoughContact(**calculator.parameters)
+    shown = []
+    for frame in images:
+        atoms = frame.copy()
+        atoms.calc = model
+        shown.append(with_indenter(atoms, rows=rows))
+    return shown
 
 
 def _plane(contact: np.ndarray) -> int:

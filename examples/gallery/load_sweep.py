@@ -21,7 +21,7 @@ from ase_roughcontact import (
     substrate,
     theory,
 )
-from ase_roughcontact.analysis.view import with_columns, with_indenter
+from ase_roughcontact.analysis import with_columns, with_indenter
 from ase_roughcontact.plot import plot_contact, plot_curve, style
 
 RADIUS = 1000.0  # of the sphere, in lattice spacings

@@ -1,10 +1,13 @@
 """Frames for viewers: the indenter cut open, contact in colour, and columns."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from ase.data import covalent_radii
 from ase.gui.images import Images
 from ase.io import read, write
+from ase.optimize import FIRE
 from ase.units import GPa
 from built import atoms_under
 
@@ -14,6 +17,7 @@ from ase_roughcontact.analysis.view import (
     CONTACT,
     INDENTER,
     TAG_INDENTER,
+    view_frames,
     with_columns,
     with_indenter,
 )
@@ -29,6 +33,10 @@ def relaxed(periodic=False, shape=(9, 8)):
     atoms.positions[-1, 2] -= 0.3
     rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
     return atoms
+
+
+def read_all(file):
+    return read(file, ":")
 
 
 def split(shown):
@@ -156,6 +164,32 @@ def test_frames_and_views_do_not_change_the_atoms():
     np.testing.assert_array_equal(atoms.get_tags(), tags)
     assert set(atoms.arrays) <= {"numbers", "positions", "tags"}
     assert set(atoms.info) == {"indenter"}
+
+
+@pytest.mark.parametrize("form", [Path, str, read_all])
+def test_a_trajectory_of_an_optimizer_of_ase_is_seen_as_its_states_are(tmp_path, form):
+    atoms, file = relaxed(), tmp_path / "fire.traj"
+    atoms.positions[-1, 2] -= 0.2
+    FIRE(atoms, trajectory=str(file), logfile=None).run(fmax=0.0, steps=3)
+    shown = view_frames(form(file), atoms.calc, rows=6)
+    assert len(shown) == 4 and shown[0].info != shown[-1].info
+    last = with_indenter(atoms, rows=6)
+    assert shown[-1].symbols.count(CONTACT) > 0
+    assert str(shown[-1].symbols) == str(last.symbols)
+    assert shown[-1].info == last.info
+    np.testing.assert_allclose(shown[-1].positions, last.positions, atol=1e-12)
+
+
+def test_a_trajectory_without_its_calculator_says_what_it_lacks(tmp_path):
+    atoms, file = relaxed(), tmp_path / "fire.traj"
+    write(file, atoms)
+    with pytest.raises(ValueError, match="no pressures"):
+        with_indenter(read(file), SPHERE)
+    with pytest.raises(TypeError, match="calculator"):
+        view_frames(file, SPHERE)
+    other = rc.RoughContact(rc.RoughSphere(30.0), contact_modulus=MODULUS)
+    with pytest.raises(ValueError, match="indenter"):
+        view_frames(file, other)
 
 
 @pytest.mark.parametrize(
