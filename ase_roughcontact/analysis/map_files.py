@@ -7,7 +7,6 @@ first index is along x. Lengths are in nm, pressures in GPa.
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.analysis.vtk_files import write_image_data
 from ase_roughcontact.contact.state import DISPLACEMENTS, SLIPPING, TRACTIONS
 
 # Units of the fields.
@@ -119,27 +119,11 @@ def _write_netcdf(contact_map: ContactMap, path: Path) -> None:
 
 
 def _write_vtk(contact_map: ContactMap, path: Path) -> None:
-    n, m = contact_map.pressure.shape
-    step = contact_map.spacing / UNITS["nm"]
-    x, y = (origin / UNITS["nm"] for origin in contact_map.origin)
-    extent = f"0 {n - 1} 0 {m - 1} 0 0"
-    lines = [
-        '<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" '
-        'header_type="UInt64">',
-        f'<ImageData WholeExtent="{extent}" Origin="{x!r} {y!r} 0" '
-        f'Spacing="{step!r} {step!r} {step!r}">',
-        f'<Piece Extent="{extent}"><PointData Scalars="pressure">',
-    ]
-    for name, values in fields_of(contact_map).items():
-        kind = {"f": "Float64", "i": "Int8"}[values.dtype.kind]
-        data = values.astype(values.dtype.newbyteorder("<")).tobytes("F")
-        size = np.uint64(len(data)).astype("<u8").tobytes()
-        text = base64.b64encode(size + data).decode("ascii")
-        lines.append(
-            f'<DataArray type="{kind}" Name="{name}" format="binary">{text}</DataArray>'
-        )
-    lines.append("</PointData></Piece></ImageData></VTKFile>")
-    path.write_text("\n".join(lines), encoding="ascii")
+    fields = {name: values[None] for name, values in fields_of(contact_map).items()}
+    step, (x, y) = contact_map.spacing, contact_map.origin
+    origin, spacing = np.array([x, y, 0.0]), np.full(3, step)
+    nm = UNITS["nm"]
+    write_image_data(path, fields, _UNITS, "pressure", origin / nm, spacing / nm)
 
 
 # Functions that write a map, by the suffix of the file.

@@ -6,7 +6,6 @@ Components are named ``stress_xx`` to ``stress_xy``, with tension positive and z
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -14,10 +13,15 @@ import numpy as np
 from scipy.io import netcdf_file
 
 from ase_roughcontact._util.files import replaced
+from ase_roughcontact._util.rounding import LENGTH_ROUNDING
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.stresses import stress_planes
+from ase_roughcontact.analysis.vtk_files import (
+    write_image_data,
+    write_rectilinear_grid,
+)
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.largest_stress import von_mises
 from ase_roughcontact.elasticity.subsurface import STRESS_COMPONENTS
@@ -26,6 +30,8 @@ from ase_roughcontact.elasticity.subsurface import STRESS_COMPONENTS
 _FIELDS = (*(f"stress_{name}" for name in STRESS_COMPONENTS), "von_mises")
 # Names of the axes of each field, in order.
 _AXES = "z", "x", "y"
+# Units of fields and axes.
+_UNITS = dict.fromkeys(_FIELDS, "GPa") | dict.fromkeys(_AXES, "nm")
 
 
 def write_stress(
@@ -45,7 +51,8 @@ def write_stress(
     depths : sequence of float
         Depths below the surface (Å).
     file : path
-        Name that ends in .npz (arrays of NumPy with their names), .nc (NetCDF 3) or
+        Name that ends in .npz (arrays of NumPy with their names), .nc (NetCDF 3), .vti
+        (uniform grid of VTK, for ParaView and OVITO, if depths are equally spaced) or
         .vtr (rectilinear grid of VTK, for ParaView). Fields have the shape (depths, n,
         m), in single precision, from the deepest plane upward; z is minus the depth.
         Positions x and y are relative to the axis of the indenter.
@@ -53,7 +60,8 @@ def write_stress(
     Raises
     ------
     ValueError
-        If the suffix is unknown, or there are no depths.
+        If the suffix is unknown, there are no depths, or depths in a file .vti are not
+        equally spaced.
     NotImplementedError
         If the stress in the solid is not known.
     OSError
@@ -99,33 +107,34 @@ def _write_netcdf(
             dimensions = (name,) if name in axes else _AXES
             variable = file.createVariable(name, values.dtype.char, dimensions)
             variable[:] = values
-            variable.units = "nm" if name in axes else "GPa"
+            variable.units = _UNITS[name]
 
 
-def _write_vtk(
+def _write_vti(
     axes: dict[str, np.ndarray], fields: dict[str, np.ndarray], path: Path
 ) -> None:
-    extent = " ".join(f"0 {len(axes[name]) - 1}" for name in ("x", "y", "z"))
-    lines = [
-        '<VTKFile type="RectilinearGrid" version="1.0" byte_order="LittleEndian" '
-        'header_type="UInt64">',
-        f'<RectilinearGrid WholeExtent="{extent}"><Piece Extent="{extent}">',
-        "<Coordinates>",
-        *(_data_array(name, axes[name]) for name in ("x", "y", "z")),
-        '</Coordinates><PointData Scalars="von_mises">',
-    ]
-    for name, values in fields.items():  # x varies fastest
-        lines.append(_data_array(name, values.transpose(0, 2, 1)))
-    lines.append("</PointData></Piece></RectilinearGrid></VTKFile>")
-    path.write_text("\n".join(lines), encoding="ascii")
+    if not equally_spaced(axes["z"]):
+        raise ValueError(
+            "a file .vti needs at least two equally spaced depths; .vtr takes any"
+        )
+    names = "x", "y", "z"
+    origin = [axes[name][0] for name in names]
+    spacing = [np.ptp(axes[name]) / (len(axes[name]) - 1) for name in names]
+    write_image_data(path, fields, _UNITS, "von_mises", origin, spacing)
 
 
-def _data_array(name: str, values: np.ndarray) -> str:
-    """Return numbers as an element of an XML file of VTK."""
-    data = values.astype("<f4").tobytes()
-    size = np.uint64(len(data)).astype("<u8").tobytes()
-    text = base64.b64encode(size + data).decode("ascii")
-    return f'<DataArray type="Float32" Name="{name}" format="binary">{text}</DataArray>'
+def _write_vtr(
+    axes: dict[str, np.ndarray], fields: dict[str, np.ndarray], path: Path
+) -> None:
+    write_rectilinear_grid(path, fields, _UNITS, "von_mises", axes)
+
+
+def equally_spaced(depths: Sequence[float] | np.ndarray) -> bool:
+    """Return whether two or more depths in order have equal distances."""
+    steps = np.diff(depths)
+    return steps.size > 0 and bool(
+        np.allclose(steps, steps[0], rtol=LENGTH_ROUNDING, atol=0.0)
+    )
 
 
 # Functions that write stresses, by the suffix of the file.
@@ -134,5 +143,6 @@ _WRITERS: dict[
 ] = {
     ".npz": _write_npz,
     ".nc": _write_netcdf,
-    ".vtr": _write_vtk,
+    ".vti": _write_vti,
+    ".vtr": _write_vtr,
 }

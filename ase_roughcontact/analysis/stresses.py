@@ -189,7 +189,12 @@ def stress_section(
     shape = contact_map.pressure.shape
     line = (at - contact_map.origin[across]) / contact_map.spacing
     if not (contact_map.periodic or 0.0 <= line <= shape[across] - 1):
-        raise ValueError(f"the section at {at:g} Å is outside of the map")
+        first = contact_map.origin[across]
+        last = first + (shape[across] - 1) * contact_map.spacing
+        raise ValueError(
+            f"the section must be between {first:g} and {last:g} Å, as the map is, got "
+            f"{at:g} Å"
+        )
     levels = _section_depths(contact_map) if depths is None else depths
     levels = np.atleast_1d(finite_array("depths", levels))
     if not levels.size:

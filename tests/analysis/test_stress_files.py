@@ -34,28 +34,39 @@ def read_netcdf(file):
 
 
 def read_vtk(file):
-    grid = ElementTree.parse(file).getroot().find("RectilinearGrid")
+    """Fields and axes of a file of VTK, with its units checked."""
+    grid = ElementTree.parse(file).getroot()[0]
     assert grid.get("WholeExtent") == "0 15 0 12 0 1"
     found = {}
     for array in grid.iter("DataArray"):
-        raw = base64.b64decode(array.text)
-        values = np.frombuffer(raw[8:], "<f4")
-        if array.get("Name") not in "xyz":  # x varies fastest
-            values = values.reshape(2, 13, 16).transpose(0, 2, 1)
-        found[array.get("Name")] = values
+        name, raw = array.get("Name"), base64.b64decode(array.text)
+        (unit,) = array.findall("InformationKey")
+        assert unit.get("name") == "UNITS_LABEL"
+        if name in "xyz":
+            assert unit.text == "nm" and array.get("type") == "Float64"
+            found[name] = np.frombuffer(raw[8:], "<f8")
+        else:  # x varies fastest
+            assert unit.text == "GPa" and array.get("type") == "Float32"
+            values = np.frombuffer(raw[8:], "<f4")
+            found[name] = values.reshape(2, 13, 16).transpose(0, 2, 1)
+    if grid.tag == "ImageData":
+        ends = [grid.get(key).split() for key in ("Origin", "Spacing")]
+        for axis, first, step, count in zip("xyz", *ends, (16, 13, 2), strict=True):
+            found[axis] = float(first) + float(step) * np.arange(count)
     return found
 
 
 @pytest.mark.parametrize(
-    ("suffix", "read"), [("npz", read_npz), ("nc", read_netcdf), ("vtr", read_vtk)]
+    ("suffix", "read"),
+    [("npz", read_npz), ("nc", read_netcdf), ("vtr", read_vtk), ("vti", read_vtk)],
 )
 def test_files_have_the_stress_of_the_planes(suffix, read, tmp_path):
     seen, file = contact_map(), tmp_path / f"stress.{suffix}"
     write_stress(seen, SOLID, DEPTHS, file)
     found = read(file)
     np.testing.assert_allclose(found["z"], [-2.0, -0.5], rtol=1e-6)
-    np.testing.assert_allclose(found["x"], seen.x / 10, rtol=1e-6)
-    np.testing.assert_allclose(found["y"], seen.y / 10, rtol=1e-6)
+    np.testing.assert_allclose(found["x"], seen.x / 10, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found["y"], seen.y / 10, rtol=1e-6, atol=1e-9)
     for number, plane in enumerate(stress_planes(seen, SOLID, DEPTHS)):
         expected = plane.stress / GPa
         for name, values in zip(NAMES, expected, strict=True):
@@ -69,6 +80,9 @@ def test_wrong_files_are_refused(tmp_path):
         write_stress(contact_map(), SOLID, DEPTHS, tmp_path / "stress.xyz")
     with pytest.raises(ValueError, match="depths"):
         write_stress(contact_map(), SOLID, [], tmp_path / "stress.npz")
+    for depths in ([1.0], [1.0, 2.0, 4.0]):
+        with pytest.raises(ValueError, match=r"\.vtr"):
+            write_stress(contact_map(), SOLID, depths, tmp_path / "stress.vti")
 
 
 SCENE = """
@@ -94,6 +108,9 @@ def test_command_writes_the_stress_at_the_given_depths(tmp_path, capsys):
     found = read_npz(tmp_path / "out" / "maps" / "stress-0000.npz")
     np.testing.assert_allclose(found["z"], [-2.0, -0.5])
     assert found["von_mises"].shape == (2, 64, 64)  # the grid of the continuum
+    for depths, name in (("2,1,3", "stress-0000.vti"), ("1,2,4", "stress-0000.vtr")):
+        assert main(["maps", out, "--format", "vti", "--depths", depths]) == 0
+        assert name in capsys.readouterr().out
     assert main(["maps", out, "--depths", "-1"]) != 0
     assert "--depths" in capsys.readouterr().err
 
