@@ -120,10 +120,9 @@ def _write_netcdf(contact_map: ContactMap, path: Path) -> None:
 
 def _write_vtk(contact_map: ContactMap, path: Path) -> None:
     fields = {name: values[None] for name, values in fields_of(contact_map).items()}
-    step, (x, y) = contact_map.spacing, contact_map.origin
-    origin, spacing = np.array([x, y, 0.0]), np.full(3, step)
-    nm = UNITS["nm"]
-    write_image_data(path, fields, _UNITS, "pressure", origin / nm, spacing / nm)
+    origin = [each / UNITS["nm"] for each in (*contact_map.origin, 0.0)]
+    spacing = [contact_map.spacing / UNITS["nm"]] * 3
+    write_image_data(path, fields, _UNITS, "pressure", origin, spacing)
 
 
 # Functions that write a map, by the suffix of the file.

@@ -15,12 +15,17 @@ from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.units import UNITS, pressure_unit, printed_unit
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.analysis import ContactMap, stress_field, stress_section
+from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.view import with_indenter
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.cli.report import printed_times
+from ase_roughcontact.cli.stress_figures import (
+    DepthPicture,
+    StressView,
+    depth_pictures,
+    draw_stress,
+)
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.elasticity.largest_stress import largest_stress
 from ase_roughcontact.loading.trajectory import frames_of_steps, steps_with_frames
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.plot.files import written
@@ -77,6 +82,7 @@ def draw(
     steps: Sequence[LoadStep],
     folder: Path,
     shown: Sequence[LoadStep] | None = None,
+    stress_view: StressView | None = None,
 ) -> list[str]:
     """Draw the figures of a run.
 
@@ -90,6 +96,9 @@ def draw(
         Folder with the ``sweep.traj`` of the run.
     shown : sequence of LoadStep, optional
         Steps with a frame, in order. Those in contact have maps; by default four.
+    stress_view : StressView, optional
+        What stress.png shows. It is drawn for the largest load if this is given, or
+        stresses below the surface are asked for.
 
     Returns
     -------
@@ -109,17 +118,64 @@ def draw(
     if not path.in_order and (tension or (path.controlled != LOAD and names)):
         _draw_force(reference, steps, folder / "force.png")
         names.append("force.png")
-    if shown is None:
-        with_frame = steps_with_frames(folder / "sweep.traj")
-        shown = _chosen_steps([step for step in steps if step.step in with_frame])
-    shown = _touching(shown)
-    if shown:
-        _draw_maps(reference, steps, shown, folder)
+    touching = _touching(_with_frames(steps, folder) if shown is None else shown)
+    if touching:
+        maps = _chosen_steps(touching) if shown is None else touching
+        _draw_maps(reference, steps, maps, folder)
         names.append("contact.png")
-    if shown and scene.asks_for_stress and scene.solid.has_subsurface:
-        _draw_stress(scene, shown, folder)
+    if touching and (stress_view or _has_stress(scene)):
+        step = _of_largest_load(touching)
+        seen, title = _contact_map(step, folder), _title(scene, step, "")
+        view = stress_view or StressView()
+        draw_stress(scene, seen, title, folder / "stress.png", view)
         names.append("stress.png")
     return names
+
+
+def stress_pictures(
+    scene: Scene, steps: Sequence[LoadStep], folder: Path
+) -> list[DepthPicture]:
+    """Return pictures of the stress at some depths below the largest load.
+
+    Parameters
+    ----------
+    scene : Scene
+    steps : sequence of LoadStep
+        All steps.
+    folder : path
+        Folder with the ``sweep.traj`` of the run.
+
+    Returns
+    -------
+    list of DepthPicture
+        Empty unless stresses below the surface are asked for, and atoms in contact.
+    """
+    touching = _touching(_with_frames(steps, folder))
+    if not touching or not _has_stress(scene):
+        return []
+    seen = _contact_map(_of_largest_load(touching), folder)
+    return list(depth_pictures(scene, seen))
+
+
+def _has_stress(scene: Scene) -> bool:
+    """Return whether stresses below the surface are asked for and known."""
+    return scene.asks_for_stress and scene.solid.has_subsurface
+
+
+def _with_frames(steps: Sequence[LoadStep], folder: Path) -> list[LoadStep]:
+    """Return the steps of which the trajectory has a frame."""
+    numbers = steps_with_frames(folder / "sweep.traj")
+    return [step for step in steps if step.step in numbers]
+
+
+def _of_largest_load(steps: Sequence[LoadStep]) -> LoadStep:
+    return max(steps, key=lambda step: step.normal_force)
+
+
+def _contact_map(step: LoadStep, folder: Path) -> ContactMap:
+    """Return the map of a step that has a frame."""
+    (frame,) = frames_of_steps(folder / "sweep.traj", [step.step])
+    return ContactMap.from_frame(frame)
 
 
 def _column(steps: Sequence[LoadStep], name: str) -> FloatArray:
@@ -247,11 +303,9 @@ def _touching(steps: Sequence[LoadStep]) -> list[LoadStep]:
 
 
 def _chosen_steps(steps: Sequence[LoadStep]) -> list[LoadStep]:
-    """Return at most four different steps in contact, the deepest one included."""
-    states = {(s.height, s.normal_force, s.contact_area): s for s in _touching(steps)}
+    """Return at most four different ones of some steps, the deepest one included."""
+    states = {(s.height, s.normal_force, s.contact_area): s for s in steps}
     touching = list(states.values())
-    if not touching:
-        return []
     chosen = np.linspace(0, len(touching) - 1, _MAPS_PER_FIGURE).round().astype(int)
     deepest = int(np.argmax(_column(touching, "penetration")))
     chosen[np.argmin(abs(chosen - deepest))] = deepest
@@ -306,27 +360,6 @@ def _draw_maps(
             plot.scale_bar(panel, "nm")
         figure.colorbar(image, ax=panels, label=f"pressure ({unit})", shrink=0.7)
         legend_below(figure, panels)
-
-
-def _draw_stress(scene: Scene, shown: Sequence[LoadStep], folder: Path) -> None:
-    """Draw the stress below the step with the largest force, where it is largest."""
-    step = max(shown, key=lambda each: each.normal_force)
-    (frame,) = frames_of_steps(folder / "sweep.traj", [step.step])
-    seen = ContactMap.from_frame(frame)
-    largest = largest_stress(stress_field(seen, scene.solid))
-    at = seen.origin[1] + largest.y
-    section = stress_section(seen, scene.solid, along="x", at=at)
-    unit = printed_unit("eV/Å^3", scene.contact_modulus)
-    strength = scene.bodies.yield_strength
-    with written(folder / "stress.png", 2.8, width=7.2) as figure:
-        left, right = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
-        limit = None if math.isnan(strength) else strength
-        contours = plot.plot_stress_section(left, section, unit, limit)
-        place = round(at / seen.spacing, 2) * seen.spacing / UNITS["nm"] + 0.0  # no -0
-        left.set_title(f"{_title(scene, step, '')}, $y$ = {place:.3g} nm")
-        label = f"von Mises stress ({unit})"
-        figure.colorbar(contours, ax=left, label=label, shrink=0.7)
-        plot.plot_stress_over_depth(right, section, unit)
 
 
 def _title(scene: Scene, step: Any, branch: str) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment
 
@@ -20,6 +20,9 @@ from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, result_units
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
+
+if TYPE_CHECKING:
+    from ase_roughcontact.cli.stress_figures import DepthPicture
 
 # Columns of the table of steps, with the columns of their errors.
 _ERROR_OF_COLUMN = {
@@ -48,10 +51,17 @@ _CAPTIONS = {
     "force.png": "Normal force along the path; negative forces are tensile.",
     "contact.png": "Pressure on the atoms in contact; circle: smooth sphere under the "
     "same load, around its axis; of a scanned tip around the centre of the load.",
-    "stress.png": "Von Mises stress below the contact under the largest load, on a "
-    "plane through its largest value (cross; dashed: yield strength), the pressure "
-    "above it, and stresses on the vertical line through the cross.",
+    "stress.png": "Stress below the contact under the largest load: (a) von Mises "
+    "stress on a vertical plane through its largest value (cross), with the pressure "
+    "above; the first spacing below the surface is left out; (b) at the depth of the "
+    "largest value; solid: outline of the contact, dashed: yield strength, dotted: "
+    "where the other panel is; (c) on the vertical line through the cross.",
 }
+# Caption of the pictures of the stress at some depths.
+_DEPTHS_CAPTION = (
+    "Von Mises stress at a depth, under the largest load, on one scale. Solid: outline "
+    "of the contact; dashed: yield strength."
+)
 # Caption of the figure of places.
 _PLACES_CAPTION = "The scan with the places of the tip, and maps of the results."
 # Captions of the figures of rough flats.
@@ -62,7 +72,12 @@ _FLAT_CAPTIONS = {
 }
 
 
-def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
+def page(
+    reference: Reference,
+    steps: Sequence[LoadStep],
+    folder: Path,
+    stresses: Sequence[DepthPicture] = (),
+) -> str:
     """Return the page of a run.
 
     Parameters
@@ -72,6 +87,8 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     steps : sequence of LoadStep
     folder : path
         Folder with ``scene.toml`` and the figures, which become part of the page.
+    stresses : sequence of DepthPicture, optional
+        Pictures of the stress at some depths, one of which is shown at a time.
 
     Returns
     -------
@@ -120,6 +137,8 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
             **report.unknown_counted(unknown, len(steps)),
         },
         captions=captions,
+        stresses=[(each, _encoded(each.png)) for each in stresses],
+        stresses_caption=_DEPTHS_CAPTION,
         heads=[
             (name.replace("_", " "), units[name], each.description)
             for name, each in shown.items()
@@ -211,13 +230,17 @@ def _rendered(folder: Path, captions: Mapping[str, str], **values: Any) -> str:
         title=folder.resolve().name,
         version=version("ase-roughcontact"),
         figures=[
-            (base64.b64encode((folder / name).read_bytes()).decode(), caption)
+            (_encoded((folder / name).read_bytes()), caption)
             for name, caption in captions.items()
             if (folder / name).is_file()
         ],
         scene=(folder / "scene.toml").read_text(encoding="utf-8"),
         **values,
     )
+
+
+def _encoded(picture: bytes) -> str:
+    return base64.b64encode(picture).decode()
 
 
 def _warnings(scene: Scene, steps: Sequence[LoadStep]) -> list[str]:

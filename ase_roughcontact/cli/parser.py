@@ -130,7 +130,7 @@ def make_parser() -> argparse.ArgumentParser:
         "--depths",
         metavar="DEPTHS",
         help="write also the stress at these depths, in nm or with a unit, such as "
-        '0.5,1,"20 Å"; with the format vti as stress-0000.vtr',
+        '0.5,1,"20 Å"',
     )
     _add_times(maps)
     summary = "write the results of a run as one HTML page"
@@ -139,6 +139,7 @@ def make_parser() -> argparse.ArgumentParser:
     figure = command("figure", summary, "runs.draw_figures")
     _add_folder(figure)
     _add_times(figure)
+    _add_stress_view(figure)
     summary = "print the built-in scene as a template"
     command("scene", summary, "texts.print_scene")
     summary = "print a completion script"
@@ -409,6 +410,22 @@ def _add_times(parser: argparse.ArgumentParser) -> None:
         metavar="LIST",
         help='comma-separated times of maps of a path in time, in s or "20 ms"',
     )
+
+
+def _add_stress_view(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the figure of stresses."""
+    text = "horizontal axis of the section in stress.png (default: x)"
+    parser.add_argument("--along", choices=["x", "y"], help=text)
+    for name, where in (
+        ("at", "position of this section along the other axis"),
+        ("depth", "depth of the map in stress.png"),
+    ):
+        parser.add_argument(
+            f"--{name}",
+            metavar="LENGTH",
+            help=f"{where}, in nm or with a unit (default: where the von Mises stress "
+            "is largest)",
+        )
 
 
 def _add_out(parser: argparse.ArgumentParser, default: str) -> None:

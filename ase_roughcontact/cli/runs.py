@@ -6,7 +6,7 @@ import argparse
 import math
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact._util.printing import entries, show, write
 from ase_roughcontact._util.units import LENGTHS, TIMES, UNITS, quantity
 from ase_roughcontact.analysis import ContactMap, write_map, write_stress
+from ase_roughcontact.analysis.stress_files import equally_spaced
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import (
     checked_scene,
@@ -32,6 +33,9 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.results import RESTART
+
+if TYPE_CHECKING:
+    from ase_roughcontact.cli.stress_figures import StressView
 
 
 def run(options: argparse.Namespace) -> int:
@@ -169,12 +173,13 @@ def _draw_pictures(
     steps: list[LoadStep],
     folder: Path,
     shown: list[LoadStep] | None = None,
+    stress_view: StressView | None = None,
 ) -> tuple[list[str], str]:
     """Draw figures, write the trajectory for viewing; return names and the error."""
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     scene, failure = reference.scene, ""
-    pictures = figures.draw(reference, steps, folder, shown)
+    pictures = figures.draw(reference, steps, folder, shown, stress_view)
     try:
         pictures.extend(scene.path.draw(scene.bodies, steps, folder))
     except ValueError as error:  # the states themselves are valid
@@ -190,10 +195,16 @@ def draw_figures(options: argparse.Namespace) -> int:
     for, stress.png of a finished or interrupted run, and writes view.traj, as "run"
     does. Maps of a path in time show the steps closest to the times, for instance:
     --times 0.5,1,"1500 ms".
+
+    In stress.png are a section, a map at a depth, and stresses on the vertical line
+    through the largest stress of the section. Section and map contain the largest
+    stress, unless their places are given, for instance: --along y --at "-2 nm" --depth
+    "5 nm".
     """
     folder, scene, steps = _results_of(options)
     shown = _steps_at_times(folder, scene, steps, options.times)
-    pictures, _ = _draw_pictures(reference_for(scene), steps, folder, shown)
+    view = _stress_view(options, scene, folder)
+    pictures, _ = _draw_pictures(reference_for(scene), steps, folder, shown, view)
     seen = steps if shown is None else shown
     reason = report.reason_without_maps(seen, "contact.png" in pictures)
     if not pictures:
@@ -208,8 +219,10 @@ def write_report(options: argparse.Namespace) -> int:
     """Write DIR/report.html, the results of a run or of places on one page.
 
     Input, warnings, figures and numbers of a finished or interrupted run are on a page
-    that needs no other file.
+    that needs no other file. If stresses below the surface are asked for, a slider
+    moves a map of the stress through the depth.
     """
+    from ase_roughcontact.cli import figures  # imports matplotlib
     from ase_roughcontact.cli.page import page, page_of_places  # imports jinja2
 
     table = options.folder / "places.csv"
@@ -220,7 +233,8 @@ def write_report(options: argparse.Namespace) -> int:
         folder, scene, steps = _results_of(options)
         reference = reference_for(scene)
         _draw_pictures(reference, steps, folder)
-        text = page(reference, steps, folder)
+        stresses = figures.stress_pictures(scene, steps, folder)
+        text = page(reference, steps, folder, stresses)
     file = folder / "report.html"
     with replaced(file) as name:
         Path(name).write_text(text, encoding="utf-8")
@@ -236,7 +250,8 @@ def write_maps(options: argparse.Namespace) -> int:
     (npz) or the format of ParaView (vti). With --times 0.5,1,"1500 ms" only the steps
     of a path in time that are closest to these times have maps. With --depths 1,"50 Å"
     the stress at these depths below the surface is written, too, to stress-0000 and so
-    on; in the format of ParaView it is a file vtr.
+    on; in the format of ParaView it is a file vti, which OVITO reads, too, if these are
+    two or more equally spaced depths, else a file vtr.
     """
     folder, scene, steps = _results_of(options)
     shown = _steps_at_times(folder, scene, steps, options.times)
@@ -254,7 +269,9 @@ def write_maps(options: argparse.Namespace) -> int:
         write_map(contact_map, name)
         write(str(name))
         if depths:
-            suffix = {"vti": "vtr"}.get(options.format, options.format)
+            suffix = options.format
+            if suffix == "vti" and not equally_spaced(depths):
+                suffix = "vtr"
             name = folder / "maps" / f"stress-{number:04d}.{suffix}"
             write_stress(contact_map, scene.solid, depths, name)
             write(str(name))
@@ -265,21 +282,55 @@ def _depths(text: str | None, scene: Scene, folder: Path) -> list[float]:
     """Return the depths in an option (Å); none without it."""
     if text is None:
         return []
+    _check_stresses("--depths", scene, folder)
+    return sorted(_depth("--depths", each) for each in text.split(","))
+
+
+def _stress_view(
+    options: argparse.Namespace, scene: Scene, folder: Path
+) -> StressView | None:
+    """Return section and depth in the options of figures; None without them."""
+    from ase_roughcontact.cli.stress_figures import StressView  # imports matplotlib
+
+    given = {
+        "--along": options.along,
+        "--at": options.at,
+        "--depth": options.depth,
+    }
+    given = {name: value for name, value in given.items() if value is not None}
+    if not given:
+        return None
+    _check_stresses(next(iter(given)), scene, folder)
+    return StressView(
+        along=options.along or "x",
+        at=None if options.at is None else _length("--at", options.at),
+        depth=None if options.depth is None else _depth("--depth", options.depth),
+    )
+
+
+def _check_stresses(option: str, scene: Scene, folder: Path) -> None:
+    """Raise `ValueError` if an option needs stresses that the solid does not have."""
     if not scene.solid.has_subsurface:
         raise ValueError(
-            "--depths needs Poisson's ratio or elastic constants: give poisson in "
+            f"{option} needs Poisson's ratio or elastic constants: give poisson in "
             f"[substrate] of {folder / 'scene.toml'}"
         )
-    found = []
-    for each in text.split(","):
-        try:
-            depth = float(each) * UNITS["nm"]
-        except ValueError:
-            depth = quantity("--depths", each, LENGTHS, "nm")
-        if not 0.0 <= depth < math.inf:
-            raise ValueError(f"--depths must be lengths of at least 0, got {each}")
-        found.append(depth)
-    return found
+
+
+def _depth(option: str, text: str) -> float:
+    """Return a depth in an option (Å)."""
+    depth = _length(option, text)
+    if not 0.0 <= depth < math.inf:
+        raise ValueError(f"{option} must be a length of at least 0, got {text}")
+    return depth
+
+
+def _length(option: str, text: str) -> float:
+    """Return a length in an option, in nm or with a unit (Å)."""
+    try:
+        return float(text) * UNITS["nm"]
+    except ValueError:
+        return quantity(option, text, LENGTHS, "nm")
 
 
 def _results_of(options: argparse.Namespace) -> tuple[Path, Scene, list[LoadStep]]:

@@ -1,4 +1,4 @@
-"""Figures of the stress below a contact, drawn from functions and by the command."""
+"""Figures of the stress below a contact, drawn by functions."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,6 @@ from matplotlib.figure import Figure
 
 from ase_roughcontact import plot
 from ase_roughcontact.analysis import ContactMap, stress_planes, stress_section
-from ase_roughcontact.cli import main
 from ase_roughcontact.elasticity import Isotropic
 
 SOLID = Isotropic(0.9, 0.3)
@@ -53,26 +52,22 @@ def test_stress_over_depth_is_on_the_axis_of_a_sphere(axes):
     assert pressure == pytest.approx(0.05 / GPA / (1 + (depth / 10) ** 2), rel=0.02)
 
 
-SCENE = """
-[substrate]
-contact_modulus = 100.0
-poisson = 0.3
-hardness = inf
-shape = [32, 32]
-[sphere]
-radius = 400.0
-[interaction]
-kind = "hard"
-[path]
-values = [20.0]
-"""
+def test_map_and_line_show_the_yield_strength(axes):
+    seen, strength = hertz_map(), 0.02
+    (plane,) = stress_planes(seen, SOLID, [48.0])
+    plot.plot_stress_map(axes, plane, seen, yield_strength=strength)
+    _, limit = axes.collections
+    assert limit.levels == pytest.approx([strength / GPA])
+    line = Figure().subplots()
+    section = stress_section(seen, SOLID)
+    plot.plot_stress_over_depth(line, section, "MPa", yield_strength=strength)
+    drawn = {each.get_label(): each.get_xdata() for each in line.lines}
+    assert drawn["yield strength"][0] == pytest.approx(1e3 * strength / GPA)
 
 
-@pytest.mark.parametrize("asked", [True, False])
-def test_run_draws_the_stress_if_it_is_asked_for(asked, tmp_path, capsys):
-    text = SCENE + '[output]\ncolumns = ["von_mises_depth"]\n' if asked else SCENE
-    (tmp_path / "scene.toml").write_text(text)
-    out = tmp_path / "out"
-    assert main(["run", str(tmp_path / "scene.toml"), "--out", str(out)]) == 0
-    assert ("stress.png" in capsys.readouterr().out) == asked
-    assert (out / "stress.png").exists() == asked
+def test_scale_ends_at_the_given_stress(axes):
+    (plane,) = stress_planes(hertz_map(), SOLID, [48.0])
+    image = plot.plot_stress_map(axes, plane, hertz_map(), largest=20.0)
+    section = stress_section(hertz_map(), SOLID)
+    contours = plot.plot_stress_section(axes, section, largest=20.0)
+    assert contours.levels[-1] == image.norm.boundaries[-1] == 20.0
