@@ -4,11 +4,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from ase_roughcontact._util.parts import shown_by
-from ase_roughcontact.atoms.calculator import RoughContact
+from ase_roughcontact.atoms.calculator import RoughContact, calculator_of
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
-from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
+from ase_roughcontact.atoms.substrate import substrate
 from ase_roughcontact.contact import Problem, State
 from ase_roughcontact.elasticity import Creep, Viscoelastic
+from ase_roughcontact.elasticity.material import fcc_spacing
 from ase_roughcontact.interactions import (
     DugdaleWall,
     ExponentialWall,
@@ -84,6 +85,7 @@ __all__ = [
     "Validity",
     "ValidityWarning",
     "Viscoelastic",
+    "calculator_of",
     "column",
     "compare_optimizers",
     "fcc_spacing",

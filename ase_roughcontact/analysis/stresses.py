@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -155,7 +156,7 @@ def stress_planes(
 def stress_section(
     contact_map: ContactMap,
     solid: ElasticSolid,
-    along: str = "x",
+    along: Literal["x", "y"] = "x",
     at: float = 0.0,
     depths: Sequence[float] | None = None,
 ) -> StressSection:

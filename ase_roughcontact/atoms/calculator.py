@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from ase import Atoms
@@ -30,9 +30,10 @@ from ase_roughcontact.atoms.sticking import (
     sticking_of,
 )
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography import Heterogeneity, Surface
 
 #: Properties of the state of the contact, which ASE does not define.
 CONTACT_PROPERTIES = ["normal_force", "contact_area", "pressure", "gap", "contact"]
@@ -86,6 +87,10 @@ class RoughContact(PropertiesCalculator):
         Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`.
         All other arithmetic uses ``OMP_NUM_THREADS`` threads, by default one per
         processor.
+    atoms : Atoms, optional
+        Atoms that get the calculator.
+    **unknown
+        None: another keyword is an error that names the most similar parameter.
 
     Raises
     ------
@@ -166,7 +171,13 @@ class RoughContact(PropertiesCalculator):
         indenter: Surface | None = None,
         contact_modulus: float | None = None,
         interaction: Interaction | None = None,
-        **kwargs: Any,
+        *,
+        heterogeneity: Heterogeneity | None = None,
+        solid: ElasticSolid | None = None,
+        load: float = 0.0,
+        fft: dict[str, Any] | None = None,
+        atoms: Atoms | None = None,
+        **unknown: NoReturn,
     ) -> None:
         self._cached_model: ContactModel | None = None
         self._checked_parameters: dict[str, Any] = {}
@@ -175,10 +186,15 @@ class RoughContact(PropertiesCalculator):
         self._warned_of_load = 0.0
         self._warned_of_indenter = self._warned_of_translation = False
         super().__init__(
+            atoms=atoms,
             indenter=indenter,
             contact_modulus=contact_modulus,
+            solid=solid,
             interaction=interaction,
-            **kwargs,
+            heterogeneity=heterogeneity,
+            load=load,
+            fft={} if fft is None else fft,
+            **unknown,
         )
 
     @classmethod
@@ -478,7 +494,35 @@ def model_of(atoms: Atoms) -> ContactModel:
 
 
 def calculator_of(atoms: Atoms) -> RoughContact:
-    """Return the calculator of atoms, or raise `ValueError` if it is another one."""
+    """Return the calculator of atoms, with its class for type checkers and completion.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Atoms with a `RoughContact` calculator.
+
+    Returns
+    -------
+    RoughContact
+        ``atoms.calc``, for which ASE declares no class.
+
+    Raises
+    ------
+    ValueError
+        If it is another calculator.
+    TypeError
+        If the atoms are no `Atoms`.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughContact, RoughSphere
+    >>> from ase_roughcontact import calculator_of, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (8, 8), sphere, height=-0.5)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.9)
+    >>> calculator_of(atoms).state(atoms).repulsive_atoms
+    64
+    """
     instance_of(Atoms, atoms=atoms)
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"the atoms need a RoughContact calculator, got {atoms.calc}")

@@ -29,6 +29,7 @@ from ase_roughcontact.ensemble.progress import ProgressMeter, TimeMeter, step_co
 from ase_roughcontact.loading.trajectory import read_frames, steps_with_frames
 from ase_roughcontact.paths.restart import read_restart, read_steps
 from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.results.validity import Reaction
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for
@@ -127,7 +128,7 @@ def _relax(
     for number in range(restored):
         meter.finish("path", number)
     meter.progress()
-    validity = "raise" if options.strict else "ignore"  # the table has them
+    validity: Reaction = "raise" if options.strict else "ignore"  # the table has them
     table = report.StepTable(reference, options.verbose)
     with progress_bar(options) as draw:
         step: Any

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -53,7 +53,7 @@ class StressView:
         Depth of the map (Å); by default the depth of the largest von Mises stress.
     """
 
-    along: str = "x"
+    along: Literal["x", "y"] = "x"
     at: float | None = None
     depth: float | None = None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 from ase import Atoms
 
@@ -19,7 +19,7 @@ def crystal_slab(
     calculator: Any,
     surface: str | CrystalSurface = "fcc100",
     *,
-    held: bool | str = True,
+    held: bool | Literal["lowest", "surface"] = True,
     fft: Mapping[str, Any] | None = None,
 ) -> tuple[Atoms, ElasticFoundation]:
     """Return the upper layers of a crystal, and their elastic foundation as calculator.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from ase import Atoms
@@ -129,7 +129,9 @@ class ElasticFoundation(Calculator):
         """Return the sites of all layers of the slab when the foundation was made."""
         return Sites.of(self._slab, self.surface, self.layers, self.layers)
 
-    def hold(self, atoms: Atoms, layer: str = "lowest") -> None:
+    def hold(
+        self, atoms: Atoms, layer: Literal["lowest", "surface"] = "lowest"
+    ) -> None:
         """Hold the centre of mass of a layer by a constraint.
 
         The constraint balances loads on the surface. Heights are relative to the mean

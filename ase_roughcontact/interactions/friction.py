@@ -13,7 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -24,7 +24,8 @@ from ase_roughcontact._util.validation import positive, shown
 
 #: Whether the coupling of normal and lateral motion is neglected (Goodman), or solved
 #: for.
-COUPLINGS = ("neglected", "solved")
+Coupling: TypeAlias = Literal["neglected", "solved"]
+COUPLINGS = get_args(Coupling)
 #: Friction laws by their `kind`; filled by the definition of subclasses.
 LAWS: Registry[type[FrictionLaw]] = Registry("kind of friction law")
 #: Length of the way that an atom has slipped since it came into contact.

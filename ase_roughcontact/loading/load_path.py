@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from contextlib import closing
 from dataclasses import replace
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 from ase.constraints import Hookean
+from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import problem_of
@@ -25,31 +26,32 @@ from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import (
+    Reaction,
     Validity,
     hardness_bound_for,
     hardness_for,
     warn_of_lost_slope,
 )
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
-from ase_roughcontact.stepping.accuracy import GridModel
-from ase_roughcontact.stepping.options import StepOptions
+from ase_roughcontact.stepping.accuracy import Accuracy, GridModel
+from ase_roughcontact.stepping.options import StepOptions, Window
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.step import Stepper
 
 
 def load_path(
     atoms: Atoms,
-    penetrations: Sequence[float] | None = None,
+    penetrations: ArrayLike | None = None,
     optimizer: Callable[..., Any] | None = None,
     fmax: float | None = None,
     *,
-    heights: Sequence[float] | None = None,
-    loads: Sequence[float] | None = None,
-    accuracy: str | float = "normal",
+    heights: ArrayLike | None = None,
+    loads: ArrayLike | None = None,
+    accuracy: Accuracy = "normal",
     max_steps: int = 10_000,
-    window: str = "fixed",
+    window: Window = "fixed",
     grid: str = "atoms",
-    validity: str | Validity = "warn",
+    validity: Reaction | Validity = "warn",
     output: Output | None = None,
 ) -> Generator[LoadStep, None, None]:
     """Relax the atoms at one load after another.
@@ -58,7 +60,7 @@ def load_path(
     ----------
     atoms : Atoms
         Atoms from `substrate`, with a `RoughContact` calculator. They are moved.
-    penetrations, heights, loads : sequence of float
+    penetrations, heights, loads : array_like, shape (steps,)
         The path, exactly one of: distances that the indenter has moved down since it
         first repels the flat substrate (Å), heights of the indenter (Å), or loads on
         it (eV/Å). The first two need a fixed indenter, loads need a free one. A step up
@@ -178,8 +180,8 @@ class AtomsPath:
         optimizer: Callable[..., Any] | None = None,
         *,
         grid: str = "atoms",
-        accuracy: str | float = "normal",
-        validity: str | Validity = "warn",
+        accuracy: Accuracy = "normal",
+        validity: Reaction | Validity = "warn",
         output: Output | None = None,
         **options: Any,
     ) -> None:

@@ -12,14 +12,14 @@ from ase_roughcontact.paths.path_files import path_files
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.paths.restart import Restart
 from ase_roughcontact.results.record import LoadStep
-from ase_roughcontact.results.validity import ValidityReport
+from ase_roughcontact.results.validity import Reaction, ValidityReport
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 
 def follow(
     path: PathSteps,
     output: Output | None = None,
-    validity: str = "warn",
+    validity: Reaction = "warn",
     **description: Any,
 ) -> Generator[Any, None, None]:
     """Return the results of the steps of a path; see `follow_states`.
@@ -52,7 +52,7 @@ def follow(
 def follow_states(
     path: PathSteps,
     output: Output | None = None,
-    validity: str = "warn",
+    validity: Reaction = "warn",
     first: Callable[[], State] | None = None,
     **description: Any,
 ) -> Generator[tuple[Any, RelaxedStep | None], None, None]:

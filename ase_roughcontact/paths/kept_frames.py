@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-#: Which frames a trajectory keeps.
-KEPT = ("thinned", "all", "last")
+from typing import Literal, TypeAlias, get_args
+
+#: Which frames a trajectory keeps; see `Output`.
+Keep: TypeAlias = Literal["thinned", "all", "last"]
+KEPT = get_args(Keep)
 # Largest number of frames of a trajectory that is thinned, beside the last one.
 _MAX_FRAMES = 100
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from ase_roughcontact._util.files import PathName, check_different
 from ase_roughcontact._util.validation import boolean, instance_of, one_of
-from ase_roughcontact.paths.kept_frames import KEPT
+from ase_roughcontact.paths.kept_frames import KEPT, Keep
 from ase_roughcontact.paths.restart import restart_file
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.stepping.relaxed import RelaxedStep
@@ -79,7 +79,7 @@ class Output:
 
     csv: PathName | None = None
     trajectory: PathName | None = None
-    keep: str = "thinned"
+    keep: Keep = "thinned"
     restart: PathName | None = None
     resume: bool = False
     record: type[LoadStep] = LoadStep

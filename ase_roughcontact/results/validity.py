@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from ase_roughcontact.windows.regrid import GridChange, lost_text
 
 # Largest relative difference of a spacing from the spacing of an element's crystal.
 _MAX_SPACING_DIFFERENCE = 0.02
+#: Reaction to a step that exceeds a limit of the model; see `Validity`.
+Reaction: TypeAlias = Literal["warn", "raise", "ignore"]
 
 
 class ValidityWarning(UserWarning):
@@ -68,13 +71,13 @@ class Validity:
     'largest pressure/hardness = 1.73 > 1'
     """
 
-    action: str = "warn"
+    action: Reaction = "warn"
     hardness: float | None = None
     yield_strength: float = math.nan
 
     def __post_init__(self) -> None:
         """Check the action."""
-        one_of(("warn", "raise", "ignore"), validity=self.action)
+        one_of(get_args(Reaction), validity=self.action)
         if self.hardness is not None:
             instance_of((int, float, np.number), hardness=self.hardness)
         if not math.isnan(self.yield_strength):
@@ -95,7 +98,7 @@ class ValidityReport:
         If the action is unknown.
     """
 
-    def __init__(self, action: str) -> None:
+    def __init__(self, action: Reaction) -> None:
         self._action = Validity(action).action
         self._reported: set[str] = set()
 
@@ -130,7 +133,9 @@ class ValidityReport:
         warn(text, ValidityWarning)
 
 
-def warn_of_lost_slope(lost: float, change: GridChange | None, action: str) -> None:
+def warn_of_lost_slope(
+    lost: float, change: GridChange | None, action: Reaction
+) -> None:
     """Warn of the part of the slope that a coarser grid loses, unless ignored."""
     if change and lost and action != "ignore":
         warn(lost_text(change, lost))

@@ -7,12 +7,13 @@ from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from ase import Atoms
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.atoms.calculator import contact_of
@@ -23,7 +24,7 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.loading.path_atoms import ProblemAtoms, relaxer_of
 from ase_roughcontact.paths.follow import follow
-from ase_roughcontact.paths.kept_frames import KEPT
+from ase_roughcontact.paths.kept_frames import KEPT, Keep
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.path_steps import NumberedSteps, targets_of
 from ase_roughcontact.paths.planned_steps import Plan
@@ -31,6 +32,7 @@ from ase_roughcontact.results.flat_record import FlatStep
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.scan_errors import ScanErrors
 from ase_roughcontact.results.validity import (
+    Reaction,
     ValidityReport,
     warn_of_lost_slope,
 )
@@ -42,8 +44,8 @@ from ase_roughcontact.scene.path_kind import PATHS, PathKind
 from ase_roughcontact.scene.plan import check_path, plan_of, warnings_of
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
-from ase_roughcontact.stepping.accuracy import LEVELS, GridModel
-from ase_roughcontact.stepping.options import StepOptions
+from ase_roughcontact.stepping.accuracy import LEVELS, Accuracy, GridModel
+from ase_roughcontact.stepping.options import StepOptions, Window
 from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.topography import topography_of
@@ -315,7 +317,7 @@ class Scene(SceneFile):
         return self.substrate.window_shape if cell is None else cell
 
     @property
-    def window(self) -> str:
+    def window(self) -> Window:
         """``"fixed"`` if all steps have the same window, else ``"auto"``."""
         return "fixed" if self.shape else "auto"
 
@@ -360,7 +362,7 @@ class Scene(SceneFile):
         options = StepOptions(
             relaxer=relaxer_of(self.optimizer, self.wall, frames),
             fmax=self.fmax,
-            accuracy=self.solver.accuracy,
+            accuracy=cast("Accuracy", self.solver.accuracy),
             max_steps=self.solver.max_steps,
             window=self.window,
             hardness=self.hardness,
@@ -411,10 +413,14 @@ class Scene(SceneFile):
         self,
         targets: ArrayLike | None = None,
         *,
-        validity: str = "warn",
+        validity: Reaction = "warn",
         record: type[LoadStep] | None = None,
         scan_errors: bool = True,
-        **files: Any,
+        csv: PathName | None = None,
+        trajectory: PathName | None = None,
+        keep: Keep | None = None,
+        restart: PathName | None = None,
+        resume: bool = False,
     ) -> Generator[LoadStep, None, None]:
         """Relax step after step.
 
@@ -427,17 +433,20 @@ class Scene(SceneFile):
         scan_errors : bool
             Whether the errors include effects of the pixels and the noise of a scan;
             some modified copies of the scan are pressed for this, too.
-        **files
-            Files of the path; see `Output`.
+        csv, trajectory, keep, restart, resume
+            Files of the path; see `Output`. `keep` is by default the key of the scene.
 
         Returns
         -------
         generator of LoadStep
         """
         frames = self.frames()
-        files.setdefault("keep", self.output.keep)
         output = Output(
-            **files,
+            csv=csv,
+            trajectory=trajectory,
+            keep=keep or cast("Keep", self.output.keep),
+            restart=restart,
+            resume=resume,
             record=record or self.record,
             columns=self.output.columns,
             frames=frames,
@@ -452,7 +461,7 @@ class Scene(SceneFile):
         return follow(steps, output, validity, **self.path.springs)
 
     def run(
-        self, folder: str | Path, validity: str = "warn", text: str | None = None
+        self, folder: str | Path, validity: Reaction = "warn", text: str | None = None
     ) -> Iterator[LoadStep]:
         """Relax step after step; write ``curve.csv``, ``sweep.traj``, ``scene.toml``.
 

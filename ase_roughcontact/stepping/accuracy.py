@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Literal, TypeAlias
 
 from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact._util.validation import lookup, positive
@@ -46,6 +47,8 @@ _MAX_DENOMINATOR = 8
 # atoms, and the edge of an adhesive contact must be resolved.
 _MAX_COARSENING = {"hard": 8, "soft": 2, "attractive": 1}
 
+#: Accuracy by name, or a relative error; see `GridModel`.
+Accuracy: TypeAlias = Literal["fast", "normal", "high"] | float
 #: Relative errors of the area of the continuum by name, at contact radii above 32 times
 #: the shortest wavelength.
 LEVELS = {"fast": 0.05, "normal": 0.01, "high": 0.002}

@@ -5,20 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 from ase_roughcontact._util.identity import name_of
 from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.contact import Contact, State
 from ase_roughcontact.contact.support import Support
 from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start
-from ase_roughcontact.stepping.accuracy import GridModel
+from ase_roughcontact.stepping.accuracy import Accuracy, GridModel
 
 #: Relaxes a contact from a state, to a tolerance in at most some steps; see
 #: `SolverRelaxer`.
 Relaxer: TypeAlias = Callable[
     [Contact, State, Support, float, int, "Start | None"], Run
 ]
+
+#: Whether the window of atoms is kept, and checked; see `load_path`.
+Window: TypeAlias = Literal["fixed", "unchecked", "auto"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,9 +64,9 @@ class StepOptions:
 
     relaxer: Relaxer | None = None
     fmax: float | None = None
-    accuracy: str | float = "normal"
+    accuracy: Accuracy = "normal"
     max_steps: int = 10_000
-    window: str = "fixed"
+    window: Window = "fixed"
     hardness: float = math.nan
     hardness_bound: float = math.nan
     yield_strength: float = math.nan
@@ -75,7 +78,7 @@ class StepOptions:
 
     def __post_init__(self) -> None:
         """Check the options."""
-        one_of(("fixed", "unchecked", "auto"), window=self.window)
+        one_of(get_args(Window), window=self.window)
         if self.fmax is not None:
             positive(fmax=self.fmax)
         integer("max_steps", self.max_steps, 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from ase_roughcontact._util.printing import Printed, number, table
 from ase_roughcontact._util.units import UNITS
@@ -112,7 +112,7 @@ class Tradeoff(Printed):
     choices: tuple[Choice, ...]
     plan: tuple[Choice, ...] = ()
     checked: float = math.nan
-    of: str = "area"
+    of: Literal["area", "force", "height"] = "area"
     left_out: tuple[str, ...] = ()
 
     @property

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import chain, product
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -114,7 +114,7 @@ def tradeoff(
     scene: Scene,
     error: float = 1e-2,
     *,
-    of: str = "area",
+    of: Literal["area", "force", "height"] = "area",
     steps: int = 3,
     points: int = 2**22,
 ) -> Tradeoff:

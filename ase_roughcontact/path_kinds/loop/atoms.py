@@ -16,7 +16,9 @@ from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
 from ase_roughcontact.path_kinds.loop.steps import LoopSteps
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.results.record import LoadStep
-from ase_roughcontact.results.validity import Validity
+from ase_roughcontact.results.validity import Reaction, Validity
+from ase_roughcontact.stepping.accuracy import Accuracy
+from ase_roughcontact.stepping.options import Window
 
 
 def adhesion_loop(
@@ -26,10 +28,14 @@ def adhesion_loop(
     *,
     smallest_step: float | None = None,
     tolerance: float = LoopSpecification.tolerance,
-    validity: str | Validity = "warn",
+    optimizer: Callable[..., Any] | None = None,
+    fmax: float | None = None,
+    accuracy: Accuracy = "normal",
+    max_steps: int = 10_000,
+    window: Window = "fixed",
+    validity: Reaction | Validity = "warn",
     output: Output | None = None,
     callback: Callable[[LoadStep], Any] | None = None,
-    **options: Any,
 ) -> AdhesionLoop:
     r"""Press the indenter in from beyond the range of the wall, and pull it off again.
 
@@ -73,12 +79,10 @@ def adhesion_loop(
     tolerance : float
         :math:`\epsilon`, dimensionless. The relative error of the pull-off force is at
         most about 1.5 times this.
-    validity, output
+    optimizer, fmax, accuracy, max_steps, window, validity, output
         See `load_path`.
     callback : callable, optional
         Function called with each state after it is written.
-    **options
-        `optimizer`, `fmax`, `accuracy`, `max_steps` and `window`; see `load_path`.
 
     Returns
     -------
@@ -132,7 +136,17 @@ def adhesion_loop(
     >>> round(loop.pull_off_force / (3.14159 * 0.02 * 100.0), 1)  # between JKR and DMT
     1.7
     """
-    path = AtomsPath(atoms, HEIGHT, validity=validity, output=output, **options)
+    path = AtomsPath(
+        atoms,
+        HEIGHT,
+        optimizer=optimizer,
+        fmax=fmax,
+        accuracy=accuracy,
+        max_steps=max_steps,
+        window=window,
+        validity=validity,
+        output=output,
+    )
     load = atoms.calc.parameters["load"]
     if load:
         raise ValueError(

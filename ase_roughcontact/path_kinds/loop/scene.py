@@ -28,6 +28,7 @@ from ase_roughcontact.path_kinds.loop.specification import (
 from ase_roughcontact.path_kinds.loop.steps import LoopSteps
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.results.validity import Reaction
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_kind import (
     PathKind,
@@ -195,7 +196,7 @@ class Loop(PathKind):
         return None if stiffness is None else cantilever_curve(loop, stiffness)
 
 
-def relax_loop(scene: Scene, validity: str = "warn") -> AdhesionLoop:
+def relax_loop(scene: Scene, validity: Reaction = "warn") -> AdhesionLoop:
     """Approach and retract along the path of a scene; see `adhesion_loop`.
 
     Parameters

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from typing import Any
 
 import numpy as np
 from ase import Atoms
+from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import model_of
@@ -35,15 +36,17 @@ from ase_roughcontact.contact.state import (
     TRACTIONS,
 )
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
-from ase_roughcontact.interactions.friction import FrictionLaw, check_law
+from ase_roughcontact.interactions.friction import Coupling, FrictionLaw, check_law
 from ase_roughcontact.interactions.local_friction import LocalFriction
 from ase_roughcontact.loading.load_path import AtomsPath, single_path
+from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.paths.output import Output
-from ase_roughcontact.results.record import LoadStep
-from ase_roughcontact.results.validity import Validity
+from ase_roughcontact.results.validity import Reaction, Validity
 from ase_roughcontact.solvers.lateral.friction import solve_friction
+from ase_roughcontact.stepping.accuracy import Accuracy
+from ase_roughcontact.stepping.options import Window
 
 
 def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
@@ -190,19 +193,23 @@ def _tractions(
 def sliding_path(
     atoms: Atoms,
     friction: FrictionLaw,
-    penetrations: np.ndarray | float | None = None,
+    penetrations: ArrayLike | None = None,
     *,
-    heights: np.ndarray | float | None = None,
-    loads: np.ndarray | float | None = None,
-    displacements: np.ndarray | None = None,
-    forces: np.ndarray | None = None,
-    bases: np.ndarray | None = None,
+    heights: ArrayLike | None = None,
+    loads: ArrayLike | None = None,
+    displacements: ArrayLike | None = None,
+    forces: ArrayLike | None = None,
+    bases: ArrayLike | None = None,
     spring: float | None = None,
-    coupling: str = SlidingSpecification.coupling,
-    validity: str | Validity = "warn",
+    coupling: Coupling = SlidingSpecification.coupling,
+    optimizer: Callable[..., Any] | None = None,
+    fmax: float | None = None,
+    accuracy: Accuracy = "normal",
+    max_steps: int = 10_000,
+    window: Window = "fixed",
+    validity: Reaction | Validity = "warn",
     output: Output | None = None,
-    **options: Any,
-) -> Generator[LoadStep, None, None]:
+) -> Generator[SlidingStep, None, None]:
     """Move the indenter sideways against friction, one step after another.
 
     Parameters
@@ -222,10 +229,8 @@ def sliding_path(
         Stiffness of the spring, for bases (eV/Å^2).
     coupling : {"neglected", "solved"}
         See `SlidingSpecification`.
-    validity, output
+    optimizer, fmax, accuracy, max_steps, window, validity, output
         See `load_path`. Results are of the class `SlidingStep`.
-    **options
-        `optimizer`, `fmax`, `accuracy`, `max_steps` and `window`; see `load_path`.
 
     Yields
     ------
@@ -276,7 +281,15 @@ def sliding_path(
         displacements=displacements, forces=forces, bases=bases
     )
     path = AtomsPath(
-        atoms, control_of(normal), validity=validity, output=output, **options
+        atoms,
+        control_of(normal),
+        optimizer=optimizer,
+        fmax=fmax,
+        accuracy=accuracy,
+        max_steps=max_steps,
+        window=window,
+        validity=validity,
+        output=output,
     )
     specification = SlidingSpecification(
         targets, friction, lateral, control, spring, coupling

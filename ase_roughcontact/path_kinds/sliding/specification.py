@@ -9,7 +9,12 @@ import numpy as np
 
 from ase_roughcontact._util.validation import finite_array, lookup, one_of, positive
 from ase_roughcontact.contact.control import Control
-from ase_roughcontact.interactions.friction import COUPLINGS, FrictionLaw, check_law
+from ase_roughcontact.interactions.friction import (
+    COUPLINGS,
+    Coupling,
+    FrictionLaw,
+    check_law,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +92,7 @@ class SlidingSpecification:
     lateral: Any
     control: Any = LATERAL_DISPLACEMENT
     spring: float | None = None
-    coupling: str = COUPLINGS[0]
+    coupling: Coupling = "neglected"
 
     def __post_init__(self) -> None:
         """Check all, and make one pair of lateral targets for each step."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from typing import Any
 
 from ase import Atoms
 
 from ase_roughcontact.contact.control import control_of
 from ase_roughcontact.loading.load_path import AtomsPath, single_path
+from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.path_kinds.time.specification import (
     TimeSpecification,
     check_cantilever,
@@ -16,8 +17,9 @@ from ase_roughcontact.path_kinds.time.specification import (
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.schedule import Schedule
-from ase_roughcontact.results.record import LoadStep
-from ase_roughcontact.results.validity import Validity
+from ase_roughcontact.results.validity import Reaction, Validity
+from ase_roughcontact.stepping.accuracy import Accuracy
+from ase_roughcontact.stepping.options import Window
 
 
 def time_path(
@@ -29,10 +31,14 @@ def time_path(
     bases: Schedule | None = None,
     cantilever: float | None = None,
     tolerance: float = TimeSpecification.tolerance,
-    validity: str | Validity = "warn",
+    optimizer: Callable[..., Any] | None = None,
+    fmax: float | None = None,
+    accuracy: Accuracy = "normal",
+    max_steps: int = 10_000,
+    window: Window = "fixed",
+    validity: Reaction | Validity = "warn",
     output: Output | None = None,
-    **options: Any,
-) -> Generator[LoadStep, None, None]:
+) -> Generator[TimeStep, None, None]:
     r"""Move or load the indenter on a viscoelastic solid, as a function of time.
 
     Parameters
@@ -54,11 +60,9 @@ def time_path(
         The steps follow from it, and the solver leaves a tenth of it; errors of steps
         that add up count as one. At the start of the path these scales are taken from
         one step to the largest target.
-    validity, output
+    optimizer, fmax, accuracy, max_steps, window, validity, output
         See `load_path`. Results are of the class `TimeStep`, with the time, and the
         energies that are stored, dissipated and lost.
-    **options
-        `optimizer`, `fmax`, `accuracy`, `max_steps` and `window`; see `load_path`.
 
     Yields
     ------
@@ -111,10 +115,14 @@ def time_path(
     path = AtomsPath(
         atoms,
         control,
+        optimizer=optimizer,
+        fmax=fmax,
+        accuracy=accuracy,
+        max_steps=max_steps,
+        window=window,
         validity=validity,
         output=output,
         cantilever=cantilever or 0.0,
-        **options,
     )
     steps = TimeSteps(path.stepper, specification)
     return path.follow(steps, cantilever=cantilever or 0.0)
