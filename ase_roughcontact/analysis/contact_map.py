@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.summary import Summarized, short_text
 from ase_roughcontact._util.validation import FloatArray, finite_array, window
 from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
 from ase_roughcontact.atoms.history import history_of
@@ -18,7 +19,7 @@ from ase_roughcontact.topography import Surface
 
 
 @dataclass(frozen=True, eq=False)
-class ContactMap:
+class ContactMap(Summarized):
     """Pressure and contact on a rectangle of lattice sites.
 
     Attributes
@@ -92,6 +93,20 @@ class ContactMap:
                     f"{name} must have the shape {self.pressure.shape} of the "
                     f"pressure, got {values.shape}"
                 )
+
+    def _summary(self) -> dict[str, str]:
+        """Return size, force and area, and the names of the fields."""
+        n, m = self.pressure.shape
+        names = "gap", "displacement", "plastic_depth"
+        given = [name for name in names if getattr(self, name) is not None]
+        return {
+            "sites": f"{n} x {m}",
+            "spacing": short_text(self.spacing, "Å"),
+            "periodic": str(self.periodic),
+            "normal_force": short_text(self.normal_force, "eV/Å"),
+            "contact_area": short_text(self.contact_area, "Å^2"),
+            "fields": " ".join(["pressure", "contact", *given, *self.lateral]),
+        }
 
     @classmethod
     def from_frame(cls, frame: Atoms, indenter: Surface | None = None) -> ContactMap:

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact.analysis.contact_map import ContactMap, nearest_image
 from ase_roughcontact.theory.counted_area import open_sides
 
 
 @dataclass(frozen=True, eq=False)
-class Patches:
+class Patches(Summarized):
     """Connected patches of contact, the largest first.
 
     Attributes

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import (
     FloatArray,
     increasing_array,
@@ -17,7 +18,7 @@ from ase_roughcontact.analysis.contact_map import ContactMap
 
 
 @dataclass(frozen=True, eq=False)
-class Distribution:
+class Distribution(Summarized):
     """Probability density of a quantity.
 
     Attributes
@@ -115,7 +116,7 @@ def _distribution(
 
 
 @dataclass(frozen=True, eq=False)
-class RadialAverage:
+class RadialAverage(Summarized):
     """Averages over rings around the indenter's axis, each an array of shape (k,).
 
     Attributes

@@ -14,6 +14,7 @@ from typing import Literal
 
 import numpy as np
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import finite_array, one_of, positive
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.contact.state import TRACTIONS
@@ -30,7 +31,7 @@ _DEPTH_WITHOUT_CONTACT = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class StressPlane:
+class StressPlane(Summarized):
     """Stress on the sites of a contact map at a depth.
 
     Attributes
@@ -46,7 +47,7 @@ class StressPlane:
 
 
 @dataclass(frozen=True, eq=False)
-class StressSection:
+class StressSection(Summarized):
     """Stress on a vertical plane through a contact.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import boolean, instance_of, positive, surface
 from ase_roughcontact.contact.contact import Contact
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
@@ -27,7 +28,7 @@ from ase_roughcontact.topography.topography import Topography, topography_of
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(Summarized):
     """Solid, wall and indenter, and the lattice of the surface atoms.
 
     The method `contact` returns the `Contact` of a window of this lattice, which is a

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from ase_roughcontact._util.kernels import total_abs
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.contact.history import HistoryEntry, declare, entry_of
 from ase_roughcontact.elasticity.creep import Creep
@@ -45,7 +46,7 @@ _PRESSURE_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class EarlierState:
+class EarlierState(Summarized):
     """Relaxed state of an earlier step, from which the next one is extrapolated.
 
     Attributes
@@ -67,7 +68,7 @@ class EarlierState:
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class State(Summarized):
     """State of a contact, with all that the next step of a path starts from.
 
     Arrays of a state are never changed in place.
@@ -232,7 +233,7 @@ def flows(pressure: np.ndarray, hardness: float) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class ContactState:
+class ContactState(Summarized):
     """Energy, forces and local fields of one configuration.
 
     Attributes

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.ensemble.cases import case_of, product
@@ -26,7 +27,7 @@ _MAX_GROWTH = 2.0
 
 
 @dataclass(frozen=True)
-class Sampling:
+class Sampling(Summarized):
     """State of an ensemble that grows to a wanted error.
 
     Attributes

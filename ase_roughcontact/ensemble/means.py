@@ -12,6 +12,7 @@ import numpy as np
 from scipy.special import chdtri, ndtri, stdtrit
 
 from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.columns import step_types
@@ -49,7 +50,7 @@ class _Value(NamedTuple):
 
 
 @dataclass(frozen=True)
-class MeanValue:
+class MeanValue(Summarized):
     r"""Mean of a column over realisations of the roughness.
 
     Attributes

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, finite_array
 from ase_roughcontact.fitting.formats.table import Position
@@ -67,7 +68,7 @@ class MeasuredBranch:
 
 
 @dataclass(frozen=True, eq=False)
-class ForceCurve:
+class ForceCurve(Summarized):
     """Measured force curve.
 
     Parameters

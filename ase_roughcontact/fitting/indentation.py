@@ -18,6 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ase_roughcontact._util.printing import Printed, number, table
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.units import UNITS, pressure_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve
@@ -46,7 +47,7 @@ _MAX_CONTACT_RADIUS = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class IndentationFit(Printed):
+class IndentationFit(Summarized, Printed):
     """Result of `fit_indentation`.
 
     Attributes

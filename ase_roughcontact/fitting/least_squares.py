@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ase_roughcontact._util.printing import Printed, number, table
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.units import PRESSURES, UNITS, pressure_unit
 from ase_roughcontact._util.validation import FloatArray
 
@@ -42,7 +43,7 @@ Callback = Callable[[dict[str, float], float], None]
 
 
 @dataclass(frozen=True, eq=False)
-class Fit(Printed):
+class Fit(Summarized, Printed):
     """Result of `fit_curve` or `fit_in_time`.
 
     Attributes

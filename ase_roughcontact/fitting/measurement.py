@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.units import FORCES, LENGTHS, TIMES, UNITS, quantity
 from ase_roughcontact._util.validation import FloatArray, positive
 from ase_roughcontact.fitting.calibration import recalibration
@@ -58,7 +59,7 @@ NAMES_IN_TIME = NAMES | {"time": ("time",)}
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Part(Summarized):
     """Quantities of a segment.
 
     Attributes
@@ -80,7 +81,7 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class Measurement:
+class Measurement(Summarized):
     """Quantities of the segments of a file, calibrated.
 
     Attributes

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.optimize import least_squares, nnls
 
 from ase_roughcontact._util.printing import Printed, number, table
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.units import UNITS, pressure_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve, noise_of
@@ -43,7 +44,7 @@ _DIFFERENCE_STEP = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class RelaxationFit(Printed):
+class RelaxationFit(Summarized, Printed):
     """Result of `fit_relaxation`.
 
     Attributes

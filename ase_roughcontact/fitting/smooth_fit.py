@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.fitting.parameters import changed, value_of
@@ -23,7 +24,7 @@ _FIRST_WORKS = np.geomspace(0.05, 20.0, 25)
 
 
 @dataclass(frozen=True, eq=False)
-class SmoothFit:
+class SmoothFit(Summarized):
     """Fit of the theory of a smooth sphere to a force curve.
 
     Attributes

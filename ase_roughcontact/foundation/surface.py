@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import integer
 from ase_roughcontact.elasticity.crystals.calculated import (
     calculated_surface,
@@ -33,7 +34,7 @@ _MAX_STRAIN = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class CrystalSurface(Stored):
+class CrystalSurface(Summarized, Stored):
     """Semi-infinite crystal with a relaxed surface, in the harmonic approximation.
 
     Objects are made by `from_calculator` or `read`.

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ase_roughcontact._util.printing import Printed, table
+from ase_roughcontact._util.summary import Summarized
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Progress:
 
 
 @dataclass(frozen=True)
-class OptimizerResult:
+class OptimizerResult(Summarized):
     """Result of an optimizer.
 
     Attributes
@@ -103,7 +104,7 @@ class OptimizerResult:
 
 
 @dataclass(frozen=True)
-class OptimizerComparison(Printed):
+class OptimizerComparison(Summarized, Printed):
     """Results of several optimizers on the same atoms; printed as a table.
 
     Attributes

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ase_roughcontact._util.files import PathName, check_different
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import boolean, instance_of, one_of
 from ase_roughcontact.paths.kept_frames import KEPT, Keep
 from ase_roughcontact.paths.restart import restart_file
@@ -31,7 +32,7 @@ class Frames(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Output:
+class Output(Summarized):
     """Results of a path, and the files to which they are written.
 
     Attributes

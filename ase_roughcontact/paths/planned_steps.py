@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.printing import duration, entries, number, table
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.kept_frames import number_of_frames
@@ -41,7 +42,7 @@ _MAX_TIMED_SIDE = 1024
 
 
 @dataclass(frozen=True)
-class PlannedStep:
+class PlannedStep(Summarized):
     """Expected window and cost of a step.
 
     Attributes
@@ -70,7 +71,7 @@ class PlannedStep:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Summarized):
     """Expected cost of a path, and the approximations that it makes.
 
     Attributes

@@ -27,6 +27,7 @@ from dataclasses import Field, dataclass, field, fields, make_dataclass
 from functools import lru_cache
 from typing import Any, ClassVar, TypeVar, get_type_hints
 
+from ase_roughcontact._util.summary import Summarized, short_text
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.results.column import (
     EVERYWHERE,
@@ -122,7 +123,7 @@ MISSING: dict[type, Any] = {str: "", float: math.nan, int: -1, bool: False}
 
 
 @dataclass(frozen=True)
-class LoadStep:
+class LoadStep(Summarized):
     """Result of one load step; its attributes are the output columns.
 
     `load_path` and the other paths make them. Forces are in eV/Å, areas in Å^2; the
@@ -411,6 +412,17 @@ class LoadStep:
                     "step.fields"
                 ) from error
         return cls(**values)
+
+    def _summary(self) -> dict[str, str]:
+        """Return the columns that are printed in tables, as far as they are known."""
+        found = {"step": str(self.step)}
+        for name, each in columns_of(type(self)).items():
+            value = getattr(self, name)
+            if each.label and value == value:
+                found[name] = short_text(value, each.unit)
+        found["converged"] = str(self.converged)
+        texts = {"message": self.message, "validity": self.validity}
+        return found | {name: text for name, text in texts.items() if text}
 
     @property
     def not_known(self) -> dict[str, str]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import FloatArray, Shape, unmasked
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import ElasticSolid
@@ -24,7 +25,7 @@ _EXTENT_RATIO = 1.2
 
 
 @dataclass(frozen=True, eq=False)
-class Bodies:
+class Bodies(Summarized):
     """Solid, indenter and wall, and theory for them.
 
     Attributes

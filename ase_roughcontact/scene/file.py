@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from importlib.resources import files
 from itertools import chain
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any, TypeVar, get_type_hints
 
 from ase_roughcontact._util.files import tomllib
 from ase_roughcontact._util.identity import identity
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import lookup, shown
 from ase_roughcontact.results.record import STRESS_COLUMNS
 from ase_roughcontact.scene import config
@@ -64,7 +65,7 @@ def read_text(file: str | Path) -> str:
 
 
 @dataclass(frozen=True)
-class SceneFile:
+class SceneFile(Summarized):
     """Sections of a scene file; see `Scene`.
 
     The section ``[tip.roughness]`` is the attribute `tip_roughness`.
@@ -89,6 +90,17 @@ class SceneFile:
     solver: config.SolverConfig = field(default_factory=config.SolverConfig)
     output: config.OutputConfig = field(default_factory=config.OutputConfig)
     study: StudyConfig | None = None
+
+    def _summary(self) -> dict[str, str]:
+        """Return the values of each section that are not the default."""
+        found = {}
+        for each in fields(self):
+            section = getattr(self, each.name)
+            values = section._summary() if section else {}
+            if values:
+                texts = [f"{key} = {text}" for key, text in values.items()]
+                found[each.name] = f"[{', '.join(texts)}]"
+        return found
 
     @classmethod
     def parse(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, unmasked
 from ase_roughcontact.scene.scene import Scene
@@ -44,7 +45,7 @@ class NominalArea:
 
 
 @dataclass(frozen=True)
-class Reference:
+class Reference(Summarized):
     """Theory with which the results of a scene are compared.
 
     Attributes

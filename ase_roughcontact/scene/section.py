@@ -23,6 +23,7 @@ from typing import (
 
 from ase_roughcontact._util.identity import canonical
 from ase_roughcontact._util.registry import Registry, types_of_parameters
+from ase_roughcontact._util.summary import Summarized, short_text
 from ase_roughcontact._util.units import (
     LENGTHS,
     QUANTITY,
@@ -42,7 +43,7 @@ _LIST_OF_NAMES = tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Section:
+class Section(Summarized):
     """Base class of the sections of a scene file; the fields are its keys.
 
     Attributes
@@ -174,6 +175,10 @@ class Section:
             if entries[key]:
                 entries[key] = Path(entries[key])
         return entries
+
+    def _summary(self) -> dict[str, str]:
+        """Return the values that are not the default."""
+        return {key: short_text(value) for key, value in self.given.items()}
 
     @property
     def given(self) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
 from ase_roughcontact._util.identity import name_of
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.contact import Contact, State
 from ase_roughcontact.contact.support import Support
@@ -25,7 +26,7 @@ Window: TypeAlias = Literal["fixed", "unchecked", "auto"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class StepOptions:
+class StepOptions(Summarized):
     """Options of the steps of a path; see `load_path`.
 
     Attributes

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy import ndimage
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import FloatArray, Point
 from ase_roughcontact.topography.interpolation import interpolated
 from ase_roughcontact.topography.noise import Noise
@@ -47,7 +48,7 @@ class ScanWarning(UserWarning):
 
 
 @dataclass(frozen=True, eq=False)
-class Measurement:
+class Measurement(Summarized):
     """Heights of the lower side of a scan before it was filtered, and their noise.
 
     Attributes

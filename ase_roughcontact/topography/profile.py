@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.units import LENGTHS, with_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.topography.raw_scan import RawScan
@@ -16,7 +17,7 @@ _LINES = 8
 
 
 @dataclass(frozen=True, eq=False)
-class LineProfile:
+class LineProfile(Summarized):
     """Heights along a line, with straight lines between the points.
 
     Attributes

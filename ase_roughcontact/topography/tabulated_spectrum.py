@@ -12,6 +12,7 @@ import numpy as np
 
 from ase_roughcontact._util.identity import digest
 from ase_roughcontact._util.rounding import LENGTH_ROUNDING
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import FloatArray, Point, finite_array, positive
 from ase_roughcontact.topography.random_waves import IntArray, RandomWaves, half_plane
 from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
@@ -23,7 +24,7 @@ _MOMENT_POINTS = 4000
 
 
 @dataclass(frozen=True)
-class TabulatedSpectrum(RandomWaves):
+class TabulatedSpectrum(Summarized, RandomWaves):
     r"""One realisation of an isotropic random surface with a measured power spectrum.
 
     The radially averaged spectrum :math:`C(q)` has

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from ase_roughcontact._util.printing import Printed, number, table
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.units import UNITS
 
 #: Sources of errors that are numerical, which a plan may combine.
@@ -35,7 +36,7 @@ SAFETY = 0.7
 
 
 @dataclass(frozen=True)
-class Choice:
+class Choice(Summarized):
     """Error and cost of a choice.
 
     Attributes
@@ -84,7 +85,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Tradeoff(Printed):
+class Tradeoff(Summarized, Printed):
     """Choices of a scene, and the cheapest plan for a wanted error; printed as a table.
 
     Attributes

@@ -18,6 +18,7 @@ from ase import Atoms
 from ase.data import atomic_numbers
 
 from ase_roughcontact._util.identity import digest
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import finite, lookup, positive
 from ase_roughcontact.elasticity.crystals import calculated
 from ase_roughcontact.elasticity.crystals.files import Stored
@@ -44,7 +45,7 @@ _SPACING_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Crystal(Stored, ComponentSolid):
+class Crystal(Summarized, Stored, ComponentSolid):
     """Half space of a crystal with a square grid of surface atoms.
 
     Objects are made by `from_calculator` or `read`.

@@ -18,6 +18,7 @@ from ase import Atoms
 from ase.build import bcc100, diamond100, fcc100, fcc111
 from ase.optimize import BFGS
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import integer, lookup, positive
 
 #: Builders of surfaces, by name.
@@ -43,7 +44,7 @@ _ANHARMONICITY = 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class ForceConstants:
+class ForceConstants(Summarized):
     """Couplings of a crystal with a surface.
 
     Attributes

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from ase_roughcontact._util.checked_rows import CHECKSUM, with_checksum
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.units import UNITS
 
 #: Attributes of `FittedCurve` that are numbers with a unit, and the units in tables.
@@ -38,7 +39,7 @@ SEPARATOR = " | "
 
 
 @dataclass(frozen=True)
-class FittedCurve:
+class FittedCurve(Summarized):
     """Result of the fit to one of many force curves; NaN stands for what is not known.
 
     Attributes

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import trapezoid
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, positive
 from ase_roughcontact.path_kinds.loop.instabilities import (
@@ -51,7 +52,7 @@ class CantileverJump:
 
 
 @dataclass(frozen=True, eq=False)
-class CantileverBranch:
+class CantileverBranch(Summarized):
     """Approach or retraction of a cantilever.
 
     Attributes
@@ -75,7 +76,7 @@ class CantileverBranch:
 
 
 @dataclass(frozen=True, eq=False)
-class CantileverCurve:
+class CantileverCurve(Summarized):
     """Force curve of a cantilever.
 
     Attributes

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from ase_roughcontact._util.rounding import RATIO_ROUNDING
+from ase_roughcontact._util.summary import Summarized, short_text
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis.path_values import tension_at_turn
 from ase_roughcontact.results.record import LoadStep
@@ -26,7 +27,7 @@ _MAX_ANTISYMMETRIC_PART = np.sqrt(3.0) / 18.0
 
 
 @dataclass(frozen=True)
-class Jump:
+class Jump(Summarized):
     """An instability between two neighbouring states.
 
     Attributes
@@ -37,6 +38,15 @@ class Jump:
 
     before: LoadStep
     after: LoadStep
+
+    def _summary(self) -> dict[str, str]:
+        """Return the place of the instability, forces and energy."""
+        before, after = self.before.normal_force, self.after.normal_force
+        return {
+            "height": short_text(self.height, "Å"),
+            "force": f"{short_text(before)} to {short_text(after, 'eV/Å')}",
+            "dissipated_energy": short_text(self.dissipated_energy, "eV"),
+        }
 
     @property
     def height(self) -> float:
@@ -57,7 +67,7 @@ class Jump:
 
 
 @dataclass(frozen=True)
-class AdhesionLoop:
+class AdhesionLoop(Summarized):
     """Result of `adhesion_loop`: states and instabilities of approach and retraction.
 
     Attributes
@@ -117,6 +127,18 @@ class AdhesionLoop:
             _jumps(approach, smallest_step),
             _jumps(retraction, smallest_step),
         )
+
+    def _summary(self) -> dict[str, str]:
+        """Return numbers of states and instabilities, forces and energies."""
+        at_least = ">= " if self.turns_in_tension else ""
+        return {
+            "states": f"{len(self.approach)} + {len(self.retraction)}",
+            "jumps": f"{len(self.approach_jumps)} + {len(self.retraction_jumps)}",
+            "pull_off_force": at_least + short_text(self.pull_off_force, "eV/Å"),
+            "turn_force": short_text(self.turn.normal_force, "eV/Å"),
+            "turn_penetration": short_text(self.turn.penetration, "Å"),
+            "dissipated_energy": short_text(self.dissipated_energy, "eV"),
+        }
 
     def __str__(self) -> str:
         return (
