@@ -131,6 +131,22 @@ def test_areas_of_stick_and_slip(name):
     np.testing.assert_allclose(drawn(axes, name), [along(x, y), area])
 
 
+def test_areas_over_the_distance_travelled_turn_where_the_path_turns():
+    steps = steps_of(
+        lateral_x=np.array([0.0, 10.0, 20.0, 10.0, 20.0]),
+        lateral_y=np.zeros(COUNT),
+        stick_area=values(30.0),
+        slip_area=values(20.0),
+    )
+    axes = axes_of(plot.plot_slip_areas, steps, over_distance=True)
+    distance = [0.0, 10.0, 20.0, 30.0, 40.0]
+    for name in ("stick", "slip"):
+        expected = [distance, *columns_of(steps, f"{name}_area")]
+        np.testing.assert_allclose(drawn(axes, name), expected)
+    turns = [drawn(axes, number)[0][0] for number in (0, 1)]
+    assert turns == [20.0, 30.0]
+
+
 TIMED = steps_of(
     time=np.arange(1.0, COUNT + 1.0),
     penetration=values(),
@@ -313,6 +329,18 @@ def test_scales_of_tractions_end_at_the_largest_one(frame, kept, tmp_path):
     largest = np.hypot(lateral["traction_x"], lateral["traction_y"]).max()
     for scale, image in zip(scales, panel.get_images(), strict=True):
         assert image.norm.vmax * unit_in(scale.get_xlabel()) == pytest.approx(largest)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_titles_of_tractions_are_inside_of_the_figure(count, frame, kept, tmp_path):
+    title = "0.0375 nm, 9.06 nN"
+    plot.draw_tractions(tmp_path / "t.png", [frame] * count, [title] * count)
+    (figure,) = kept
+    figure.draw_without_rendering()
+    for panel in figure.axes[:count]:
+        assert panel.get_title(loc="right") == title
+        box = panel._right_title.get_window_extent()
+        assert box.y1 <= figure.bbox.y1 and box.x0 >= figure.bbox.x0
 
 
 def test_pressure_over_rings(frame):

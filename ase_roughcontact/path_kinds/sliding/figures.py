@@ -85,6 +85,7 @@ def plot_slip_areas(
     axes: Any,
     steps: Sequence[Any],
     towards: Sequence[float] | FloatArray = (1.0, 0.0),
+    over_distance: bool = False,
 ) -> Any:
     """Plot the areas of stick and slip over the lateral displacement.
 
@@ -92,16 +93,24 @@ def plot_slip_areas(
     ----------
     axes, steps, towards
         See `plot_friction_loop`.
+    over_distance : bool
+        Whether areas are plotted over the distance travelled, which does not turn;
+        dotted lines are where the displacement does.
 
     Returns
     -------
     matplotlib Axes
     """
-    x = _displacements(steps, towards)
+    x, label = _displacements(steps, towards), _label(towards)
+    if over_distance:
+        turns = turning_points(x)[1:-1]
+        x, label = np.append(0.0, abs(np.diff(x)).cumsum()), "distance travelled (nm)"
+        for turn in turns:
+            axes.axvline(x[turn], color=GREY, lw=0.8, ls=":")
     for name, colour in (("stick", BLUE), ("slip", ORANGE)):
         area = np.array([getattr(s, f"{name}_area") for s in steps]) / _NM**2
         axes.plot(x, area, ".-", color=colour, label=name)
-    axes.set(xlabel=_label(towards), ylabel="area (nm$^2$)")
+    axes.set(xlabel=label, ylabel="area (nm$^2$)")
     return axes
 
 
@@ -149,7 +158,7 @@ def draw_friction(
     steps: Sequence[Any],
     towards: Sequence[float] | FloatArray = (1.0, 0.0),
 ) -> None:
-    """Write the figure of a sliding path: force and areas over displacement.
+    """Write the figure of a sliding path: forces over displacement, and areas.
 
     Parameters
     ----------
@@ -157,14 +166,13 @@ def draw_friction(
     steps, towards
         See `plot_friction_loop`.
     """
-    with written(file, 4.6) as figure:
-        panels = upper, lower = figure.subplots(2, 1, sharex=True)
+    with written(file, 4.8) as figure:
+        panels = upper, lower = figure.subplots(2, 1)
         plot_friction_loop(upper, steps, towards, bounds=True)
-        plot_slip_areas(lower, steps, towards)
-        upper.label_outer()
+        plot_slip_areas(lower, steps, towards, over_distance=True)
         letter(panels)
-        lower.locator_params(axis="x", nbins=5)
         for panel in panels:  # above, where no line is
+            panel.locator_params(axis="x", nbins=5)
             panel.legend(
                 loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderpad=0.0
             )
@@ -196,7 +204,10 @@ def draw_tractions(
             scale_bar(panel, "nm")
         letter(panels)
         for image, name in zip(images, ("stick", "slip"), strict=True):
-            bar = figure.colorbar(image, ax=panels, location="bottom", aspect=40)
+            # other anchors of the panels cut their titles
+            bar = figure.colorbar(
+                image, ax=panels, location="bottom", aspect=40, panchor=False
+            )
             bar.set_label(f"traction of atoms that {name} (GPa)")
             bar.ax.set_xlim(left=0.0)
 

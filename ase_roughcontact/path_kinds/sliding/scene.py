@@ -59,7 +59,8 @@ class Sliding(PathKind):
     in_order = True
     has_friction = True
     captions = {
-        "friction.png": "Lateral force over displacement, and areas of stick and slip.",
+        "friction.png": "Lateral force over displacement, and areas of stick and slip "
+        "over the distance travelled; dotted: the path turns.",
         "tractions.png": "Lateral tractions at some displacements; blue: atoms that "
         "stick; orange: atoms that slip.",
     }
