@@ -37,6 +37,7 @@ from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.column import column
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import Validity, ValidityWarning
+from ase_roughcontact.scene.finished_run import Results
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.step import Stepper
 from ase_roughcontact.topography import (
@@ -72,6 +73,7 @@ __all__ = [
     "PlasticWall",
     "PowerLawWall",
     "Problem",
+    "Results",
     "RoughContact",
     "RoughSphere",
     "Schedule",

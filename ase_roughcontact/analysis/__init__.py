@@ -12,6 +12,7 @@ from ase_roughcontact.analysis.distributions import (
     radial_average,
 )
 from ase_roughcontact.analysis.first_contact_point import first_contact
+from ase_roughcontact.analysis.map_dataset import map_dataset
 from ase_roughcontact.analysis.map_files import write_map
 from ase_roughcontact.analysis.path_values import (
     dynamic_stiffness,
@@ -43,6 +44,7 @@ __all__ = [
     "first_yield",
     "gap_distribution",
     "loop_energies",
+    "map_dataset",
     "patches",
     "pressure_distribution",
     "radial_average",

@@ -21,8 +21,8 @@ from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.vtk_files import write_image_data
 from ase_roughcontact.contact.state import DISPLACEMENTS, SLIPPING, TRACTIONS
 
-# Units of the fields.
-_UNITS = {
+#: Units of the fields and coordinates.
+UNITS_OF_FIELDS = {
     "pressure": "GPa",
     "gap": "nm",
     "displacement": "nm",
@@ -91,7 +91,7 @@ def fields_of(contact_map: ContactMap) -> dict[str, np.ndarray]:
     }
     for name, values in found.items():
         if values is not None:
-            fields[name] = values / UNITS.get(_UNITS[name], 1.0)
+            fields[name] = values / UNITS.get(UNITS_OF_FIELDS[name], 1.0)
     return fields
 
 
@@ -114,7 +114,7 @@ def _write_netcdf(contact_map: ContactMap, path: Path) -> None:
             dimensions = (name,) if name in axes else ("x", "y")
             variable = file.createVariable(name, values.dtype.char, dimensions)
             variable[:] = values
-            variable.units = _UNITS[name]
+            variable.units = UNITS_OF_FIELDS[name]
         file.length_unit = "nm"
 
 
@@ -122,7 +122,7 @@ def _write_vtk(contact_map: ContactMap, path: Path) -> None:
     fields = {name: values[None] for name, values in fields_of(contact_map).items()}
     origin = [each / UNITS["nm"] for each in (*contact_map.origin, 0.0)]
     spacing = [contact_map.spacing / UNITS["nm"]] * 3
-    write_image_data(path, fields, _UNITS, "pressure", origin, spacing)
+    write_image_data(path, fields, UNITS_OF_FIELDS, "pressure", origin, spacing)
 
 
 # Functions that write a map, by the suffix of the file.

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact._util.workers import worker_pool
@@ -81,6 +82,7 @@ class Sampling(Summarized):
         )
 
 
+@lazy
 def sample_ensemble(
     scene: Scene,
     database: PathName,

@@ -14,6 +14,7 @@ import numpy as np
 
 from ase_roughcontact._util.checked_rows import CHECKSUM, checked_rows, with_checksum
 from ase_roughcontact._util.files import locked, table_writer
+from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.ensemble.foreseen import warn_of_problems
@@ -97,6 +98,7 @@ def result_units() -> dict[str, str]:
     }
 
 
+@lazy
 def run_places(
     scene: Scene,
     shape: tuple[int, int],

@@ -10,6 +10,7 @@ from concurrent.futures import Executor, Future, wait
 from contextlib import AbstractContextManager, ExitStack
 
 from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.ensemble.cases import case_names, case_of
@@ -29,6 +30,7 @@ from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
 
+@lazy
 def run_ensemble(
     scenes: Iterable[Scene],
     database: PathName,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import asdict
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from ase import Atoms
@@ -61,6 +61,13 @@ def described(contents: bytes) -> dict[str, Any]:
     """Return the description of a frame without its fields."""
     (length,) = _SIZE_FORMAT.unpack_from(contents)
     return decode(contents[_SIZE_FORMAT.size : _SIZE_FORMAT.size + length].decode())
+
+
+def read_description(opened: IO[bytes]) -> bytes:
+    """Read the beginning of a frame from a file, up to the end of its description."""
+    size = opened.read(_SIZE_FORMAT.size)
+    (length,) = _SIZE_FORMAT.unpack(size)
+    return size + opened.read(length)
 
 
 def unpacked(contents: bytes) -> Atoms:

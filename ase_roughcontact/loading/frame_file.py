@@ -13,7 +13,7 @@ import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import IO
+from typing import IO, NamedTuple
 
 from ase_roughcontact._util.files import (
     PathName,
@@ -60,6 +60,31 @@ def read_contents(file: PathName) -> Iterator[bytes]:
 
 def frames_of(opened: IO[bytes], name: str) -> Iterator[bytes]:
     """Read the contents of the frames in an open file; see `read_contents`."""
+    for place in frame_places(opened, name):
+        yield contents_at(opened, name, place)
+
+
+class FramePlace(NamedTuple):
+    """Place of a frame in a file.
+
+    Attributes
+    ----------
+    number : int
+        Number of the frame in the file, from zero.
+    start, size : int
+        First byte and number of bytes of its contents.
+    check : int
+        CRC-32 of its contents.
+    """
+
+    number: int
+    start: int
+    size: int
+    check: int
+
+
+def frame_places(opened: IO[bytes], name: str) -> Iterator[FramePlace]:
+    """Find the frames in an open file without reading them; see `read_contents`."""
     begin = opened.read(len(MAGIC))
     if begin != MAGIC:
         cut = MAGIC.startswith(begin)
@@ -68,27 +93,38 @@ def frames_of(opened: IO[bytes], name: str) -> Iterator[bytes]:
             f"no frame of {name} can be read, {cause}: restore a copy, delete it to "
             "begin again, or give another file or folder"
         )
-    number = 0
-    while head := opened.read(_SIZES.size + _CHECK.size):
+    end = opened.seek(0, os.SEEK_END)
+    number, start = 0, len(MAGIC)
+    while start < end:
+        opened.seek(start)
+        head = opened.read(_SIZES.size + _CHECK.size)
         sizes, check = head[: _SIZES.size], head[_SIZES.size :]
         if len(check) < _CHECK.size:
             break
         if _CHECK.pack(zlib.crc32(sizes)) != check:
             raise ValueError(_damage(name, number))
         size, expected = _SIZES.unpack(sizes)
-        contents = opened.read(size)
-        if len(contents) < size:
+        place = FramePlace(number, start + len(head), size, expected)
+        if place.start + size > end:
             break
-        if zlib.crc32(contents) != expected:
-            raise ValueError(_damage(name, number))
-        yield contents
-        number += 1
-    if head:
-        warnings.warn(
-            f"frame {number} of {name} is cut off: it is left out",
-            RuntimeWarning,
-            stacklevel=2,
-        )
+        yield place
+        number, start = number + 1, place.start + size
+    else:
+        return
+    warnings.warn(
+        f"frame {number} of {name} is cut off: it is left out",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+
+
+def contents_at(opened: IO[bytes], name: str, place: FramePlace) -> bytes:
+    """Read the contents of a frame, or raise `ValueError` if they are damaged."""
+    opened.seek(place.start)
+    contents = opened.read(place.size)
+    if zlib.crc32(contents) != place.check:
+        raise ValueError(_damage(name, place.number))
+    return contents
 
 
 class FrameFile:

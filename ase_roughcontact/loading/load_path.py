@@ -12,6 +12,7 @@ from ase import Atoms
 from ase.constraints import Hookean
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import problem_of
 from ase_roughcontact.atoms.constraints import support_of
@@ -39,6 +40,7 @@ from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.step import Stepper
 
 
+@lazy
 def load_path(
     atoms: Atoms,
     penetrations: ArrayLike | None = None,

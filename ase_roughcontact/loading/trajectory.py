@@ -8,7 +8,7 @@ fields of friction and of a plastic shape. By the plugin of ASE, `ase.io.read` a
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import chain
 from typing import IO
@@ -16,8 +16,20 @@ from typing import IO
 from ase import Atoms
 
 from ase_roughcontact._util.files import PathName
-from ase_roughcontact.loading.frame_contents import described, packed, unpacked
-from ase_roughcontact.loading.frame_file import FrameFile, frames_of, read_contents
+from ase_roughcontact.loading.frame_contents import (
+    described,
+    packed,
+    read_description,
+    unpacked,
+)
+from ase_roughcontact.loading.frame_file import (
+    FrameFile,
+    FramePlace,
+    contents_at,
+    frame_places,
+    frames_of,
+    read_contents,
+)
 from ase_roughcontact.loading.step_frame import StepFrame
 from ase_roughcontact.paths.kept_frames import has_frame
 
@@ -68,6 +80,46 @@ def frames_of_steps(file: PathName, steps: Container[int]) -> list[Atoms]:
         for contents in read_contents(file)
         if _step_of(contents) in steps
     ]
+
+
+class StoredFrames(Mapping[int, Atoms]):
+    """Frames of a trajectory by the number of their steps, each read when it is needed.
+
+    Parameters
+    ----------
+    file : path
+        File that `load_path` has written; see `read_frames`.
+
+    Raises
+    ------
+    ValueError
+        If the file is not empty, but no frame can be read, or, for a frame, if it is
+        damaged.
+    """
+
+    def __init__(self, file: PathName) -> None:
+        self._file, self._name = file, os.fspath(file)
+        self._places: dict[int, FramePlace] = {}
+        if not os.path.exists(file) or not os.path.getsize(file):
+            return
+        with open(file, "rb") as opened:
+            for place in frame_places(opened, self._name):
+                opened.seek(place.start)
+                self._places[_step_of(read_description(opened))] = place
+
+    def __getitem__(self, step: int) -> Atoms:
+        place = self._places[step]
+        with open(self._file, "rb") as opened:
+            return unpacked(contents_at(opened, self._name, place))
+
+    def __contains__(self, step: object) -> bool:
+        return step in self._places
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
 
 
 @contextmanager

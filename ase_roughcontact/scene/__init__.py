@@ -17,6 +17,7 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``scene``             `Scene`: bodies, path and solver, which relax the steps
 ``plan``              warnings, steps that can't be calculated, memory and time
 ``results``           folders of results
+``finished_run``      `Results`: the folder of a run, read
 ====================  ================================================================
 
 ``preview`` (a few steps on a coarse grid), ``reference`` (theory for the results) and
@@ -40,6 +41,7 @@ from ase_roughcontact.scene.config import (
     on_modes,
 )
 from ase_roughcontact.scene.file import default_text
+from ase_roughcontact.scene.finished_run import Results
 from ase_roughcontact.scene.path_kind import PathKind, Steps
 from ase_roughcontact.scene.path_result import PathResult
 from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
@@ -56,6 +58,7 @@ __all__ = [
     "OutputConfig",
     "PathKind",
     "PathResult",
+    "Results",
     "RoughnessConfig",
     "Scene",
     "SolverConfig",

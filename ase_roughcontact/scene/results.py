@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing, suppress
 from pathlib import Path
 
@@ -141,7 +141,7 @@ def write_results(
     path: Callable[..., Generator[LoadStep, None, None]],
     report: ValidityReport,
     text: str | None,
-) -> Iterator[LoadStep]:
+) -> Generator[LoadStep, None, None]:
     """Relax the steps of a scene and write them into a folder; see `Scene.run`.
 
     Parameters

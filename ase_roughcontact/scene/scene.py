@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -14,6 +14,7 @@ from ase import Atoms
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.atoms.calculator import contact_of
@@ -409,6 +410,7 @@ class Scene(SceneFile):
         """
         return plan_of(self)
 
+    @lazy
     def relax(
         self,
         targets: ArrayLike | None = None,
@@ -460,9 +462,10 @@ class Scene(SceneFile):
             steps = NumberedSteps(stepper, targets_of(self.control, targets))
         return follow(steps, output, validity, **self.path.springs)
 
+    @lazy
     def run(
         self, folder: str | Path, validity: Reaction = "warn", text: str | None = None
-    ) -> Iterator[LoadStep]:
+    ) -> Generator[LoadStep, None, None]:
         """Relax step after step; write ``curve.csv``, ``sweep.traj``, ``scene.toml``.
 
         Parameters
@@ -477,7 +480,9 @@ class Scene(SceneFile):
 
         Returns
         -------
-        iterator of LoadStep
+        generator of LoadStep
+            The steps, each after it is written; `Results` reads them again. It warns if
+            it is dropped before a step is taken: nothing is calculated then.
 
         Raises
         ------

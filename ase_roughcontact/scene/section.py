@@ -178,7 +178,8 @@ class Section(Summarized):
 
     def _summary(self) -> dict[str, str]:
         """Return the values that are not the default."""
-        return {key: short_text(value) for key, value in self.given.items()}
+        entries = self.entries()
+        return {key: short_text(entries[key]) for key in self.given}
 
     @property
     def given(self) -> dict[str, Any]:

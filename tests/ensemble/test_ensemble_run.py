@@ -298,6 +298,7 @@ def test_a_restart_file_that_does_not_fit_is_not_used(undisturbed, tmp_path, fil
     if file_is == "of all steps":  # the database has none
         assert len(list(other)) == 3
     elif file_is == "damaged":
+        other.close()
         file.write_bytes(b"half a file")
     else:  # the case fails once
         assert next(other).step == 0

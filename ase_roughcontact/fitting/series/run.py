@@ -13,6 +13,7 @@ from pathlib import Path
 
 from ase_roughcontact._util.checked_rows import checked_rows
 from ase_roughcontact._util.files import PathName, locked, replaced, table_writer
+from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.fitting.measurement import given_calibration
 from ase_roughcontact.fitting.series.listing import CurveName, listed_curves
@@ -33,6 +34,7 @@ _TABLE_FILE = "curves.csv"
 _SETTINGS_FILE = "settings.json"
 
 
+@lazy
 def fit_curves(
     files: Iterable[PathName] | str | Path,
     indenter: str = "",

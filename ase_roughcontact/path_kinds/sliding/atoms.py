@@ -9,6 +9,7 @@ import numpy as np
 from ase import Atoms
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import model_of
 from ase_roughcontact.atoms.grid import SurfaceGrid, on_grid, set_lateral_displacement
@@ -190,6 +191,7 @@ def _tractions(
     return found.tractions
 
 
+@lazy
 def sliding_path(
     atoms: Atoms,
     friction: FrictionLaw,

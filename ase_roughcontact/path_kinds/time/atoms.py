@@ -7,6 +7,7 @@ from typing import Any
 
 from ase import Atoms
 
+from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact.contact.control import control_of
 from ase_roughcontact.loading.load_path import AtomsPath, single_path
 from ase_roughcontact.path_kinds.time.record import TimeStep
@@ -22,6 +23,7 @@ from ase_roughcontact.stepping.accuracy import Accuracy
 from ase_roughcontact.stepping.options import Window
 
 
+@lazy
 def time_path(
     atoms: Atoms,
     penetrations: Schedule | None = None,

@@ -1,0 +1,55 @@
+"""Figures of columns of results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ase_roughcontact.plot.style import BLUE, GREY, LINES, WIDTH, style
+
+# Height of a figure (inches).
+_HEIGHT = 3.0
+
+
+def column_figure(
+    columns: Mapping[str, np.ndarray],
+    labels: Mapping[str, str],
+    error: np.ndarray | None,
+    points: np.ndarray,
+    theory: Mapping[str, np.ndarray],
+) -> Figure:
+    """Draw a column against another one, beside curves of theory.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray, shape (k,)
+        The column on the vertical axis, and the one on the horizontal axis.
+    labels : mapping of str to str
+        Labels of both, with units.
+    error : ndarray, shape (k,), optional
+        Estimated errors of the first column; bars show twice the estimate.
+    points : ndarray, shape (n,)
+        Values on the horizontal axis of the curves of theory.
+    theory : mapping of str to ndarray, shape (n,)
+        Values by theory, by label.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    (vertical, y), (horizontal, x) = columns.items()
+    with style():
+        figure = Figure(figsize=(WIDTH, _HEIGHT), layout="constrained")
+        axes = figure.subplots()
+        for number, (name, values) in enumerate(theory.items()):
+            line = LINES[number % len(LINES)]
+            axes.plot(points, values, f"k{line}", lw=1, label=name)
+        if error is not None:
+            axes.errorbar(x, y, 2.0 * error, fmt="none", ecolor=GREY, lw=1)
+        axes.plot(x, y, "o-", color=BLUE, ms=4, lw=0.8, label="simulation")
+        axes.set(xlabel=labels[horizontal], ylabel=labels[vertical])
+        if theory:
+            axes.legend(frameon=False)
+    return figure

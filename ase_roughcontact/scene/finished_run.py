@@ -1,0 +1,396 @@
+"""Results of a run of a scene, read from its folder."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+
+from ase_roughcontact._util.extras import imported
+from ase_roughcontact._util.rounding import ROUNDING
+from ase_roughcontact._util.summary import Summarized, html_table, short_text
+from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact._util.validation import FloatArray, lookup
+from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.analysis.map_dataset import map_dataset
+from ase_roughcontact.loading.trajectory import StoredFrames
+from ase_roughcontact.paths.restart import read_steps
+from ase_roughcontact.results.record import LoadStep, columns_of, units_of
+from ase_roughcontact.scene.path_result import results_of
+from ase_roughcontact.scene.reference import Reference, reference_for
+from ase_roughcontact.scene.results import RESTART
+from ase_roughcontact.scene.scene import Scene
+
+# Largest number of steps in a table of a notebook.
+_MAX_ROWS = 20
+# Columns that differ from run to run.
+_COSTS = "seconds", "memory"
+# Number of points of a curve of theory, and the factor by which it exceeds the steps.
+_CURVE_POINTS = 100
+_CURVE_EXTENT = 1.1
+
+
+class Results(Summarized, Sequence[LoadStep]):
+    """Results of a run of a scene: steps, columns, maps, theory and figures.
+
+    It is a sequence of the finished steps; the run may be interrupted or in progress.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the run; see `Scene.run`.
+
+    Attributes
+    ----------
+    folder : Path
+        The folder.
+    scene : Scene
+        The scene of the run.
+
+    Raises
+    ------
+    ValueError
+        If the folder has no results of a run, or they are damaged.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from ase_roughcontact.scene import Results, Scene
+    >>> scene = Scene.parse('''
+    ... [sphere]
+    ... radius = "30 nm"
+    ... [interaction]
+    ... kind = "hard"
+    ... [path]
+    ... values = ["1 nN", "10 nN"]
+    ... ''')
+    >>> with TemporaryDirectory() as folder:
+    ...     finished = list(scene.run(folder))
+    ...     results = Results(folder)
+    ...     pressed = results.map(-1)
+    >>> results['repulsive_atoms'].tolist(), results.units['normal_force']
+    ([21, 69], 'eV/Å')
+    >>> int(pressed.contact.sum())
+    69
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+        self.scene = Scene.of_results(folder)
+        self._steps = read_steps(self.folder / RESTART, self.scene.record)
+
+    def __len__(self) -> int:
+        return len(self._steps)
+
+    @overload
+    def __getitem__(self, number: int) -> LoadStep: ...
+    @overload
+    def __getitem__(self, number: slice) -> list[LoadStep]: ...
+    @overload
+    def __getitem__(self, number: str) -> np.ndarray: ...
+    def __getitem__(self, number: Any) -> Any:
+        """Return a step by its number, some steps, or the column of a name."""
+        if isinstance(number, str):
+            lookup(number, columns_of(self.scene.record), "column")
+            return np.array([getattr(step, number) for step in self._steps])
+        return self._steps[number]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns that have one, by name; units of ASE, as `LoadStep`."""
+        return units_of(self.scene.record)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Numbers that follow from all steps, by name; see `PathKind.results`.
+
+        They are in units of ASE, and NaN where a number is not defined.
+        """
+        return results_of(self.scene.path, self.scene.bodies, self._steps)
+
+    @cached_property
+    def loop(self) -> Any:
+        """`AdhesionLoop` of a path of kind "loop"; `ValueError` for another path."""
+        scene = self.scene
+        found = scene.path.result(scene.bodies, self._steps)
+        if found is self._steps:
+            raise ValueError(
+                f'the path is not a loop but kind = "{scene.path.kind}": its steps '
+                "are the items of the results"
+            )
+        return found
+
+    @cached_property
+    def reference(self) -> Reference:
+        """Theory with which the results are compared."""
+        return reference_for(self.scene)
+
+    @cached_property
+    def _frames(self) -> StoredFrames:
+        return StoredFrames(self.folder / "sweep.traj")
+
+    @property
+    def steps_with_map(self) -> list[int]:
+        """Numbers of the steps that have a map; see `Output.keep`."""
+        return [number for number in self._frames if number < len(self)]
+
+    def map(self, number: int) -> ContactMap:
+        """Return the map of the contact at a step, for which one frame is read.
+
+        Parameters
+        ----------
+        number : int
+            Number of the step; a negative one counts from the last step.
+
+        Returns
+        -------
+        ContactMap
+            Map with the gap, in single precision.
+
+        Raises
+        ------
+        IndexError
+            If there is no such step.
+        ValueError
+            If the step has no frame, or it is damaged.
+        """
+        step = self._steps[number].step
+        if step not in self._frames:
+            kept = self.steps_with_map
+            near = min(kept, key=lambda each: abs(each - step), default=None)
+            raise ValueError(
+                f"step {step} has no frame; {len(kept)} of {len(self)} steps have one, "
+                f'the nearest is {near}: give keep = "all" in [output] to have all'
+            )
+        return ContactMap.from_frame(self._frames[step], self.scene.sampled_surface)
+
+    def to_pandas(self) -> Any:
+        """Return the columns of all steps as a table of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row for each step; ``attrs["units"]`` has the units of the columns.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        pandas = imported("pandas", "tables", "a table needs pandas")
+        names = list(columns_of(self.scene.record))
+        table = pandas.DataFrame({name: self[name] for name in names})
+        table.attrs["units"] = self.units
+        return table.set_index("step")
+
+    def to_xarray(self, number: int) -> Any:
+        """Return the map of a step as a data set of xarray.
+
+        Parameters
+        ----------
+        number : int
+            Number of the step; see `map`.
+
+        Returns
+        -------
+        xarray.Dataset
+            Fields with units on x and y; see `map_dataset`. Number and penetration (Å)
+            of the step are attributes.
+
+        Raises
+        ------
+        ImportError
+            If xarray is not installed.
+        IndexError, ValueError
+            As `map` does.
+        """
+        step = self._steps[number]
+        about = {
+            "step": step.step,
+            "penetration": step.penetration / UNITS["nm"],
+            "penetration_unit": "nm",
+        }
+        return map_dataset(self.map(number), about)
+
+    def figure(self, column: str = "normal_force", along: str = "") -> Any:
+        """Draw a column against another one, in printed units, beside theory.
+
+        Parameters
+        ----------
+        column : str
+            Column on the vertical axis. Bars show twice its estimated error.
+        along : str
+            Column on the horizontal axis; by default the controlled quantity, or the
+            time. Areas against the normal force are drawn beside theory.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        ValueError
+            If there is no such column.
+        """
+        from ase_roughcontact.plot.figures import column_figure
+
+        names = columns_of(self.scene.record)
+        if not along:
+            along = "time" if "time" in names else self.scene.control.column
+            if along == column:
+                column = self.scene.area_column
+        theory: dict[str, FloatArray] = {}
+        points = self[along]
+        if column in ("contact_area", "continuum_area") and along == "normal_force":
+            points, theory = self._areas_by_theory()
+        units = {name: self._printed(name) for name in (column, along)}
+        error = f"{column}_error"
+        if column == self.scene.area_column:
+            error = "area_error"
+        return column_figure(
+            {name: self[name] / UNITS[unit] for name, unit in units.items()},
+            {name: self._label(name) for name in units},
+            self[error] / UNITS[units[column]] if error in names else None,
+            points / UNITS[units[along]],
+            {name: each / UNITS[units[column]] for name, each in theory.items()},
+        )
+
+    def _areas_by_theory(self) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Return forces in the range of the steps, and areas by theory."""
+        largest = float(self["normal_force"].max())
+        if not largest > 0.0:
+            return np.zeros(0), {}
+        forces = np.linspace(0.0, _CURVE_EXTENT * largest, _CURVE_POINTS)[1:]
+        areas = {
+            self.scene.bodies.labelled(each.label): each.contact_area(forces)
+            for each in (self.reference.smooth, *self.reference.limits)
+        }
+        rough = self.reference.rough_area(forces)
+        if np.isfinite(rough).any():
+            areas[self.scene.bodies.labelled("Eq. (4), rough sphere")] = rough
+        return forces, areas
+
+    def _printed(self, name: str) -> str:
+        """Return the unit in which a column is printed."""
+        return printed_unit(self.units.get(name, ""), self.scene.contact_modulus)
+
+    def _label(self, name: str) -> str:
+        """Return name and printed unit of a column."""
+        label, unit = name.replace("_", " "), self._printed(name)
+        return f"{label} ({unit})" if unit else label
+
+    def diff(self, other: Results | str | Path) -> ResultsDifference:
+        """Compare the results with results of another run.
+
+        Parameters
+        ----------
+        other : Results or path
+            The other results, or their folder.
+
+        Returns
+        -------
+        ResultsDifference
+        """
+        if not isinstance(other, Results):
+            other = Results(other)
+        count = min(len(self), len(other))
+        largest: dict[str, float] = {}
+        both = columns_of(self.scene.record).keys() & columns_of(other.scene.record)
+        for name in columns_of(self.scene.record):
+            if name in both and name not in _COSTS:
+                change = _largest_change(self[name][:count], other[name][:count])
+                if change:
+                    largest[name] = change
+        return ResultsDifference(
+            tuple(self.scene.changes_from(other.scene)),
+            (len(other), len(self)),
+            largest,
+            self.units,
+        )
+
+    def _summary(self) -> dict[str, str]:
+        scene, found = self.scene, {"folder": repr(str(self.folder))}
+        found |= {"kind": repr(scene.path.kind), "steps": str(len(self))}
+        if self._steps:
+            force = self["normal_force"]
+            lowest, highest = short_text(force.min()), short_text(force.max(), "eV/Å")
+            found["normal_force"] = f"{lowest} to {highest}"
+            if not self["converged"].all():
+                found["not_converged"] = str(int((~self["converged"]).sum()))
+        return found
+
+    def _repr_html_(self) -> str:
+        """Return a table of steps for notebooks, in printed units."""
+        columns = columns_of(self.scene.record)
+        names = ["step", *(name for name, each in columns.items() if each.label)]
+        shown = list(range(len(self)))
+        if len(self) > _MAX_ROWS:
+            half = _MAX_ROWS // 2
+            shown = [*shown[:half], *shown[-half:]]
+        rows = list[list[str]]()
+        for number in shown:
+            if rows and number > shown[0] and number - 1 not in shown:
+                rows.append(["...", *("" for _ in names[1:])])
+            values = [getattr(self._steps[number], name) for name in names[1:]]
+            texts = [
+                "not known" if value != value else short_text(value / self._unit(name))
+                for name, value in zip(names[1:], values, strict=True)
+            ]
+            rows.append([str(number), *texts])
+        heads = ["step", *map(self._label, names[1:])]
+        return html_table(repr(self), heads, rows)
+
+    def _unit(self, name: str) -> float:
+        return UNITS[self._printed(name)]
+
+
+@dataclass(frozen=True)
+class ResultsDifference(Summarized):
+    """Differences of results from other results; it is false if there are none.
+
+    Attributes
+    ----------
+    scene : tuple of str
+        Keys of the scene with other values.
+    steps : (int, int)
+        Numbers of steps of the other results and of these.
+    columns : dict of str to float
+        Largest absolute differences of columns in the common steps, by name; infinity
+        if one value is not known, or texts differ. Time and memory are not compared.
+    units : dict of str to str
+        Units of the columns.
+    """
+
+    scene: tuple[str, ...]
+    steps: tuple[int, int]
+    columns: dict[str, float]
+    units: dict[str, str]
+
+    def __bool__(self) -> bool:
+        before, after = self.steps
+        return bool(self.scene or self.columns) or before != after
+
+    def _summary(self) -> dict[str, str]:
+        found = {"scene": "; ".join(self.scene) or "no difference"}
+        found["steps"] = "{} and {}".format(*self.steps)
+        for name, change in self.columns.items():
+            found[name] = short_text(change, self.units.get(name, ""))
+        return found
+
+
+def _largest_change(values: np.ndarray, others: np.ndarray) -> float:
+    """Return the largest difference of two columns; rounding errors are none."""
+    if values.dtype.kind not in "fiub" or others.dtype.kind not in "fiub":
+        return math.inf if (values != others).any() else 0.0
+    first, second = values.astype(float), others.astype(float)
+    unknown = np.isnan(first) | np.isnan(second)
+    if (np.isnan(first) != np.isnan(second)).any():
+        return math.inf
+    change = abs(first - second)[~unknown]
+    scale = np.maximum(abs(first), abs(second))[~unknown]
+    return float(change[change > ROUNDING * scale].max(initial=0.0))

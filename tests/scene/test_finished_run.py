@@ -1,0 +1,235 @@
+"""Results of a run as one object."""
+
+import sys
+import warnings
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import Results
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.analysis import ContactMap
+from ase_roughcontact.loading import trajectory
+from ase_roughcontact.loading.trajectory import StoredFrames, read_frames
+from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.theory import Hertz
+
+SCENE = """
+[substrate]
+contact_modulus = 80.0
+spacing = "0.25 nm"
+[sphere]
+radius = "30 nm"
+[interaction]
+kind = "hard"
+[path]
+values = ["1 nN", "4 nN", "9 nN"]
+[output]
+keep = "all"
+"""
+LOOP = """
+[substrate]
+contact_modulus = 1.0
+spacing = "1 nm"
+[sphere]
+radius = "20 nm"
+[interaction]
+kind = "dugdale"
+work_of_adhesion = 0.01
+attraction_range = "1 nm"
+[path]
+kind = "loop"
+deepest = "0 nm"
+step = "0.5 nm"
+tolerance = 0.1
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    steps = list(Scene.parse(SCENE).run(folder, validity="ignore"))
+    return folder, steps
+
+
+def test_results_are_the_sequence_of_the_steps_of_the_run(run):
+    folder, steps = run
+    results = Results(folder)
+    assert len(results) == 3 and list(results) == steps
+    assert results[-1] == steps[2] and results[1:] == steps[1:]
+
+
+def test_a_column_is_an_array_with_a_unit(run):
+    folder, steps = run
+    results = Results(folder)
+    expected = [step.contact_area for step in steps]
+    np.testing.assert_array_equal(results["contact_area"], expected)
+    assert results.units["contact_area"] == "Å^2"
+    assert results["window"].tolist() == [step.window for step in steps]
+    with pytest.raises(ValueError, match="contact_area"):
+        results["contact_aera"]
+
+
+def test_a_map_has_force_and_area_of_its_step(run):
+    folder, steps = run
+    seen = Results(folder).map(1)
+    assert seen.normal_force == pytest.approx(steps[1].normal_force, rel=1e-6)
+    assert seen.contact_area == pytest.approx(steps[1].contact_area)
+    assert seen.gap[seen.contact].max() == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_map_reads_no_other_frame(run, monkeypatch):
+    unpacked, read = trajectory.unpacked, []
+    monkeypatch.setattr(
+        trajectory, "unpacked", lambda text: read.append(len(text)) or unpacked(text)
+    )
+    results = Results(run[0])
+    assert results.steps_with_map == [0, 1, 2] and read == []
+    results.map(2)
+    assert len(read) == 1
+
+
+def test_stored_frames_are_the_frames_that_are_read_one_after_another(run):
+    folder, _ = run
+    file = folder / "sweep.traj"
+    expected = list(read_frames(file))
+    stored = StoredFrames(file)
+    assert list(stored) == [0, 1, 2]
+    for number, frame in enumerate(expected):
+        assert stored[number] == frame
+
+
+def test_a_damaged_frame_is_an_error_and_leaves_the_others(run, tmp_path):
+    text = bytearray((run[0] / "sweep.traj").read_bytes())
+    text[-1] ^= 1
+    (tmp_path / "a.traj").write_bytes(text)
+    stored = StoredFrames(tmp_path / "a.traj")
+    assert ContactMap.from_frame(stored[0]).contact.any()
+    with pytest.raises(ValueError, match=r"frame 2 .*damaged"):
+        stored[2]
+
+
+def test_a_step_without_a_frame_has_no_map(tmp_path):
+    scene = Scene.parse(SCENE.replace('"all"', '"last"'))
+    list(scene.run(tmp_path, validity="ignore"))
+    with pytest.raises(ValueError, match=r"nearest is 2: give keep"):
+        Results(tmp_path).map(0)
+
+
+def test_a_table_of_pandas_has_columns_and_units(run):
+    pytest.importorskip("pandas", reason="needs the extra tables")
+    folder, steps = run
+    table = Results(folder).to_pandas()
+    assert table.index.name == "step" and len(table) == 3
+    assert table["normal_force"].tolist() == [step.normal_force for step in steps]
+    assert table.attrs["units"]["normal_force"] == "eV/Å"
+
+
+def test_a_data_set_of_xarray_has_coordinates_units_and_load(run):
+    pytest.importorskip("xarray", reason="needs the extra tables")
+    folder, steps = run
+    found, seen = Results(folder).to_xarray(-1), Results(folder).map(-1)
+    np.testing.assert_allclose(found["x"], seen.x / 10.0)
+    np.testing.assert_allclose(found["pressure"] * UNITS["GPa"], seen.pressure)
+    assert found["pressure"].attrs["units"] == "GPa"
+    assert found["gap"].dims == ("x", "y")
+    assert found.attrs["step"] == 2
+    assert found.attrs["normal_force"] == pytest.approx(9.0, rel=1e-3)
+    assert found.attrs["penetration"] == steps[2].penetration / 10.0
+
+
+@pytest.mark.parametrize(
+    "module, call",
+    [("pandas", lambda r: r.to_pandas()), ("xarray", lambda r: r.to_xarray(0))],
+)
+def test_a_missing_package_is_named_with_its_extra(run, monkeypatch, module, call):
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(ImportError, match=rf"needs {module}.*\[tables\]"):
+        call(Results(run[0]))
+
+
+def test_theory_of_the_results_is_the_theory_of_the_scene(run):
+    results = Results(run[0])
+    hertz = Hertz(300.0, results.scene.contact_modulus)
+    force = results["normal_force"]
+    expected = hertz.contact_area(force)
+    np.testing.assert_allclose(results.reference.smooth.contact_area(force), expected)
+
+
+def test_a_loop_and_its_pull_off_force(tmp_path):
+    list(Scene.parse(LOOP).run(tmp_path, validity="ignore"))
+    results = Results(tmp_path)
+    assert isinstance(results.loop, AdhesionLoop)
+    assert results.values["pull_off_force"] == results.loop.pull_off_force > 0.0
+    assert results.loop.pull_off_force == pytest.approx(
+        -results["normal_force"].min(), rel=0.1
+    )
+
+
+def test_steps_are_no_loop(run):
+    with pytest.raises(ValueError, match='kind = "steps"'):
+        _ = Results(run[0]).loop
+
+
+def test_a_figure_has_the_area_in_printed_units_beside_theory(run):
+    results = Results(run[0])
+    (axes,) = results.figure().axes
+    lines = {line.get_label(): line.get_xydata() for line in axes.lines}
+    expected = results["normal_force"] / UNITS["nN"], results["continuum_area"] / 100.0
+    np.testing.assert_allclose(lines["simulation"].T, expected)
+    assert axes.get_ylabel() == "continuum area (nm²)"
+    force, area = lines[results.reference.smooth.label].T
+    hertz = Hertz(300.0, results.scene.contact_modulus).contact_area(
+        force * UNITS["nN"]
+    )
+    np.testing.assert_allclose(area, hertz / 100.0)
+
+
+def test_a_figure_of_other_columns(run):
+    results = Results(run[0])
+    (axes,) = results.figure("largest_pressure", along="penetration").axes
+    assert axes.get_ylabel() == "largest pressure (GPa)"
+    pressure = axes.lines[-1].get_ydata() * UNITS["GPa"]
+    np.testing.assert_allclose(pressure, results["largest_pressure"])
+
+
+def test_equal_runs_have_no_difference(run):
+    assert not Results(run[0]).diff(run[0])
+
+
+def test_differences_name_keys_steps_and_columns(run, tmp_path):
+    other = Scene.parse(SCENE.replace('"4 nN", "9 nN"', '"5 nN"'))
+    list(other.run(tmp_path, validity="ignore"))
+    found = Results(run[0]).diff(tmp_path)
+    assert found and found.steps == (2, 3)
+    assert "values" in found.scene[0]
+    assert found.columns["normal_force"] == pytest.approx(UNITS["nN"], rel=1e-3)
+    assert "seconds" not in found.columns and "precision" not in found.columns
+
+
+def test_results_are_shown_by_steps_in_printed_units(run):
+    results = Results(run[0])
+    assert "steps=3" in repr(results) and "eV/Å" in repr(results)
+    table = results._repr_html_()
+    assert table.count("<tr>") == 1 + 3
+    assert "<th>normal force (nN)</th>" in table and "<td>9</td>" in table
+
+
+def test_another_folder_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="not the folder of a run"):
+        Results(tmp_path)
+
+
+def test_a_run_that_is_never_iterated_warns(tmp_path):
+    with pytest.warns(UserWarning, match=r"list\(Scene.run\(...\)\)") as found:
+        Scene.parse(SCENE).run(tmp_path / "out")
+    assert found[0].filename == __file__
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_run_that_is_begun_or_closed_does_not_warn(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        next(Scene.parse(SCENE).run(tmp_path, validity="ignore"))
+        Scene.parse(SCENE).relax().close()
