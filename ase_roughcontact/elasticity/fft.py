@@ -205,17 +205,21 @@ class RealFFT2:
         self._transform_columns(self.spectrum, self.window[0], self.grid[0], forward)
         return self.spectrum
 
-    def inverse(self, out: np.ndarray | None = None) -> np.ndarray:
-        """Transform `spectrum` back and return an array (n, m), not normalised.
+    def inverse(
+        self, out: np.ndarray | None = None, spectrum: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Transform a spectrum back and return an array (n, m), not normalised.
 
-        It is a new array unless `out` is given.
+        It is a new array unless `out` is given. The attribute `spectrum` is transformed
+        unless another one is given, which is overwritten.
         """
+        spectrum = self.spectrum if spectrum is None else spectrum
 
         def inverse(buffer: BlockTransform, columns: slice) -> None:
             buffer.columns_inverse(_length(columns))
 
-        self._transform_columns(self.spectrum, self.grid[0], self.window[0], inverse)
-        return self._inverse_rows(self.spectrum, self._result(out))
+        self._transform_columns(spectrum, self.grid[0], self.window[0], inverse)
+        return self._inverse_rows(spectrum, self._result(out))
 
     def _result(self, out: np.ndarray | None) -> np.ndarray:
         """Return a given array for values on the window, or a new one."""

@@ -13,12 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.threads import split
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.greens import ElasticSolid
-from ase_roughcontact.elasticity.subsurface import SubsurfaceWaves, Tractions
+from ase_roughcontact.elasticity.subsurface import ALL, SubsurfaceWaves, Tractions
 
-# Amplitudes of the components of a field at a depth, from waves.
-Component = Callable[[SubsurfaceWaves, float], Iterator[np.ndarray]]
+# Amplitudes of the components of a field at a depth, from some rows of waves.
+Component = Callable[[SubsurfaceWaves, float, slice], Iterator[np.ndarray]]
+# Number of waves in a block of rows, which fits into the cache of a processor.
+_BLOCK_SIZE = 16384
 
 
 class PeriodicField:
@@ -108,28 +111,36 @@ class PeriodicField:
         (n, m), (length, width) = self.grid, self.period
         qx = 2.0 * np.pi / length * _wave_numbers(n)[:, None]
         qy = 2.0 * np.pi / width * np.arange(m // 2 + 1)
-        qx, qy = np.broadcast_arrays(qx, qy)
-        qy = qy.copy()
+        precision = self.loads[0].real.dtype
+        qx, qy = (each.astype(precision) for each in np.broadcast_arrays(qx, qy))
         qy[0, 0] = 1.0 / self.period[1]  # any wave number: the mean is replaced
         return self.solid.subsurface(Tractions(qx, qy, *self.loads))
 
-    def _amplitudes(self, depth: float, component: Component) -> Iterator[np.ndarray]:
+    def _amplitudes(
+        self, depth: float, component: Component
+    ) -> Iterator[tuple[slice, list[np.ndarray]]]:
+        """Yield blocks of rows, and the amplitudes of the components in these rows."""
         means = self.mean_response(self, depth, component)
-        for each, mean in zip(component(self.waves, depth), means, strict=False):
-            each[0, 0] = mean
-            yield each
+        for rows in split(self.grid[0], _BLOCK_SIZE // (self.grid[1] // 2 + 1)):
+            parts = list(component(self.waves, depth, rows))
+            if rows.start == 0:
+                for each, mean in zip(parts, means, strict=False):
+                    each[0, 0] = mean
+            yield rows, parts
 
     def plane(
         self, depth: float, component: Component, out: np.ndarray | None = None
     ) -> np.ndarray:
         """Return the components of a field on the window at a depth."""
+        number = _NUMBERS[component]
         if out is None:
-            number = 6 if component is stress_waves else 3
             out = np.empty((number, *self.window), self.transform.dtype)
-        amplitudes = self._amplitudes(depth, component)
-        for each, values in zip(amplitudes, out, strict=True):
-            self.transform.spectrum[:] = each
-            self.transform.inverse(values)
+        spectra = np.empty((number, *self.loads[0].shape), self.loads[0].dtype)
+        for rows, parts in self._amplitudes(depth, component):
+            for spectrum, each in zip(spectra, parts, strict=True):
+                spectrum[rows] = each
+        for spectrum, values in zip(spectra, out, strict=True):
+            self.transform.inverse(values, spectrum)
             self.points += 0.5 * math.prod(self.grid)
         return out
 
@@ -146,14 +157,12 @@ class PeriodicField:
             2j * np.pi / (m * steps[1]) * np.outer(np.arange(m // 2 + 1), y)
         )
         along_y[1:] *= 2.0  # waves in both directions
-        return np.stack(
-            [
-                (along_x @ (each @ along_y)).real
-                if len(x) > len(y)
-                else ((along_x @ each) @ along_y).real
-                for each in self._amplitudes(depth, component)
-            ]
-        )
+        along_x, along_y = (x.astype(self.loads[0].dtype) for x in (along_x, along_y))
+        total = np.zeros((_NUMBERS[component], len(x), len(y)))
+        for rows, parts in self._amplitudes(depth, component):
+            for values, each in zip(total, parts, strict=True):
+                values += np.linalg.multi_dot([along_x[:, rows], each, along_y]).real
+        return total
 
 
 def _remove_shortest(waves: list[np.ndarray], grid: tuple[int, int]) -> None:
@@ -170,14 +179,22 @@ def _wave_numbers(n: int) -> np.ndarray:
     return (np.fft.fftfreq(n) * n).round().astype(int)
 
 
-def stress_waves(waves: SubsurfaceWaves, depth: float) -> Iterator[np.ndarray]:
+def stress_waves(
+    waves: SubsurfaceWaves, depth: float, rows: slice = ALL
+) -> Iterator[np.ndarray]:
     """Yield the amplitudes of the six components of stress."""
-    return waves.stress(depth)
+    return waves.stress(depth, rows)
 
 
-def displacement_waves(waves: SubsurfaceWaves, depth: float) -> Iterator[np.ndarray]:
+def displacement_waves(
+    waves: SubsurfaceWaves, depth: float, rows: slice = ALL
+) -> Iterator[np.ndarray]:
     """Yield the amplitudes of the three components of displacement."""
-    return waves.displacement(depth)
+    return waves.displacement(depth, rows)
+
+
+# Number of components of a field.
+_NUMBERS: dict[Component, int] = {stress_waves: 6, displacement_waves: 3}
 
 
 def _without_mean(

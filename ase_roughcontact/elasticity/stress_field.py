@@ -4,8 +4,8 @@ Between grid points the tractions are interpolated by their waves, and not const
 cells, where the shear stress would be infinite at the edges.
 
 A periodic cell keeps its size: its mean pressure causes the stress of uniaxial strain.
-A free window is padded to at least twice its size, and the field of its periodic images
-is subtracted, see `window_images`.
+A free window is padded to one and a half times its size, and the field of its periodic
+images is subtracted, see `window_images`.
 """
 
 from __future__ import annotations
@@ -47,14 +47,15 @@ class StressField:
     periodic : bool
         Whether the window repeats; otherwise nothing acts outside of it.
     **fft
-        Options of `RealFFT2`.
+        Options of `RealFFT2`. Single precision, ``dtype="float32"``, takes about half
+        the time, and is accurate to about 1e-6 of the largest pressure.
 
     Attributes
     ----------
     shape : (int, int)
         Shape of the window.
     pairs : float
-        Number of FFT pairs of the padded grid so far.
+        Number of FFT pairs so far, in pairs of the padded grid.
 
     Raises
     ------
@@ -96,6 +97,7 @@ class StressField:
                 f"{shapes}"
             )
         self.solid, self.spacing, self.periodic = solid, float(spacing), periodic
+        self._loads, self._fft = loads, fft
         self.shape = loads[0].shape
         self._images = None if periodic else WindowImages(solid, self.spacing, loads)
         grid = self.shape if self._images is None else self._images.padded
@@ -207,6 +209,38 @@ class StressField:
         if self._images is not None:
             values -= self._images.at(depth, stress_waves, x, y)
         return values
+
+    def around(
+        self, x: float, y: float, side: int
+    ) -> tuple[StressField, tuple[int, int]]:
+        """Return the field of the tractions on a square around a point alone.
+
+        Parameters
+        ----------
+        x, y : float
+            Position from the first point of the window, in units of the spacing.
+        side : int
+            Number of points along the sides of the square.
+
+        Returns
+        -------
+        field : StressField
+            Field of a window that does not repeat.
+        place : (int, int)
+            Position of its first point.
+        """
+        corner, points = [], []
+        for middle, count in zip((x, y), self.shape, strict=True):
+            length = min(side, count)
+            first = round(middle) - length // 2
+            if not self.periodic:
+                first = min(max(first, 0), count - length)
+            corner.append(first)
+            points.append(np.arange(first, first + length) % count)
+        normal, *lateral = (each[np.ix_(*points)] for each in self._loads)
+        tractions = np.stack(lateral) if lateral else None
+        field = StressField(self.solid, self.spacing, -normal, tractions, **self._fft)
+        return field, (corner[0], corner[1])
 
     def _inside(self, name: str, points: np.ndarray, count: int) -> np.ndarray:
         """Return positions along an axis, which must be in a window of `count`."""

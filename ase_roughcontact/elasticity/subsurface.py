@@ -56,26 +56,33 @@ class Tractions(NamedTuple):
     ty: np.ndarray | None = None
 
 
+#: Rows of the arrays of all waves.
+ALL = slice(None)
+
+
 class SubsurfaceWaves(ABC):
     """Stress and displacement below the surface that waves of traction cause."""
 
     @abstractmethod
-    def stress(self, depth: float) -> Iterator[np.ndarray]:
+    def stress(self, depth: float, rows: slice = ALL) -> Iterator[np.ndarray]:
         """Yield the amplitudes of the six `STRESS_COMPONENTS` at a depth.
 
         Parameters
         ----------
         depth : float
             Depth below the surface (length).
+        rows : slice
+            Rows of the arrays of waves; by default all. Few rows at a time fit into the
+            cache of a processor.
 
         Yields
         ------
         ndarray of complex, shape (...)
-            Amplitudes, tension positive (pressure). The next one may overwrite it.
+            Amplitudes, tension positive (pressure).
         """
 
     @abstractmethod
-    def displacement(self, depth: float) -> Iterator[np.ndarray]:
+    def displacement(self, depth: float, rows: slice = ALL) -> Iterator[np.ndarray]:
         """Yield the amplitudes of the displacement along x, y and z (length)."""
 
 
@@ -131,108 +138,104 @@ class _Sagittal(NamedTuple):
     lz: np.ndarray
 
 
-class _Amplitude(NamedTuple):
-    """Amplitude of a load for each wave, and the same times i."""
-
-    load: Load
-    amplitude: np.ndarray
-    turned: np.ndarray
-
-
 class DirectedWaves(SubsurfaceWaves):
     """Waves in isotropic solids: those along and across a wave are independent.
 
-    Real factors of all waves are combined before they are multiplied by amplitudes,
-    which takes less time than sums of complex amplitudes.
+    Amplitudes are pairs of their real and imaginary parts in this class, as NumPy takes
+    less time for the products of two pairs of real arrays than of complex arrays.
     """
 
     def __init__(self, tractions: Tractions) -> None:
         qx, qy, tz, tx, ty = tractions
-        self.q = np.hypot(qx, qy)
+        self.q = np.sqrt(qx * qx + qy * qy)
         self._cosine, self._sine = qx / self.q, qy / self.q
-        self._square, self._product = self._cosine**2, self._cosine * self._sine
-        self._loads = [_Amplitude(Load.NORMAL, tz, 1j * tz)]
+        self._loads = {Load.NORMAL: _pair(tz)}
         self._across: np.ndarray | None = None
         if tx is not None and ty is not None:
-            along = self._cosine * tx + self._sine * ty
-            self._loads.append(_Amplitude(Load.ALONG, -1j * along, along))
-            self._across = self._cosine * ty - self._sine * tx
-        # memory that all depths share: new arrays take longer than the arithmetic
-        self._factor = np.empty(qx.shape)
-        self._total, self._part = np.empty((2, *qx.shape), complex)
+            x, y = _pair(tx), _pair(ty)
+            self._loads[Load.ALONG] = -_turned(self._cosine * x + self._sine * y)
+            self._across = self._cosine * y - self._sine * x
 
     @abstractmethod
-    def _sagittal(self, depth: float, load: Load) -> _Sagittal:
+    def _sagittal(self, depth: float, rows: slice, load: Load) -> _Sagittal:
         """Return the stresses in the plane of each wave under a unit load."""
 
     @abstractmethod
-    def _moved(self, depth: float, load: Load) -> tuple[np.ndarray, np.ndarray]:
+    def _moved(
+        self, depth: float, rows: slice, load: Load
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the displacements l, without its factor i, and z by a unit load."""
 
     @abstractmethod
-    def _shear(self, depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _shear(
+        self, depth: float, rows: slice
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return tz, lt without i, and the displacement t by a unit traction t."""
 
-    def stress(self, depth: float) -> Iterator[np.ndarray]:
+    def stress(self, depth: float, rows: slice = ALL) -> Iterator[np.ndarray]:
         """Yield the six components; see `SubsurfaceWaves`."""
-        parts = {each.load: self._sagittal(depth, each.load) for each in self._loads}
-        lateral: list[np.ndarray | float] = [0.0] * 6
+        cosine, sine = self._cosine[rows], self._sine[rows]
+        ll, tt, zz, lz = self._in_plane(depth, rows)
+        # the tensor with the components ll, tt and lt, turned about z
+        first, second = cosine * ll, -sine * tt
+        xz, yz = cosine * lz, sine * lz
         if self._across is not None:
-            lateral = self._across_components(depth, self._across)
-        total, part = self._total, self._part
-        for k, name in enumerate(STRESS_COMPONENTS):
-            for number, each in enumerate(self._loads):
-                factor = self._real_factor(name, parts[each.load])
-                wave = each.turned if name in ("yz", "xz") else each.amplitude
-                out = part if number else total
-                np.multiply(factor, wave, out=out)
-                if number:
-                    total += part
-            if self._across is not None:
-                total += lateral[k]
-            yield total
+            tz, lt, _ = (
+                each * self._across[:, rows] for each in self._shear(depth, rows)
+            )
+            lt = _turned(lt)
+            first -= sine * lt
+            second += cosine * lt
+            xz -= sine * tz
+            yz += cosine * tz
+        xx = cosine * first - sine * second
+        for each in xx, ll + tt - xx, zz, yz, xz, sine * first + cosine * second:
+            yield _complex(each)
 
-    def _real_factor(self, name: str, parts: _Sagittal) -> np.ndarray:
-        """Return a component of a unit load, without a factor i of yz and xz."""
-        if name == "zz":
-            return parts.zz
-        out = self._factor
-        if name in ("yz", "xz"):
-            direction = self._sine if name == "yz" else self._cosine
-            return np.multiply(direction, parts.lz, out=out)
-        np.subtract(parts.ll, parts.tt, out=out)
-        if name == "xy":
-            out *= self._product
-            return out
-        out *= self._square
-        if name == "xx":
-            out += parts.tt
-            return out
-        return np.subtract(parts.ll, out, out=out)
+    def _in_plane(self, depth: float, rows: slice) -> _Sagittal:
+        """Return the stresses in the plane of each wave, with the factor i of lz."""
+        (load, amplitude), *others = self._loads.items()
+        stresses = [
+            each * amplitude[:, rows] for each in self._sagittal(depth, rows, load)
+        ]
+        for load, amplitude in others:
+            parts = self._sagittal(depth, rows, load)
+            for total, each in zip(stresses, parts, strict=True):
+                total += each * amplitude[:, rows]
+        ll, tt, zz, lz = stresses
+        return _Sagittal(ll, tt, zz, _turned(lz))
 
-    def _across_components(
-        self, depth: float, across: np.ndarray
-    ) -> list[np.ndarray | float]:
-        """Return the six components by tractions across the waves."""
-        tz, lt, _ = self._shear(depth)
-        tz, lt = tz * across, 1j * lt * across
-        turned = 2.0 * self._product * lt
-        xy = (2.0 * self._square - 1.0) * lt
-        return [-turned, turned, 0.0, self._cosine * tz, -self._sine * tz, xy]
-
-    def displacement(self, depth: float) -> Iterator[np.ndarray]:
+    def displacement(self, depth: float, rows: slice = ALL) -> Iterator[np.ndarray]:
         """Yield the three components; see `SubsurfaceWaves`."""
-        along, normal = np.zeros_like(self._total), np.zeros_like(self._total)
-        for load, amplitude, turned in self._loads:
-            factors = self._moved(depth, load)
-            along += factors[0] * turned
-            normal += factors[1] * amplitude
-        across: np.ndarray | float = 0.0
+        along, normal = np.zeros((2, 2, *self.q[rows].shape))
+        for load, amplitude in self._loads.items():
+            factors = self._moved(depth, rows, load)
+            along += factors[0] * _turned(amplitude[:, rows])
+            normal += factors[1] * amplitude[:, rows]
+        across = np.zeros_like(along)
         if self._across is not None:
-            across = self._shear(depth)[2] * self._across
-        yield self._cosine * along - self._sine * across
-        yield self._sine * along + self._cosine * across
-        yield normal
+            across = self._shear(depth, rows)[2] * self._across[:, rows]
+        cosine, sine = self._cosine[rows], self._sine[rows]
+        yield _complex(cosine * along - sine * across)
+        yield _complex(sine * along + cosine * across)
+        yield _complex(normal)
+
+
+def _pair(values: np.ndarray) -> np.ndarray:
+    """Return real and imaginary part, shape (2, ...)."""
+    return np.stack([values.real, values.imag])
+
+
+def _turned(pair: np.ndarray) -> np.ndarray:
+    """Return the real and imaginary part times i."""
+    return np.stack([-pair[1], pair[0]])
+
+
+def _complex(pair: np.ndarray) -> np.ndarray:
+    """Return the complex array of a real and an imaginary part."""
+    values = np.empty(pair.shape[1:], np.result_type(pair, np.complex64))
+    values.real, values.imag = pair
+    return values
 
 
 class IsotropicWaves(DirectedWaves):
@@ -252,37 +255,32 @@ class IsotropicWaves(DirectedWaves):
     ) -> None:
         super().__init__(tractions)
         self._shear_modulus, self._poisson = shear_modulus, poisson
-        # memory for each load, as for the sums of components
-        self._memory = {each.load: np.empty((4, *self.q.shape)) for each in self._loads}
 
-    def _sagittal(self, depth: float, load: Load) -> _Sagittal:
-        tau, decay, ll, tt = self._memory[load]
-        np.multiply(self.q, depth, out=tau)
-        np.negative(tau, out=decay)
-        np.exp(decay, out=decay)
-        tau *= decay
+    def _sagittal(self, depth: float, rows: slice, load: Load) -> _Sagittal:
+        tau = self.q[rows] * depth
+        decay = np.exp(-tau)
+        slope, across = tau * decay, 2.0 * self._poisson * decay
         if load is Load.NORMAL:
-            np.subtract(decay, tau, out=ll)
-            np.multiply(decay, 2.0 * self._poisson, out=tt)
-            decay += tau
-            return _Sagittal(ll=ll, tt=tt, zz=decay, lz=tau)
-        np.multiply(decay, -2.0, out=ll)
-        ll += tau
-        np.multiply(decay, -2.0 * self._poisson, out=tt)
-        decay -= tau
-        np.negative(tau, out=tau)
-        return _Sagittal(ll=ll, tt=tt, zz=tau, lz=decay)
+            return _Sagittal(ll=decay - slope, tt=across, zz=decay + slope, lz=slope)
+        along, shear = slope - 2.0 * decay, decay - slope
+        return _Sagittal(ll=along, tt=-across, zz=-slope, lz=shear)
 
-    def _moved(self, depth: float, load: Load) -> tuple[np.ndarray, np.ndarray]:
-        tau, nu = self.q * depth, self._poisson
-        scale = 0.5 * np.exp(-tau) / (self._shear_modulus * self.q)
+    def _moved(
+        self, depth: float, rows: slice, load: Load
+    ) -> tuple[np.ndarray, np.ndarray]:
+        q, nu = self.q[rows], self._poisson
+        tau = q * depth
+        scale = 0.5 * np.exp(-tau) / (self._shear_modulus * q)
         if load is Load.NORMAL:
             return scale * (tau + 2.0 * nu - 1.0), scale * (tau + 2.0 - 2.0 * nu)
         return scale * (2.0 - 2.0 * nu - tau), scale * (2.0 * nu - 1.0 - tau)
 
-    def _shear(self, depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        decay = np.exp(-self.q * depth)
-        return decay, decay, decay / (self._shear_modulus * self.q)
+    def _shear(
+        self, depth: float, rows: slice
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        q = self.q[rows]
+        decay = np.exp(-q * depth)
+        return decay, decay, decay / (self._shear_modulus * q)
 
 
 class LayeredWaves(DirectedWaves):
@@ -369,42 +367,48 @@ class LayeredWaves(DirectedWaves):
         loads[:, 0, 0] = loads[:, 1, 1] = 1.0
         return np.linalg.solve(matrix, loads)
 
-    def _at(self, depth: float, load: Load, names: Sequence[str]) -> list[np.ndarray]:
+    def _at(
+        self, depth: float, rows: slice, load: Load, names: Sequence[str]
+    ) -> list[np.ndarray]:
         """Return components at a depth, displacements times twice mu q."""
-        c = self._coefficients[..., load.value]
+        c, q = self._coefficients[rows, ..., load.value], self.q[rows]
         if depth <= self._thickness:
-            down = _parts(self.q * depth, self._poisson, 1.0, True)
-            height = self.q * (self._thickness - depth)
+            down = _parts(q * depth, self._poisson, 1.0, True)
+            height = q * (self._thickness - depth)
             up = _parts(height, self._poisson, 1.0, False)
             return [_sum(down[k], c[..., :2]) + _sum(up[k], c[..., 2:4]) for k in names]
         if self._base is None:
-            return [np.zeros_like(self.q) for _ in names]
+            return [np.zeros_like(q) for _ in names]
         ratio = self._base[0] / self._shear_modulus
-        below = self.q * (depth - self._thickness)
+        below = q * (depth - self._thickness)
         down = _parts(below, self._base[1], ratio, True)
         return [_sum(down[k], c[..., 4:]) for k in names]
 
-    def _sagittal(self, depth: float, load: Load) -> _Sagittal:
-        return _Sagittal(*self._at(depth, load, _Sagittal._fields))
+    def _sagittal(self, depth: float, rows: slice, load: Load) -> _Sagittal:
+        return _Sagittal(*self._at(depth, rows, load, _Sagittal._fields))
 
-    def _moved(self, depth: float, load: Load) -> tuple[np.ndarray, np.ndarray]:
-        scale = 0.5 / (self._shear_modulus * self.q)
-        along, normal = self._at(depth, load, ("l", "z"))
+    def _moved(
+        self, depth: float, rows: slice, load: Load
+    ) -> tuple[np.ndarray, np.ndarray]:
+        scale = 0.5 / (self._shear_modulus * self.q[rows])
+        along, normal = self._at(depth, rows, load, ("l", "z"))
         return scale * along, scale * normal
 
-    def _shear(self, depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        reflected = self._reflected
-        far = np.exp(-self.q * self._thickness)
-        scale = 1.0 / (self._shear_modulus * self.q)
+    def _shear(
+        self, depth: float, rows: slice
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        reflected, q = self._reflected, self.q[rows]
+        far = np.exp(-q * self._thickness)
+        scale = 1.0 / (self._shear_modulus * q)
         top = 1.0 / (1.0 - reflected * far**2)
         if depth <= self._thickness:
-            down = top * np.exp(-self.q * depth)
-            up = top * reflected * far * np.exp(-self.q * (self._thickness - depth))
+            down = top * np.exp(-q * depth)
+            up = top * reflected * far * np.exp(-q * (self._thickness - depth))
             return down - up, down + up, scale * (down + up)
         if self._base is None or not self._bonded:
             nothing = np.zeros_like(far)
             return nothing, nothing, nothing
-        decay = np.exp(-self.q * (depth - self._thickness))
+        decay = np.exp(-q * (depth - self._thickness))
         below = (1.0 + reflected) * top * far * decay
         stress = below * self._base[0] / self._shear_modulus
         return stress, stress, scale * below
@@ -455,11 +459,11 @@ class ScaledWaves(SubsurfaceWaves):
     def __init__(self, waves: SubsurfaceWaves, factor: float) -> None:
         self._waves, self._factor = waves, factor
 
-    def stress(self, depth: float) -> Iterator[np.ndarray]:
+    def stress(self, depth: float, rows: slice = ALL) -> Iterator[np.ndarray]:
         """Yield the six components; see `SubsurfaceWaves`."""
-        return self._waves.stress(depth)
+        return self._waves.stress(depth, rows)
 
-    def displacement(self, depth: float) -> Iterator[np.ndarray]:
+    def displacement(self, depth: float, rows: slice = ALL) -> Iterator[np.ndarray]:
         """Yield the three components; see `SubsurfaceWaves`."""
-        for each in self._waves.displacement(depth):
+        for each in self._waves.displacement(depth, rows):
             yield self._factor * each

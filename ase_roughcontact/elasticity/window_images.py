@@ -14,6 +14,7 @@ A. E. H. Love, Phil. Trans. R. Soc. A 228, 377 (1929).
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -21,8 +22,10 @@ from scipy.interpolate import CubicSpline
 from ase_roughcontact.elasticity.fft import fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.periodic_field import Component, PeriodicField
-from ase_roughcontact.elasticity.subsurface import Tractions
+from ase_roughcontact.elasticity.subsurface import ALL, SubsurfaceWaves, Tractions
 
+# Side of the padded grid, in sides of the window.
+_PADDING = 1.5
 # Numbers of coarse cells along the longer side of a padded grid, for the field of the
 # images: with few prime factors.
 _PADDED_BLOCKS = 24, 25, 27, 28, 30, 32
@@ -68,7 +71,18 @@ class WindowImages:
             field.loads = [each * _smoothing(grid) for each in field.loads]
             fields.append(field)
         self._near, self._far = fields
-        self._far.mean_response = _long_waves
+        self._far.mean_response = partial(_long_waves, self._far_long_waves())
+        # cubic splines of the matrices that interpolate along x and y
+        self._splines = [
+            CubicSpline(np.arange(k), np.eye(k)) for k in self._near.window
+        ]
+
+    def _far_long_waves(self) -> SubsurfaceWaves:
+        """Return long waves in all directions with the mean traction as amplitude."""
+        q = _MEAN_WAVE_NUMBER * 2.0 * np.pi / self._far.period[0]
+        loads = [np.full(_DIRECTIONS.shape, each, complex) for each in self._far.mean]
+        wave = q * np.cos(_DIRECTIONS), q * np.sin(_DIRECTIONS)
+        return self._far.solid.subsurface(Tractions(*wave, *loads))
 
     def at(
         self, depth: float, component: Component, x: np.ndarray, y: np.ndarray
@@ -79,24 +93,15 @@ class WindowImages:
         rows, columns = (
             (each - 0.5 * (self._block - 1)) / self._block + 1.0 for each in (x, y)
         )
-        n, m = images.shape[1:]
-        return _spline(n, rows) @ images @ _spline(m, columns).T
+        across, along = self._splines
+        return across(rows) @ images @ along(columns).T
 
 
 def _long_waves(
-    field: PeriodicField, depth: float, component: Component
+    waves: SubsurfaceWaves, field: PeriodicField, depth: float, component: Component
 ) -> list[float]:
-    """Return the mean response of long waves in all directions to the mean traction."""
-    q = _MEAN_WAVE_NUMBER * 2.0 * np.pi / field.period[0]
-    loads = [np.full(_DIRECTIONS.shape, each, complex) for each in field.mean]
-    wave = q * np.cos(_DIRECTIONS), q * np.sin(_DIRECTIONS)
-    waves = field.solid.subsurface(Tractions(*wave, *loads))
-    return [float(each.real.mean()) for each in component(waves, depth)]
-
-
-def _spline(n: int, x: np.ndarray) -> np.ndarray:
-    """Return the matrix that interpolates n values at positions, by a cubic spline."""
-    return CubicSpline(np.arange(n), np.eye(n))(x)
+    """Return the mean over the directions of long waves."""
+    return [float(each.real.mean()) for each in component(waves, depth, ALL)]
 
 
 def _padded_blocks(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
@@ -104,13 +109,13 @@ def _padded_blocks(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
 
     Of several numbers of blocks the one is taken that pads least.
     """
-    longest = 2 * max(shape) - 1
+    longest = math.ceil(_PADDING * max(shape))
     sides = [fast_length(math.ceil(longest / blocks)) for blocks in _PADDED_BLOCKS]
     padded = [side * blocks for side, blocks in zip(sides, _PADDED_BLOCKS, strict=True)]
     block = sides[padded.index(min(padded))]
     # the frame of the window needs two blocks, and the spline four
     numbers = [
-        fast_length(max(math.ceil((2 * n - 1) / block), math.ceil(n / block) + 2, 4))
+        fast_length(max(math.ceil(_PADDING * n / block), math.ceil(n / block) + 2, 4))
         for n in shape
     ]
     return block, (numbers[0], numbers[1])

@@ -36,7 +36,7 @@ _by_step: WeakKeyDictionary[RelaxedStep, dict[str, LargestStress]] = WeakKeyDict
 
 
 def stress_field(step: RelaxedStep) -> StressField:
-    """Return the stress below the surface of a relaxed step."""
+    """Return the stress below the surface of a relaxed step, in single precision."""
     halfspace = step.halfspace
     return StressField(
         step.problem.solid,
@@ -44,6 +44,7 @@ def stress_field(step: RelaxedStep) -> StressField:
         step.fields.pressure,
         _tractions(step),
         halfspace.periodic,
+        dtype=np.float32,
     )
 
 

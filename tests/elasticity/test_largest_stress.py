@@ -50,6 +50,33 @@ def test_largest_stress_comes_to_the_surface_under_friction(friction, deep):
     assert (largest_stress(field).depth > 6.0) == deep
 
 
+@pytest.mark.parametrize("periodic", [True, False])
+def test_largest_stress_near_the_surface_is_the_largest_of_close_points(periodic):
+    x = np.arange(128)
+    height = np.cos(x[:, None] / 7) + np.cos(x / 6) + np.cos(x[:, None] / 9 + x / 11)
+    pressure = np.sqrt(np.maximum(height - 1.2, 0.0))
+    tractions = np.stack([0.5 * pressure, 0 * pressure])
+    field = StressField(Isotropic(1.0, 0.3), 1.0, pressure, tractions, periodic)
+    found = largest_stress(field)
+    points = (np.linspace(-3.0, 3.0, 25) + each for each in (found.x, found.y))
+    points = [np.clip(each, 0.0, 127.0) for each in points]
+    assert found.depth == 1.0
+    expected = von_mises(field.stress_at(*points, 1.0)).max()
+    assert found.value == pytest.approx(expected, rel=2e-3)
+    grid = von_mises(field.stress(1.0)).max()
+    assert grid * (1 - 1e-6) < found.value < 1.05 * grid
+
+
+def test_single_precision_finds_the_same_largest_stress():
+    pressure = hertz(96, 30.0)
+    double, single = (
+        largest_stress(StressField(Isotropic(1.0, 0.3), 1.0, pressure, dtype=each))
+        for each in (np.float64, np.float32)
+    )
+    assert single.value == pytest.approx(double.value, rel=1e-5)
+    assert single.depth == pytest.approx(double.depth, rel=1e-3)
+
+
 def test_largest_stress_of_many_contacts_is_found_by_all_planes():
     x = np.arange(96)
     pressure = np.zeros((96, 96))

@@ -25,6 +25,7 @@ from scipy.interpolate import CubicSpline
 
 from ase_roughcontact.elasticity.crystals.impedance import surface_compliance
 from ase_roughcontact.elasticity.subsurface import (
+    ALL,
     SubsurfaceWaves,
     Tractions,
     UniformResponse,
@@ -66,10 +67,10 @@ class AnisotropicWaves(SubsurfaceWaves):
         third = _product(self._decay, second) - self._values[..., 1:2] * second
         self._terms = first, second, third
 
-    def _scaled_displacement(self, depth: float) -> np.ndarray:
+    def _scaled_displacement(self, depth: float, rows: slice) -> np.ndarray:
         """Return the displacement times q, shape (..., 3)."""
-        tau = self._q * depth
-        one, two, three = np.moveaxis(self._values, -1, 0)
+        tau = self._q[rows] * depth
+        one, two, three = np.moveaxis(self._values[rows], -1, 0)
         low, high = _difference(one, two, tau), _difference(two, three, tau)
         close = abs(one - three) * tau < _SMALL_DIFFERENCE
         second = np.divide(
@@ -79,22 +80,23 @@ class AnisotropicWaves(SubsurfaceWaves):
         second = np.where(close, 0.5 * tau**2 * np.exp(-tau * mean), second)
         factors = np.exp(-tau * one), low, second
         return sum(
-            f[..., None] * term for f, term in zip(factors, self._terms, strict=True)
+            f[..., None] * term[rows]
+            for f, term in zip(factors, self._terms, strict=True)
         )
 
-    def stress(self, depth: float) -> Iterator[np.ndarray]:
+    def stress(self, depth: float, rows: slice = ALL) -> Iterator[np.ndarray]:
         """Yield the six components; see `SubsurfaceWaves`."""
-        moved = self._scaled_displacement(depth)
-        slope = _product(self._decay, moved)
-        along_x = 1j * self._cosine[..., None] * moved
-        along_y = 1j * self._sine[..., None] * moved
+        moved = self._scaled_displacement(depth, rows)
+        slope = _product(self._decay[rows], moved)
+        along_x = 1j * self._cosine[rows, ..., None] * moved
+        along_y = 1j * self._sine[rows, ..., None] * moved
         gradient = np.stack([along_x, along_y, slope], axis=-1)
         for moduli in self._moduli:
             yield np.einsum("kl,...kl->...", moduli, gradient)
 
-    def displacement(self, depth: float) -> Iterator[np.ndarray]:
+    def displacement(self, depth: float, rows: slice = ALL) -> Iterator[np.ndarray]:
         """Yield the three components; see `SubsurfaceWaves`."""
-        moved = self._scaled_displacement(depth) / self._q[..., None]
+        moved = self._scaled_displacement(depth, rows) / self._q[rows, ..., None]
         yield from np.moveaxis(moved, -1, 0)
 
 
