@@ -29,7 +29,13 @@ from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.loading.trajectory import frames_of_steps, steps_with_frames
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.plot.files import written
-from ase_roughcontact.plot.style import legend_below, letter, letters
+from ase_roughcontact.plot.style import (
+    BRANCHES,
+    LINES,
+    legend_below,
+    letter,
+    letters,
+)
 from ase_roughcontact.plot.surfaces import map_panels
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
@@ -104,7 +110,8 @@ def draw(
     -------
     list of str
         Names of the files: curve.png, if a force is compressive; force.png, for paths
-        of penetrations or heights and paths with tension; contact.png, if atoms are in
+        of penetrations or heights and paths with tension, but not for loops, which have
+        a figure of their own; contact.png, if atoms are in
         contact; stress.png, if stresses below the surface are asked for. Paths in time
         have the last two only.
     """
@@ -112,10 +119,13 @@ def draw(
     path = scene.path
     if not path.in_order and any(_is_compressive(step) for step in steps):
         draw_area = _draw_flat if scene.is_flat else _draw_curve
+        if path.is_loop:
+            draw_area = _draw_loop_area
         draw_area(reference, steps, folder / "curve.png")
         names.append("curve.png")
     tension = any(step.normal_force < -step.tolerance for step in steps)
-    if not path.in_order and (tension or (path.controlled != LOAD and names)):
+    force = tension or (path.controlled != LOAD and names)
+    if force and not (path.in_order or path.is_loop):
         _draw_force(reference, steps, folder / "force.png")
         names.append("force.png")
     touching = _touching(_with_frames(steps, folder) if shown is None else shown)
@@ -244,6 +254,43 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         if len(shown) < len(steps):
             upper.set_title("steps under compression")
         legend_below(figure, panels)
+
+
+def _draw_loop_area(
+    reference: Reference, steps: Sequence[LoadStep], file: Path
+) -> None:
+    """Draw the area over the force along a whole loop, beside theory."""
+    scene = reference.scene
+    forces, areas = _column(steps, "normal_force"), _column(steps, scene.area_column)
+    errors, converged = _column(steps, "area_error"), _column(steps, "converged")
+    branches = np.array(scene.path.branch_names(scene.bodies, steps))
+    along = np.linspace(forces.min(), forces.max(), 10 * _CURVE_POINTS)
+    theory = {
+        each.label: each.contact_area(along)
+        for each in (reference.smooth, *reference.limits)
+    }
+    push = np.maximum(along, 0.0)
+    if reference.smooth.pull_off_force:
+        hertz = np.where(along > 0.0, scene.bodies.hertz_area(push), np.nan)
+        theory[f"{scene.bodies.nonadhesive.label} without adhesion"] = hertz
+    rough = np.where(along > 0.0, reference.rough_area(push), np.nan)
+    theory["Eq. (4): theory, rough sphere"] = rough
+    with written(file, 3.8) as figure:
+        axes = figure.subplots()
+        shown = {name: area for name, area in theory.items() if np.isfinite(area).any()}
+        for number, (name, area) in enumerate(shown.items()):
+            line, label = f"k{LINES[number % len(LINES)]}", scene.bodies.labelled(name)
+            axes.plot(along / NN, area / _NM2, line, lw=0.8, label=label)
+        for name, colour, width in BRANCHES:
+            part = (branches == name) & converged
+            points = forces[part] / NN, areas[part] / _NM2
+            axes.plot(*points, ".-", color=colour, lw=width, ms=3, label=name)
+            bars = 2.0 * errors[part] / _NM2
+            axes.errorbar(*points, bars, fmt="none", ecolor=colour, lw=0.8)
+        axes.axvline(0.0, color=plot.GREY, lw=0.6)
+        axes.set(xlabel="normal force $N$ (nN)", ylabel="contact area (nm$^2$)")
+        axes.set_ylim(bottom=0.0)
+        legend_below(figure, [axes])
 
 
 def _draw_flat(reference: Reference, steps: Sequence[Any], file: Path) -> None:

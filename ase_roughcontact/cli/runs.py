@@ -56,9 +56,10 @@ def run(options: argparse.Namespace) -> int:
       view.traj    the same for viewing with ase gui: contact in purple, sphere cut
                    open, large windows thinned, heights enlarged
       curve.png    contact area against load, with Eq. (4) of Pastewka & Robbins
-                   (2016), and with adhesion JKR, DMT and Maugis-Dugdale
+                   (2016), and with adhesion JKR, DMT and Maugis-Dugdale; of a loop
+                   also under tension
       force.png    force against penetration or height; for paths of these, and for
-                   paths with tension
+                   paths with tension other than loops
       loop.png     force against depth of a loop; with a cantilever also
                    cantilever.png and cantilever.csv, its force curve
       contact.png  maps of the contact pressure of four steps

@@ -3,10 +3,14 @@
 import math
 import re
 from dataclasses import replace
+from unittest.mock import patch
 
+import numpy as np
 import pytest
+from command_cases import keep_figure
 from loop_scene import LOOP
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from small_scene import SMALL
 
 from ase_roughcontact._util.files import table_rows
@@ -98,6 +102,36 @@ def test_the_page_of_a_loop_has_its_values_and_force_curves(loop):
         assert caption in text
 
 
+def test_areas_of_a_loop_are_drawn_over_all_forces_and_forces_once(loop):
+    (folder, _), figures = loop, {}
+    with patch.object(Figure, "savefig", keep_figure(figures)):
+        assert main(["figure", str(folder)]) == 0
+    assert "force.png" not in figures
+    (axes,) = figures["curve.png"].axes
+    lines = {line.get_label(): np.array(line.get_data()) for line in axes.lines}
+    force, area = np.concatenate([lines["approach"], lines["retraction"]], axis=1)
+    states = list(table_rows((folder / "curve.csv").read_text().splitlines()))
+    for drawn, column, unit in (
+        (force, "normal_force", UNITS["nN"]),
+        (area, "contact_area", UNITS["nm²"]),
+    ):
+        expected = np.array([float(state[column]) for state in states]) / unit
+        np.testing.assert_allclose(drawn, expected)
+    assert axes.get_xlabel().endswith("(nN)") and "(nm$^2$)" in axes.get_ylabel()
+
+
+def test_theory_of_the_areas_of_a_loop_ends_at_its_pull_off_force(loop):
+    (folder, _), figures = loop, {}
+    with patch.object(Figure, "savefig", keep_figure(figures)):
+        main(["figure", str(folder)])
+    lines = figures["curve.png"].axes[0].lines
+    (jkr,) = [each for each in lines if each.get_label().startswith("JKR")]
+    force, area = jkr.get_data()
+    work, radius = 1.0, 5.0  # J/m², nm
+    pull_off = 1.5 * np.pi * work * radius
+    assert force[np.isfinite(area)].min() == pytest.approx(-pull_off, rel=0.02)
+
+
 def test_figures_of_a_loop_are_drawn_again_with_a_map_of_the_deepest_state(
     loop, capsys, monkeypatch
 ):
@@ -106,7 +140,7 @@ def test_figures_of_a_loop_are_drawn_again_with_a_map_of_the_deepest_state(
     monkeypatch.setattr(Axes, "set_title", lambda _, text, **__: titles.append(text))
     assert main(["figure", str(folder)]) == 0
     assert "loop.png" in capsys.readouterr().out
-    for name in ("loop.png", "cantilever.png", "force.png", "view.traj"):
+    for name in ("loop.png", "cantilever.png", "view.traj"):
         assert (folder / name).stat().st_size > 5000
     states = list(table_rows((folder / "curve.csv").read_text().splitlines()))
     deepest = max(states, key=lambda state: float(state["penetration"]))

@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.path_kinds.loop.cantilever import CantileverCurve
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop, interpolated
+from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import (
     BRANCHES,
     DASHES,
     GREY,
     add_jump,
     add_right_scale,
+    legend_below,
 )
 
 NN, NM = UNITS["nN"], UNITS["nm"]
 
 
 def plot_loop(
-    axes: Any, loop: AdhesionLoop, pull_off_forces: Mapping[str, float] | None = None
+    axes: Any,
+    loop: AdhesionLoop,
+    pull_off_forces: Mapping[str, float] | None = None,
+    theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
 ) -> Any:
     """Plot force against depth of an adhesion loop, with arrows at instabilities.
 
@@ -36,6 +43,9 @@ def plot_loop(
         Loop from `adhesion_loop`.
     pull_off_forces : mapping of str to float, optional
         Pull-off forces of theories by label (eV/Å).
+    theory : mapping of str to (array_like, array_like), optional
+        Penetrations (Å) and forces (eV/Å) of theories, by label. They are drawn within
+        the limits of the loop.
 
     Returns
     -------
@@ -59,8 +69,33 @@ def plot_loop(
         line = DASHES[i % len(DASHES)]
         axes.axhline(-force / NN, color="k", ls=line, lw=0.8, label=name)
     axes.set(xlabel="depth (Å)", ylabel="normal force $N$ (nN)")
+    limits = axes.axis()
+    for i, (name, (along, values)) in enumerate((theory or {}).items()):
+        depth, level = np.asarray(along), np.asarray(values) / NN
+        axes.plot(depth, level, f"k{DASHES[i % len(DASHES)]}", lw=0.8, label=name)
+    axes.axis(limits)
     axes.legend()
     return axes
+
+
+def draw_loop(
+    file: Path,
+    loop: AdhesionLoop,
+    pull_off_forces: Mapping[str, float],
+    theory: Mapping[str, tuple[ArrayLike, ArrayLike]],
+) -> None:
+    """Write the figure of an adhesion loop.
+
+    Parameters
+    ----------
+    file : path
+    loop, pull_off_forces, theory
+        See `plot_loop`.
+    """
+    with written(file, 3.4) as figure:
+        axes = figure.subplots()
+        plot_loop(axes, loop, pull_off_forces, theory)
+        legend_below(figure, [axes])
 
 
 def plot_cantilever(axes: Any, curve: CantileverCurve) -> Any:

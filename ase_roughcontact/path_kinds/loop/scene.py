@@ -13,6 +13,7 @@ import numpy as np
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS, with_unit
+from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.contact.control import HEIGHT, PENETRATION
 from ase_roughcontact.path_kinds.loop.cantilever import (
     CantileverCurve,
@@ -63,6 +64,8 @@ class Loop(PathKind):
         "seconds": "time",
     }
     captions = {
+        "curve.png": "Contact area along the whole loop, also under tension, beside "
+        "theory.",
         "loop.png": "Force of the tip held at each height; arrows: instabilities.",
         "cantilever.png": "Force curve of the cantilever; arrows: snap-in, pull-off.",
     }
@@ -175,7 +178,8 @@ class Loop(PathKind):
         from ase_roughcontact.plot.files import draw_file
 
         loop = self.result(bodies, states)
-        draw_file(folder / "loop.png", figures.plot_loop, loop)
+        levels, curves = self._theory(bodies, states)
+        figures.draw_loop(folder / "loop.png", loop, levels, curves)
         yield "loop.png"
         curve = self._curve(loop)
         if curve is not None:
@@ -189,6 +193,20 @@ class Loop(PathKind):
             write_curve(folder / "cantilever.csv", names, columns)
             draw_file(folder / "cantilever.png", figures.plot_cantilever, curve)
             yield "cantilever.png"
+
+    def _theory(
+        self, bodies: Bodies, states: Sequence[LoadStep]
+    ) -> tuple[dict[str, float], dict[str, tuple[FloatArray, FloatArray]]]:
+        """Return pull-off force, or else force over depth, of a smooth indenter."""
+        if bodies.is_flat:
+            return {}, {}
+        modulus, work = bodies.contact_modulus, bodies.wall.work_of_adhesion
+        smooth = bodies.smooth_theory(modulus, work)
+        label = bodies.labelled(smooth.label)
+        curves = bodies.forces_over_depth({label: smooth}, states)
+        if curves or not smooth.pull_off_force:
+            return {}, curves
+        return {f"pull-off, {label}": smooth.pull_off_force}, {}
 
     def _curve(self, loop: AdhesionLoop) -> CantileverCurve | None:
         """Return the force curve with the cantilever; None without one."""
