@@ -73,15 +73,6 @@ def steps_with_frames(file: PathName) -> list[int]:
     return [_step_of(contents) for contents in read_contents(file)]
 
 
-def frames_of_steps(file: PathName, steps: Container[int]) -> list[Atoms]:
-    """Read the frames of some steps, in order; see `read_frames`."""
-    return [
-        unpacked(contents)
-        for contents in read_contents(file)
-        if _step_of(contents) in steps
-    ]
-
-
 class StoredFrames(Mapping[int, Atoms]):
     """Frames of a trajectory by the number of their steps, each read when it is needed.
 
@@ -120,6 +111,12 @@ class StoredFrames(Mapping[int, Atoms]):
 
     def __len__(self) -> int:
         return len(self._places)
+
+
+def frames_of_steps(file: PathName, steps: Container[int]) -> list[Atoms]:
+    """Read the frames of some steps, in order, and no others; see `StoredFrames`."""
+    stored = StoredFrames(file)
+    return [stored[step] for step in stored if step in steps]
 
 
 @contextmanager

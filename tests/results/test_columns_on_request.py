@@ -4,6 +4,7 @@ import copy
 import json
 import math
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from written_path import written_path
 import ase_roughcontact as rc
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.cli import main
-from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
+from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensemble
 from ase_roughcontact.paths.restart import read_steps, restart_file
 from ase_roughcontact.results.column import column_on_request
 from ase_roughcontact.results.record import (
@@ -204,8 +205,11 @@ def test_an_ensemble_has_the_column_of_the_cases_that_asked(tmp_path):
     database = tmp_path / "ensemble.db"
     for text, radius in ((SMALL, 60.0), (ASKING, 70.0)):
         cases = product(Scene.parse(text), {"sphere.radius": [radius]})
-        run_ensemble(cases, database)
+        with ThreadPoolExecutor(1) as pool:
+            list(run_ensemble(cases, database, pool, interval=0.02))
     found = read_ensemble(database)
-    assert np.isnan(found["conductance"][found["radius"] < 65.0]).all()
-    assert (found["conductance"][found["radius"] > 65.0] > 0.0).all()
+    asked = found["case"] == case_of(*cases)
+    assert 0 < np.count_nonzero(asked) < len(asked)
+    assert np.isnan(found["conductance"][~asked]).all()
+    assert (found["conductance"][asked] > 0.0).all()
     assert np.isnan(found["lateral_stiffness"]).all()

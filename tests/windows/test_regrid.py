@@ -107,7 +107,7 @@ def test_automatic_windows_fit_a_coarse_grid_from_any_first_window(shape):
 
 def test_loss_is_a_warning_of_a_path():
     with pytest.warns(UserWarning, match=r"4 times .* 34 %"):
-        rc.load_path(make_atoms(), heights=[1.0], grid="4 a0")
+        rc.load_path(make_atoms(), heights=[1.0], grid="4 a0").close()
 
 
 def test_hardness_of_the_crystal_is_known_on_a_finer_grid():
