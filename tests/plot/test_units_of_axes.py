@@ -173,6 +173,16 @@ def test_theory_of_a_path_in_time():
     np.testing.assert_allclose(drawn(axes, "Hertz"), [depth, force])
 
 
+@pytest.mark.parametrize("column", ["contact_area", "continuum_area"])
+def test_areas_of_theory_of_a_path_in_time(column):
+    depth, area = values(), values(30.0)
+    theory = {"Hertz": (depth, area)}
+    axes = axes_of(plot.plot_over_depth, TIMED, column, theory=theory)
+    np.testing.assert_allclose(drawn(axes, "Hertz"), [depth, area])
+    axes = axes_of(plot.plot_over_time, TIMED, column, theory={"Hertz": area})
+    np.testing.assert_allclose(drawn(axes, "Hertz"), [*columns_of(TIMED, "time"), area])
+
+
 def test_moduli_over_frequency():
     omega, storage, loss = np.geomspace(0.1, 10.0, COUNT), values(), values()
     creep = Creep.of_relaxation([0.5], [1.0])

@@ -50,6 +50,7 @@ def plot_over_time(
     steps: Sequence[Any],
     column: str = "normal_force",
     branches: Sequence[str] = (),
+    theory: Mapping[str, ArrayLike] | None = None,
 ) -> Any:
     """Plot a column of a path in time over the time.
 
@@ -62,12 +63,18 @@ def plot_over_time(
     branches : sequence of str, optional
         Name of the branch at each step, "approach", "dwell", "retraction" or
         "oscillation"; it sets the colour and the label of a line.
+    theory : mapping of str to array_like, optional
+        Values of the column by theories at each step (eV/Å or Å^2), by label.
 
     Returns
     -------
     matplotlib Axes
     """
     _plot_branches(axes, steps, ("time", column), branches)
+    times, (unit, _) = [step.time for step in steps], _COLUMNS[column]
+    for i, (label, values) in enumerate((theory or {}).items()):
+        drawn = np.asarray(values) / unit
+        axes.plot(times, drawn, f"k{LINES[i % 4]}", lw=0.8, label=label, zorder=0)
     return axes
 
 
@@ -89,7 +96,7 @@ def plot_over_depth(
     steps, column, branches
         See `plot_over_time`.
     theory : mapping of str to (array_like, array_like), optional
-        Penetrations (Å) and forces (eV/Å) of theories, by label.
+        Penetrations (Å) and values of the column (eV/Å or Å^2) of theories, by label.
     along : {"penetration", "base"}
         Column along the other axis.
 
@@ -99,8 +106,9 @@ def plot_over_depth(
     """
     x, y = _plot_branches(axes, steps, (along, column), branches, arrows=True)
     limit_to(axes, x, y, _MARGIN)
-    for i, (label, (depth, force)) in enumerate((theory or {}).items()):
-        line = np.asarray(depth) / _NM, np.asarray(force) / _NN
+    unit, _ = _COLUMNS[column]
+    for i, (label, (depth, values)) in enumerate((theory or {}).items()):
+        line = np.asarray(depth) / _NM, np.asarray(values) / unit
         axes.plot(*line, f"k{LINES[i % 4]}", lw=0.8, label=label, zorder=0)
     return axes
 
@@ -110,22 +118,28 @@ def draw_time_path(
     steps: Sequence[Any],
     branches: Sequence[str] = (),
     theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    areas_over_depth: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    areas_over_time: Mapping[str, ArrayLike] | None = None,
 ) -> None:
     """Write the figure of a path in time: force and area over time, and over depth.
 
     Parameters
     ----------
     file : path
-    steps, branches, theory
+    steps, branches
         See `plot_over_depth`.
+    theory, areas_over_depth : mapping of str to (array_like, array_like), optional
+        Penetrations (Å) with forces (eV/Å), and with areas (Å^2), of theories by label.
+    areas_over_time : mapping of str to array_like, optional
+        Areas of theories at each step (Å^2), by label.
     """
     area = steps[0].area_column
     with written(file, 4.6, width=6.0) as figure:
         panels = figure.subplots(2, 2, sharex="col", sharey="row")
         plot_over_depth(panels[0, 1], steps, "normal_force", branches, theory)
-        plot_over_depth(panels[1, 1], steps, area, branches)
+        plot_over_depth(panels[1, 1], steps, area, branches, areas_over_depth)
         plot_over_time(panels[0, 0], steps, "normal_force", branches)
-        plot_over_time(panels[1, 0], steps, area, branches)
+        plot_over_time(panels[1, 0], steps, area, branches, areas_over_time)
         for panel in panels.flat:
             panel.label_outer()
         letter(list(panels.flat))

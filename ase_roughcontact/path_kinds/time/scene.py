@@ -75,7 +75,8 @@ class Timed(PathKind):
     in_time = True
     controls = (*PathKind.controls, BASE)
     captions = {
-        "time.png": "Force and contact area over time and over depth; arrows: "
+        "time.png": "Force and contact area over time and over depth; theory over "
+        "time: areas of elastic contacts under the force at each time; arrows: "
         "direction of the path.",
         "cantilever.png": "Force of the cantilever over the distance of its base.",
     }
@@ -352,7 +353,16 @@ class Timed(PathKind):
             for name, limit in bodies.sphere_limits.items()
         }
         theory = bodies.forces_over_depth(limits, states)
-        figures.draw_time_path(folder / "time.png", states, branches, theory)
+        over_depth, over_time = {}, {}
+        forces = np.array([state.normal_force for state in states])
+        for label, (depth, force) in theory.items():
+            area_under = limits[label].contact_area
+            stable = slice(int(force.argmin()), None)  # contacts under a given force
+            over_depth[label] = depth[stable], area_under(force[stable])
+            over_time[label] = area_under(forces)
+        figures.draw_time_path(
+            folder / "time.png", states, branches, theory, over_depth, over_time
+        )
         yield "time.png"
         if self.stiffness is not None:
             columns: dict[str, list[float]] = {
