@@ -15,6 +15,10 @@ from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, legend_below, letter
 
 _NN = UNITS["nN"]
+# Smallest force in a contact, relative to the noise, and to the largest force.
+_MIN_FORCE, _MIN_RELATIVE_FORCE = 5.0, 0.01
+# Margin beside the contact, relative to it.
+_CONTACT_MARGIN = 0.15
 # Smallest tension of points of the part under tension, relative to the largest one.
 _MIN_TENSION = 0.5
 # Smallest margin beside this part, relative to the curve.
@@ -22,7 +26,9 @@ _MIN_MARGIN = 0.03
 
 
 def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
-    """Draw a measured force curve, its fits, and the residuals.
+    """Draw the contact of a measured force curve, its fits, and the residuals.
+
+    With adhesion a third panel has the part under tension.
 
     Parameters
     ----------
@@ -38,7 +44,7 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
         curves.append(("smooth sphere", smooth, ORANGE, 1.2, "--"))
     (name, x_unit), (_, y_unit) = fit.abscissa, fit.ordinate
     with written(file, 5.5) as figure:
-        ratios = (3, 1.3) if x_unit == "s" else (3, 1.3, 3)
+        ratios = (3, 1.3, 3) if x_unit != "s" and _adheres(fit) else (3, 1.3)
         panels = figure.subplots(len(ratios), 1, height_ratios=ratios)
         upper, lower, *details = panels
         _draw_curves(upper, fit, curves, size=1.5)
@@ -52,6 +58,8 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
         lower.axhline(0.0, color="black", lw=0.5)
         lower.set_ylabel(f"residual ({y_unit})")
         lower.sharex(upper)
+        if x_unit != "s":
+            _cut_to_contact(upper, fit)
         for axes in panels:
             axes.set_xlabel(f"{name} ({x_unit})")
         letter(panels)
@@ -74,6 +82,23 @@ def _draw_curves(axes: Any, fit: Fit, curves: Sequence[tuple], size: float) -> N
         x, y = x / UNITS[x_unit], y / UNITS[y_unit]
         axes.plot(x, y, line, color=colour, lw=width, label=name)
     axes.set_ylabel(f"{label} ({y_unit})")
+
+
+def _adheres(fit: Fit) -> bool:
+    """Return whether a measured tension exceeds the noise."""
+    return bool(fit.far_force - fit.force.min() > _MIN_FORCE * fit.noise)
+
+
+def _cut_to_contact(axes: Any, fit: Fit) -> None:
+    """Limit axes to the points at which a force acts, with a margin of free points."""
+    distance = fit.distance / UNITS["nm"]
+    force = abs(fit.force - fit.far_force)
+    acts = force > max(_MIN_FORCE * fit.noise, _MIN_RELATIVE_FORCE * force.max())
+    if acts.any():
+        low, high = distance[acts].min(), distance[acts].max()
+        margin = _CONTACT_MARGIN * (high - low)
+        ends = low - margin, high + margin
+        axes.set_xlim(np.clip(ends, distance.min() - margin, distance.max() + margin))
 
 
 def _cut_to_tension(axes: Any, fit: Fit) -> None:

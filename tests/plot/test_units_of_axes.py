@@ -380,14 +380,37 @@ def test_fit_and_residuals(unit, kept, tmp_path):
         abscissa=("time" if unit == "s" else "distance", unit),
     )
     draw_fit(fit, None, tmp_path / "f.png")
-    upper, lower, *details = kept[0].axes
-    assert len(details) == (unit == "nm")
+    upper, lower = kept[0].axes  # without tension, two panels
     part = fit.compared
-    for axes in (upper, *details):
-        points = drawn(axes, "measured")
-        np.testing.assert_allclose(points, [distance[part], force[part]])
-        hollow = drawn(axes, "measured at a jump, not compared")
-        np.testing.assert_allclose(hollow, [distance[~part], force[~part]])
-        np.testing.assert_allclose(drawn(axes, "fit"), [distance, fitted])
+    points = drawn(upper, "measured")
+    np.testing.assert_allclose(points, [distance[part], force[part]])
+    hollow = drawn(upper, "measured at a jump, not compared")
+    np.testing.assert_allclose(hollow, [distance[~part], force[~part]])
+    np.testing.assert_allclose(drawn(upper, "fit"), [distance, fitted])
     expected = [distance[part], (fitted - force)[part]]
     np.testing.assert_allclose(drawn(lower, 0), expected)
+
+
+@pytest.mark.parametrize("tension", [0.0, 0.5])
+def test_contact_fills_the_figure_of_a_fit_and_tension_has_a_panel(
+    tension, kept, tmp_path
+):
+    distance = np.linspace(0.0, 1e4, 2001)  # Å; the contact ends at 100 Å
+    force = np.where(distance < 100.0, 2.0 - distance / 30.0, 0.0).clip(min=-tension)
+    fit = Fit(
+        *((), (), np.zeros(0), np.zeros(0), {}, np.zeros((0, 0))),
+        distance=distance,
+        force=force,
+        fitted=force,
+        compared=np.ones(distance.size, bool),
+        noise=0.01,
+        converged=True,
+        far_force=0.0,
+    )
+    draw_fit(fit, None, tmp_path / "f.png")
+    upper, lower, *details = kept[0].axes
+    end = 95.0 if tension else 55.0  # a step, or less than the noise, before
+    for axes in (upper, lower):
+        left, right = np.array(axes.get_xlim()) * unit_in(axes.get_xlabel())
+        assert left < 0.0 and end < right < 130.0
+    assert len(details) == bool(tension)
