@@ -13,12 +13,12 @@ from ase.io import write
 from ase_roughcontact import plot
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.rounding import ROUNDING
-from ase_roughcontact._util.units import UNITS, pressure_unit, printed_unit
+from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.view import with_indenter
 from ase_roughcontact.atoms.snapshot import pressure_of
-from ase_roughcontact.cli.report import printed_times
+from ase_roughcontact.cli.report import printed_times, units_of
 from ase_roughcontact.cli.stress_figures import (
     DepthPicture,
     StressView,
@@ -48,6 +48,8 @@ _NM2 = UNITS["nm²"]
 _MAPS_PER_FIGURE = 4
 # Maps share their range if their widths differ by at most this factor.
 _MAX_WIDTH_RATIO = 3.0
+# Ratio of the largest pressures of maps from which small pressures have more colours.
+_MAX_PEAK_RATIO = 1.5
 # Number of points of a curve of theory.
 _CURVE_POINTS = 60
 # Factor by which a curve of theory exceeds the steps.
@@ -374,7 +376,8 @@ def _draw_maps(
         titles.append(f"({letter_of_map}) {_title(reference.scene, step, branch)}")
     scene, smooth = reference.scene, reference.smooth
     unit = printed_unit("eV/Å^3", scene.contact_modulus)
-    largest = max(pressure_of(frame).max() for frame in frames) / UNITS[unit]
+    peaks = [pressure_of(frame).max() / UNITS[unit] for frame in frames]
+    exponent = 0.5 if max(peaks) > _MAX_PEAK_RATIO * min(peaks) else 1.0
     label = scene.bodies.labelled(smooth.label)
     if scene.solid.creep is not None:
         label += ",\ninstantaneous modulus"
@@ -391,11 +394,12 @@ def _draw_maps(
                 panel,
                 frame,
                 math.sqrt(area / np.pi) if circle else None,
-                largest,
+                max(peaks),
                 title,
                 circle_label=label,
                 around_load=scene.whole_tip is not None,
                 unit=unit,
+                exponent=exponent,
             )
             if scene.is_flat:  # the whole cell
                 left, right, bottom, top = image.get_extent()
@@ -415,7 +419,7 @@ def _title(scene: Scene, step: Any, branch: str) -> str:
     lines = [f"{_short(0.0 if is_zero else step.normal_force / UNITS['nN'])} nN"]
     if scene.is_flat:
         pressure = step.normal_force / scene.bodies.nominal_area
-        unit = pressure_unit(pressure)
+        unit = units_of(scene)["nominal_pressure"]  # one for all maps
         lines = [f"{_short(pressure / UNITS[unit])} {unit}"]
     if scene.path.in_time:
         lines.insert(0, f"{_short(step.time)} s")

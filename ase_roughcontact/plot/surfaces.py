@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 from ase.units import GPa
+from matplotlib.colors import PowerNorm
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
@@ -25,6 +26,7 @@ def plot_contact(
     circle_label: str = "smooth sphere (Hertz)",
     around_load: bool = False,
     unit: str = "GPa",
+    exponent: float = 1.0,
 ) -> Any:
     """Draw a map of the pressure on the atoms in contact.
 
@@ -51,6 +53,8 @@ def plot_contact(
         at the axis of the indenter.
     unit : str
         Unit of the pressure.
+    exponent : float
+        Exponent of the colour scale: below one, small pressures have more colours.
 
     Returns
     -------
@@ -60,7 +64,8 @@ def plot_contact(
     contacts = ContactMap.from_frame(frame)
     pressure = np.where(contacts.contact, contacts.pressure / UNITS[unit], np.nan)
     x, y, pixels = contacts.x / NM, contacts.y / NM, pixels_of(contacts)
-    image = axes.imshow(pressure.T, cmap="viridis", vmin=0.0, vmax=largest, **pixels)
+    colours = PowerNorm(exponent, vmin=0.0, vmax=largest)
+    image = axes.imshow(pressure.T, cmap="viridis", norm=colours, **pixels)
     if (contacts.pressure < 0.0).any():
         grey = np.where(contacts.pressure < 0.0, 0.2, np.nan)
         axes.imshow(grey.T, cmap="Greys", vmin=0.0, vmax=1.0, **pixels)

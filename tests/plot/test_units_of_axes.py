@@ -321,6 +321,13 @@ def test_map_of_the_pressure(frame, unit):
     np.testing.assert_allclose(np.hypot(*drawn(axes, "circle")), 12.0)
 
 
+def test_small_pressures_have_more_colours_with_a_small_exponent(frame):
+    for exponent in (1.0, 0.5):
+        axes = Figure().subplots()
+        image = plot.plot_contact(axes, frame, largest=4.0, exponent=exponent)
+        assert image.norm(1.0) == pytest.approx(0.25**exponent)
+
+
 def test_map_of_the_tractions(frame):
     seen = ContactMap.from_frame(frame)
     size = np.hypot(seen.lateral["traction_x"], seen.lateral["traction_y"])

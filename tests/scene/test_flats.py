@@ -94,6 +94,21 @@ def test_the_command_prints_and_draws_a_flat_without_a_sphere(wave, folder, caps
     assert (folder / "out" / "curve.png").exists()
 
 
+def test_maps_of_a_flat_have_one_unit_of_pressure(wave, folder, monkeypatch):
+    titles = []
+
+    def saved(figure, file, **_):
+        titles.extend(axes.get_title() for axes in figure.axes)
+        Path(file).touch()
+
+    monkeypatch.setattr(Figure, "savefig", saved)
+    text = SCENE.replace('["100 MPa"]', '["0.05 MPa", "100 MPa"]')
+    (folder / "flat.toml").write_text(text)
+    assert main(["run", "flat.toml", "--out", "out"]) == 0
+    maps = [title for title in titles if title.endswith("Pa")]
+    assert maps == ["(a) 0.05 MPa", "(b) 100 MPa"]
+
+
 def test_the_figure_of_a_flat_has_the_columns_of_the_table(wave, monkeypatch):
     figures = []
 
