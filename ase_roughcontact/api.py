@@ -20,6 +20,7 @@ from ase_roughcontact.interactions import (
     PowerLawWall,
 )
 from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
+from ase_roughcontact.interactions.rate_and_state import RateAndState
 from ase_roughcontact.interactions.slip_weakening import SlipWeakening
 from ase_roughcontact.loading.load_path import load_path
 from ase_roughcontact.optimize import (
@@ -73,6 +74,7 @@ __all__ = [
     "PlasticWall",
     "PowerLawWall",
     "Problem",
+    "RateAndState",
     "Results",
     "RoughContact",
     "RoughSphere",
@@ -113,6 +115,7 @@ if TYPE_CHECKING:
     from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
     from ase_roughcontact.path_kinds.sliding.atoms import release, sliding_path, stick
     from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+    from ase_roughcontact.path_kinds.sliding.timed_record import TimedSlidingStep
     from ase_roughcontact.path_kinds.time.atoms import time_path
     from ase_roughcontact.path_kinds.time.record import TimeStep
 
@@ -125,6 +128,7 @@ if TYPE_CHECKING:
         "RigidIndenter",
         "SlidingStep",
         "TimeStep",
+        "TimedSlidingStep",
         "add_indenter",
         "adhesion_loop",
         "crystal_slab",

@@ -15,6 +15,7 @@ from ase_roughcontact import LoadStep, __version__
 from ase_roughcontact import __all__ as public_names
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+from ase_roughcontact.path_kinds.sliding.timed_record import TimedSlidingStep
 from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.results.column import EVERYWHERE
 from ase_roughcontact.results.flat_record import FlatStep
@@ -225,8 +226,10 @@ def rows_of(columns):
 
 def test_columns_on_the_page_agree_with_a_step():
     columns = columns_of(LoadStep)
-    for record in (LoadStep, TimeStep, FlatStep, SlidingStep):
+    for record in (LoadStep, TimeStep, FlatStep, SlidingStep, TimedSlidingStep):
         listed = columns_of(record)
+        if record is TimedSlidingStep:
+            columns = columns_of(SlidingStep)
         if record is not LoadStep:
             listed = {k: v for k, v in listed.items() if v != columns.get(k)}
         assert rows_of(listed) in PAGES["examples/guide/columns.md"]

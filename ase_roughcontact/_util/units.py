@@ -39,6 +39,9 @@ FORCES: dict[str, float] = {
     "\u03bcN": 1e3 * _NANONEWTON,  # Greek letter mu
 }
 
+#: Units of speed in Å/s.
+SPEEDS: dict[str, float] = {f"{length}/s": value for length, value in LENGTHS.items()}
+
 #: Units of pressure in ASE's unit, eV/Å^3.
 PRESSURES: dict[str, float] = {
     "Pa": 1e-9 * GPa,
@@ -79,6 +82,12 @@ TIMES: dict[str, float] = {
 #: Units of frequencies in hertz.
 FREQUENCIES: dict[str, float] = {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "MHz": 1e6}
 
+#: Units of damping per area in ASE's unit, eV s/Å^4.
+DAMPINGS: dict[str, float] = {"Pa s/m": 1e-19 * GPa, "MPa s/m": 1e-13 * GPa}
+
+#: Units of densities in ASE's unit with seconds, eV s^2/Å^5.
+DENSITIES: dict[str, float] = {"kg/m^3": J / m**5, "g/cm^3": 1e3 * J / m**5}
+
 #: Units of angles in degrees.
 ANGLES: dict[str, float] = {"deg": 1.0, "°": 1.0}
 
@@ -90,6 +99,9 @@ UNITS: dict[str, float] = {
     **WORKS,
     **TIMES,
     **FREQUENCIES,
+    **SPEEDS,
+    **DAMPINGS,
+    **DENSITIES,
     **ANGLES,
     "": 1.0,
     "Å^2": 1.0,
@@ -140,7 +152,18 @@ def quantity(
 
 def units_like(unit: str) -> Mapping[str, float]:
     """Return the units of the same dimension as one of `UNITS`; none for ""."""
-    tables = LENGTHS, FORCES, PRESSURES, WORKS, TIMES, FREQUENCIES, ANGLES
+    tables = (
+        LENGTHS,
+        FORCES,
+        PRESSURES,
+        WORKS,
+        TIMES,
+        FREQUENCIES,
+        SPEEDS,
+        DAMPINGS,
+        DENSITIES,
+        ANGLES,
+    )
     return next((table for table in tables if unit in table), {})
 
 

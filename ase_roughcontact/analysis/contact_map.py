@@ -14,7 +14,7 @@ from ase_roughcontact.atoms.history import history_of
 from ase_roughcontact.atoms.info import INDENTED, TOUCHING, field_of, info_of
 from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
 from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH
-from ase_roughcontact.interactions import SLIP
+from ase_roughcontact.interactions import SLIP, SLIP_RATES, STATE
 from ase_roughcontact.topography import Surface
 
 
@@ -45,7 +45,9 @@ class ContactMap(Summarized):
         Tractions of friction ``traction_x`` and ``traction_y`` on the surface (eV/Å^3),
         lateral displacements ``displacement_x`` and ``displacement_y`` of the surface
         (Å), whether each atom slips, ``slipping`` (1 or 0), and the way that it has
-        slipped, ``slip`` (Å), if friction depends on it. Empty without friction.
+        slipped, ``slip`` (Å), if friction depends on it; ``friction_state``, and slip
+        rates ``slip_rate_x`` and ``slip_rate_y`` (Å/s), if friction depends on them.
+        Empty without friction.
 
     Raises
     ------
@@ -152,7 +154,9 @@ class ContactMap(Summarized):
             displacement=displacement,
             plastic_depth=depth if depth is not None and depth.any() else None,
             lateral={
-                key: history[key] for key in (*LATERAL, SLIP.name) if key in history
+                key: history[key]
+                for key in (*LATERAL, SLIP.name, STATE.name, *SLIP_RATES)
+                if key in history
             },
         )
 

@@ -60,6 +60,22 @@ def static_friction(steps: Sequence[Any]) -> float:
     return float(np.hypot(*forces[: end + 1].T).max())
 
 
+def friction_coefficients(steps: Sequence[Any]) -> FloatArray:
+    """Return lateral over normal force of each step, NaN where nothing is pressed.
+
+    Parameters
+    ----------
+    steps : sequence of SlidingStep
+
+    Returns
+    -------
+    ndarray, shape (steps,)
+    """
+    lateral = [math.hypot(s.lateral_force_x, s.lateral_force_y) for s in steps]
+    normal = [s.normal_force if s.normal_force > 0.0 else math.nan for s in steps]
+    return np.array(lateral) / np.array(normal)
+
+
 def loop_energies(steps: Sequence[Any]) -> FloatArray:
     """Return the energies that are dissipated in closed loops of lateral displacement.
 

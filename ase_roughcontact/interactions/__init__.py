@@ -32,11 +32,19 @@ from ase_roughcontact.interactions.lennard_jones import (
     LennardJones93,
     RepulsiveLennardJones93,
 )
+from ase_roughcontact.interactions.rate_and_state import (
+    SLIP_RATES,
+    STATE,
+    RateAndState,
+    RateFriction,
+)
 from ase_roughcontact.interactions.slip_weakening import SlipWeakening
 
 __all__ = [
     "LAWS",
     "SLIP",
+    "SLIP_RATES",
+    "STATE",
     "WALLS",
     "AdhesiveLennardJones93",
     "DugdaleWall",
@@ -49,6 +57,8 @@ __all__ = [
     "Parameter",
     "PlasticWall",
     "PowerLawWall",
+    "RateAndState",
+    "RateFriction",
     "RepulsiveLennardJones93",
     "SlipWeakening",
     "make_wall",

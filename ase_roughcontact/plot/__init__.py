@@ -75,6 +75,11 @@ if TYPE_CHECKING:
         plot_slip_areas,
         plot_tractions,
     )
+    from ase_roughcontact.path_kinds.sliding.timed_figures import (
+        draw_sliding_in_time,
+        plot_friction_over_time,
+        plot_slip_rate,
+    )
     from ase_roughcontact.path_kinds.time.figures import (
         draw_cantilever_path,
         draw_time_path,
@@ -86,14 +91,17 @@ if TYPE_CHECKING:
     __all__ += [
         "draw_cantilever_path",
         "draw_friction",
+        "draw_sliding_in_time",
         "draw_time_path",
         "draw_tractions",
         "plot_cantilever",
         "plot_friction_loop",
+        "plot_friction_over_time",
         "plot_loop",
         "plot_over_depth",
         "plot_over_time",
         "plot_slip_areas",
+        "plot_slip_rate",
         "plot_tractions",
         "plot_tradeoff",
     ]

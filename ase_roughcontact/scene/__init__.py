@@ -74,12 +74,14 @@ __all__ = [
 if TYPE_CHECKING:
     from ase_roughcontact.path_kinds.loop.scene import Loop, relax_loop
     from ase_roughcontact.path_kinds.sliding.scene import Sliding
+    from ase_roughcontact.path_kinds.sliding.timed_scene import TimedSliding
     from ase_roughcontact.path_kinds.time.scene import Timed
 
     __all__ += [
         "Loop",
         "Sliding",
         "Timed",
+        "TimedSliding",
         "relax_loop",
     ]
 else:

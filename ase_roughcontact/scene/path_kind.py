@@ -18,6 +18,7 @@ from ase_roughcontact._util.units import (
     PRESSURES,
     QUANTITY,
     UNITS,
+    per_time,
     printed_unit,
     with_unit,
 )
@@ -442,6 +443,49 @@ def stiffness_of(key: str, stiffness: float | None) -> float | None:
         return None
     positive(**{key: stiffness})
     return stiffness * UNITS["N/m"]
+
+
+def rates_of(
+    path: Any, changes: int, units: Mapping[str, float], unit: str
+) -> list[float]:
+    """Return the rate of each change from a target to the next one, in ASE's units.
+
+    Parameters
+    ----------
+    path : PathKind
+        Path with the key ``rate``: one rate, or one for each change.
+    changes : int
+        Number of changes.
+    units : mapping of str to float
+        Units in which the targets may be given.
+    unit : {"nm", "nN"}
+        Unit of targets at rates that are given as numbers.
+
+    Raises
+    ------
+    ValueError
+        If there is no change, a rate is not positive, or their number differs.
+    """
+    if not changes:
+        raise ValueError(
+            "a rate needs two values or more, between which the path goes, got one: "
+            "give values such as [0, 20], or times"
+        )
+    try:
+        rates = path.plain(["rate"], per_time(units), f"{unit}/s").rate
+    except ValueError as error:
+        raise ValueError(
+            f'rate must be a number ({unit}/s), or a string such as "20 {unit}/s", got '
+            f"{path.rate!r}"
+        ) from error
+    rates = rates if isinstance(rates, tuple) else (rates,) * changes
+    if len(rates) != changes:
+        raise ValueError(
+            f"give one rate, or one for each change from a value to the next: {changes}"
+            f", got {len(rates)}"
+        )
+    positive(rate=min(rates))
+    return [rate * UNITS[unit] for rate in rates]
 
 
 def check_deepest(bodies: Bodies, given: Any, deepest: float) -> None:

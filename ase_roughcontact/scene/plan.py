@@ -15,6 +15,7 @@ from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
 from ase_roughcontact.contact.history import HistoryEntry, entry_of
 from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH, TRACTION_DEPTH
+from ase_roughcontact.interactions.rate_and_state import SLIP_RATES, RateFriction
 from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.results.limits import LEAST_EDGE_ZONE
@@ -199,6 +200,8 @@ def _history(scene: Any) -> list[HistoryEntry]:
             names.append(TRACTION_DEPTH)
         law = scene.friction.law_on(scene.spacing)
         names += [entry.name for entry in law.histories]
+        if isinstance(law, RateFriction):
+            names += SLIP_RATES
     if (creep := scene.solid.creep) is not None:
         names += [CREEP_PRESSURE] * len(creep.times) + [PRESSURE_RATE]
     return [entry_of(name) for name in names]

@@ -22,6 +22,7 @@ CREEP = rc.Creep((0.4, 0.7), (0.3, 2.0), flow=0.05)
 SOFT, ADHESIVE = None, rc.LennardJones93.adhesive(1.0, 1.0, 0.02)
 COULOMB = rc.Coulomb(0.3)
 WEAKENING = rc.SlipWeakening(COULOMB, 0.4, 0.4)
+RATE_AND_STATE = rc.RateAndState(0.3, 0.02, 0.01, 0.2, 1.0, damping=1e-3)
 HARD, DUGDALE = rc.HardWall(), rc.DugdaleWall(0.02, attraction_range=0.8)
 FLOWS = rc.PlasticWall(0.1, permanent=True)
 SOLIDS = {
@@ -147,6 +148,29 @@ def sliding(
     return path
 
 
+def sliding_in_time(lateral, **options):
+    """A slide, and a hold."""
+
+    def path(output):
+        atoms = atoms_under(
+            SPHERE, HARD, (16, 16), solid=Isotropic(1.0, poisson=0.2), fixed=True
+        )
+        schedule = rc.Schedule(0.0).ramp(0.3, time=0.1).hold(1.0)
+        return rc.sliding_path(
+            atoms,
+            RATE_AND_STATE,
+            1.0,
+            **{lateral: schedule},
+            tolerance=0.05,
+            window="auto",
+            validity="ignore",
+            output=output,
+            **options,
+        )
+
+    return path
+
+
 def of_scene(text, **values):
     scene = Scene.parse(text).with_values(values)
 
@@ -209,6 +233,8 @@ PATHS = {
     ),
     "sliding, plastic": sliding(FLOWS, "displacements"),
     "sliding, weakening": sliding(HARD, "displacements", law=WEAKENING),
+    "sliding, in time": sliding_in_time("displacements"),
+    "sliding, in time, bases": sliding_in_time("bases", spring=1.0),
     "sliding, fixed window": sliding(HARD, "displacements", window="fixed"),
 }
 

@@ -39,11 +39,18 @@ from ase_roughcontact.contact.state import (
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.interactions.friction import Coupling, FrictionLaw, check_law
 from ase_roughcontact.interactions.local_friction import LocalFriction
+from ase_roughcontact.interactions.rate_and_state import check_rate, check_without_rate
 from ase_roughcontact.loading.load_path import AtomsPath, single_path
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
+from ase_roughcontact.path_kinds.sliding.timed_specification import (
+    TimedSlidingSpecification,
+)
+from ase_roughcontact.path_kinds.sliding.timed_steps import TimedSlidingSteps
 from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.path_steps import PathSteps
+from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.validity import Reaction, Validity
 from ase_roughcontact.solvers.lateral.friction import solve_friction
 from ase_roughcontact.stepping.accuracy import Accuracy
@@ -112,6 +119,7 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
     True
     """
     check_law(friction)
+    check_without_rate(friction)
     instance_of(Atoms, atoms=atoms)
     check_released(atoms)
     model = model_of(atoms)
@@ -199,11 +207,12 @@ def sliding_path(
     *,
     heights: ArrayLike | None = None,
     loads: ArrayLike | None = None,
-    displacements: ArrayLike | None = None,
-    forces: ArrayLike | None = None,
-    bases: ArrayLike | None = None,
+    displacements: ArrayLike | Schedule | None = None,
+    forces: ArrayLike | Schedule | None = None,
+    bases: ArrayLike | Schedule | None = None,
     spring: float | None = None,
     coupling: Coupling = SlidingSpecification.coupling,
+    tolerance: float = TimedSlidingSpecification.tolerance,
     optimizer: Callable[..., Any] | None = None,
     fmax: float | None = None,
     accuracy: Accuracy = "normal",
@@ -220,19 +229,23 @@ def sliding_path(
         Atoms from `substrate`, with a `RoughContact` calculator of a solid with lateral
         components: ``Isotropic(contact_modulus, poisson=...)``.
     friction : FrictionLaw
-        Law of friction: `Coulomb`, `Tresca`, `SlipWeakening`, or your own.
+        Law of friction: `Coulomb`, `Tresca`, `SlipWeakening`, `RateAndState`, or your
+        own.
     penetrations, heights, loads : array_like, shape (steps,), or float
         Exactly one of them; see `load_path`. One number is the target of all steps.
-    displacements, forces, bases : array_like, shape (steps,) or (steps, 2)
+    displacements, forces, bases : array_like, shape (steps,) or (steps, 2), or Schedule
         Exactly one of them, along x or along x and y: lateral displacements of the
         indenter (Å), lateral forces on it (eV/Å), or displacements of the base of a
-        spring that moves it (Å).
+        spring that moves it (Å). With `RateAndState`, a schedule along x in seconds.
     spring : float, optional
         Stiffness of the spring, for bases (eV/Å^2).
     coupling : {"neglected", "solved"}
         See `SlidingSpecification`.
+    tolerance : float
+        With a schedule: largest error of a time step, relative to the friction.
     optimizer, fmax, accuracy, max_steps, window, validity, output
-        See `load_path`. Results are of the class `SlidingStep`.
+        See `load_path`. Results are of the class `SlidingStep`, with a schedule of
+        `TimedSlidingStep`.
 
     Yields
     ------
@@ -242,6 +255,8 @@ def sliding_path(
 
     Raises
     ------
+    RuntimeError
+        If slip becomes unstable in time and its rate grows without limit.
     ValueError
         If not exactly one normal and one lateral path are given, the spring is missing,
         or as `load_path` does.
@@ -293,7 +308,20 @@ def sliding_path(
         validity=validity,
         output=output,
     )
-    specification = SlidingSpecification(
-        targets, friction, lateral, control, spring, coupling
-    )
-    return path.follow(SlidingSteps(path.stepper, specification))
+    steps: PathSteps
+    if isinstance(lateral, Schedule):
+        if coupling != SlidingSpecification.coupling:
+            raise ValueError(
+                "sliding in time neglects the coupling of normal and lateral motion, "
+                f"got coupling={coupling!r}"
+            )
+        timed = TimedSlidingSpecification(
+            targets, check_rate(friction), lateral, control, spring, tolerance=tolerance
+        )
+        steps = TimedSlidingSteps(path.stepper, timed)
+    else:
+        specification = SlidingSpecification(
+            targets, friction, lateral, control, spring, coupling
+        )
+        steps = SlidingSteps(path.stepper, specification)
+    return path.follow(steps)

@@ -12,31 +12,25 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.units import FORCES, UNITS, with_unit
+from ase_roughcontact._util.units import UNITS, with_unit
 from ase_roughcontact._util.validation import (
     FloatArray,
-    finite,
-    finite_array,
     integer,
 )
 from ase_roughcontact.analysis.path_values import loop_energies, static_friction
-from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.elasticity.lateral import CrossResponse, LateralHalfSpace
+from ase_roughcontact.interactions.rate_and_state import check_without_rate
 from ase_roughcontact.loading.trajectory import frames_of_steps, steps_with_frames
+from ase_roughcontact.path_kinds.sliding.lateral_path import LateralPath
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.results import RESULTS
 from ase_roughcontact.path_kinds.sliding.specification import (
-    LATERAL_CONTROLS,
-    LateralControl,
     SlidingSpecification,
-    check_spring,
 )
 from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.path_kind import MAX_STEPS, PathKind, stiffness_of
-from ase_roughcontact.scene.section import lengths
+from ase_roughcontact.scene.path_kind import MAX_STEPS
 from ase_roughcontact.stepping.step import Stepper
 
 # Largest number of maps in a figure.
@@ -46,18 +40,15 @@ _MIN_RELATIVE_FORCE = 1e-6
 
 
 @dataclass(frozen=True)
-class Sliding(PathKind):
+class Sliding(LateralPath):
     """``[path]`` of kind "sliding": lateral targets between which the indenter moves.
 
-    Displacements and bases are in Å, forces in nN, or with a unit. The load,
-    penetration or height has one value, or one for each lateral target.
+    See `LateralPath`. The load, penetration or height has one value, or one for each
+    lateral target.
     """
 
     kind = "sliding"
     record = SlidingStep
-    units = {"spring": "N/m", "direction": "deg"}
-    in_order = True
-    has_friction = True
     captions = {
         "friction.png": "Lateral force over displacement, and areas of stick and slip "
         "over the distance travelled; dotted: the path turns.",
@@ -67,13 +58,6 @@ class Sliding(PathKind):
     results = RESULTS
     main_result = "static_friction"
 
-    control: str = "load"
-    values: tuple | float | str | None = None
-    displacements: tuple | None = None
-    forces: tuple | None = None
-    bases: tuple | None = None
-    spring: float | None = None
-    direction: float = 0.0
     steps: int = 10
 
     @property
@@ -96,61 +80,12 @@ class Sliding(PathKind):
         columns["dissipated_energy"] = "lost"
         return columns
 
-    @property
-    def towards(self) -> FloatArray:
-        """Unit vector along which the indenter moves."""
-        finite(direction=self.direction)
-        angle = math.radians(self.direction)
-        return np.array([math.cos(angle), math.sin(angle)])
-
-    @property
-    def lateral_control(self) -> LateralControl:
-        """Quantity that is prescribed laterally.
-
-        Raises
-        ------
-        ValueError
-            If not exactly one of the keys is given.
-        """
-        given = [name for name in LATERAL_CONTROLS if getattr(self, name) is not None]
-        if len(given) != 1:
-            raise ValueError(
-                "give displacements, forces or bases, between which the indenter "
-                f"moves, such as displacements = [0, 5, -5, 5], got "
-                f"{' and '.join(given) or 'none of them'}"
-            )
-        return LATERAL_CONTROLS[given[0]]
-
-    def turns(self, bodies: Bodies) -> FloatArray:
-        """Return the lateral targets between which the indenter moves (Å or eV/Å).
-
-        Raises
-        ------
-        ValueError
-            If not exactly one of the keys is given, or a value is invalid.
-        """
-        key, unit = self.lateral_control.name, self.lateral_control.unit
-        units = FORCES if unit in FORCES else lengths(bodies.spacing)
-        values = getattr(self.plain([key], units, unit), key)
-        found = UNITS[unit] * finite_array(key, list(values))
-        if len(found) < 2:
-            raise ValueError(f"{key} must be two or more targets, got {len(found)}")
-        if integer("steps", self.steps, 1) * len(found) > MAX_STEPS:
-            raise ValueError(f"a path has at most {MAX_STEPS} steps, got more")
-        return found
-
     def targets(self, bodies: Bodies) -> FloatArray:
         """Return the normal targets of the steps; see `PathKind.targets`."""
-        control = self.controlled
-        if self.values is None:
-            raise ValueError(
-                f"give values, the {control.name} while the indenter moves"
-            )
-        values = self.in_unit(["values"], bodies).values
-        found = UNITS[control.unit] * np.atleast_1d(finite_array("values", values))
-        if control == LOAD and bodies.wall.hard and not bodies.wall.attractive:
-            self._check_loads(found, np.atleast_1d(np.array(self.values, object)))
+        control, found = self.controlled, self.normal_targets(bodies)
         turns = self.turns(bodies)
+        if integer("steps", self.steps, 1) * len(turns) > MAX_STEPS:
+            raise ValueError(f"a path has at most {MAX_STEPS} steps, got more")
         if len(found) not in (1, len(turns)):
             raise ValueError(
                 f"give one {control.name} in values, or one for each of the "
@@ -158,48 +93,15 @@ class Sliding(PathKind):
             )
         return self._between(np.broadcast_to(found, turns.shape))
 
-    def _check_loads(self, loads: FloatArray, given: np.ndarray) -> None:
-        """Raise an error for a tension, which a wall without attraction can't carry."""
-        if loads.min() < 0.0:
-            least = given[loads.argmin()]
-            text = least if isinstance(least, str) else f"{least:g} {self.unit}"
-            raise ValueError(
-                "values must be loads >= 0, as a hard wall without attraction carries "
-                f"no tension, got {text}"
-            )
-
     def _between(self, turns: FloatArray) -> FloatArray:
         """Return the values at all steps."""
         at = np.arange(self.steps * (len(turns) - 1) + 1) / self.steps
         return np.interp(at, np.arange(len(turns)), turns)
 
-    @property
-    def spring_stiffness(self) -> float | None:
-        """Stiffness of the spring between base and indenter (eV/Å^2)."""
-        stiffness = stiffness_of("spring", self.spring)
-        check_spring(self.lateral_control, stiffness)
-        return stiffness
-
     def check(self, bodies: Bodies) -> None:
-        """Raise an error if the solid has no friction, or no lateral response."""
+        """Raise an error if the friction needs a path in time; see `LateralPath`."""
         super().check(bodies)
-        _ = self.towards, self.spring_stiffness
-        if bodies.friction is None:
-            raise ValueError(
-                'kind = "sliding" needs a section [friction]: give coefficient or '
-                "shear_strength in it"
-            )
-        try:
-            shape, periodic = (2, 2), bodies.problem.periodic
-            LateralHalfSpace(shape, bodies.spacing, bodies.solid, periodic)
-            if bodies.friction.coupled:
-                CrossResponse(shape, bodies.spacing, bodies.solid, periodic)
-        except NotImplementedError as error:
-            raise ValueError(
-                "friction needs the lateral response of the solid, which "
-                f"{type(bodies.solid).__name__} does not have: give an isotropic half "
-                "space, anisotropic = true, or a crystal from a file of this version"
-            ) from error
+        check_without_rate(bodies.friction.law_on(bodies.spacing))
 
     def describe(self, bodies: Bodies) -> str:
         """Return a text on the plan, with the number of steps."""

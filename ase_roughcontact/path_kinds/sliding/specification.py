@@ -15,6 +15,7 @@ from ase_roughcontact.interactions.friction import (
     FrictionLaw,
     check_law,
 )
+from ase_roughcontact.interactions.rate_and_state import check_without_rate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +83,7 @@ class SlidingSpecification:
     ------
     ValueError
         If a target is not finite, the numbers of targets differ, a name is unknown, or
-        the spring is missing.
+        the spring is missing, or friction depends on the slip rate.
     TypeError
         If friction is no law.
     """
@@ -103,6 +104,7 @@ class SlidingSpecification:
         one_of(COUPLINGS, coupling=self.coupling)
         check_spring(control, self.spring)
         check_law(self.friction)
+        check_without_rate(self.friction)
         lateral = finite_array(control.name, self.lateral)
         if lateral.ndim == 1:
             lateral = np.stack([lateral, np.zeros(lateral.shape)], axis=1)
@@ -117,6 +119,17 @@ class SlidingSpecification:
     def coupled(self) -> bool:
         """Whether the coupling of normal and lateral motion is solved for."""
         return self.coupling != COUPLINGS[0]
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Friction, spring and coupling, on which a state depends."""
+        parameters = {
+            "friction": self.friction.todict(),
+            "spring": self.spring or 0.0,
+        }
+        if self.coupled:
+            parameters["coupling"] = self.coupling
+        return parameters
 
     def normal(self, control: Control) -> np.ndarray:
         """Return the normal targets, one for each step.

@@ -17,22 +17,16 @@ L. E. Goodman, J. Appl. Mech. 29, 515 (1962).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
-from functools import lru_cache
 from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ase_roughcontact._util.history import entry_of
 from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact.contact import State
-from ase_roughcontact.contact.state import LATERAL, TRACTION_DEPTH, TRACTIONS
+from ase_roughcontact.contact.state import TRACTION_DEPTH
 from ase_roughcontact.contact.support import LateralSupport
-from ase_roughcontact.elasticity.lateral import LateralHalfSpace
-from ase_roughcontact.elasticity.lattice import Box, carried
-from ase_roughcontact.interactions.local_friction import LocalFriction
 from ase_roughcontact.path_kinds.sliding.coupling import (
     FIRST_RESIDUAL,
     MAX_ALTERNATIONS,
@@ -43,15 +37,16 @@ from ase_roughcontact.path_kinds.sliding.coupling import (
 from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
+from ase_roughcontact.path_kinds.sliding.surface import (
+    SlidingSurface,
+    carried_vectors,
+)
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathStep
 from ase_roughcontact.solvers.lateral.friction import FrictionOptions
 from ase_roughcontact.solvers.lateral.slip import Drive, follow_slip, slip_at_bounds
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.stepping.retraction import relax_in_contact
 from ase_roughcontact.stepping.step import Stepper
-
-# Number of boxes with half spaces that are kept.
-_KEPT_HALFSPACES = 3
 
 
 class _Move(NamedTuple):
@@ -113,31 +108,12 @@ class SlidingSteps(NumberedSteps):
                 "the surface is displaced by tractions of a path with "
                 "coupling='solved': give the same coupling, or start from new atoms"
             )
-
-        @lru_cache(_KEPT_HALFSPACES)
-        def halfspace(shape: tuple[int, int]) -> LateralHalfSpace:
-            return LateralHalfSpace(
-                shape,
-                problem.spacing,
-                problem.solid,
-                problem.periodic,
-                **problem.fft,
-            )
-
-        halfspace((2, 2))  # raises if the solid has no lateral components
-        self._halfspace = halfspace
+        self._surface = SlidingSurface(problem, given.friction)
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Friction, spring and coupling, on which a state depends."""
-        given = self.given
-        parameters = {
-            "friction": given.friction.todict(),
-            "spring": given.spring or 0.0,
-        }
-        if given.coupled:
-            parameters["coupling"] = given.coupling
-        return parameters
+        """Friction, spring and coupling; see `PathSteps`."""
+        return self.given.parameters
 
     def target(self, number: int) -> dict[str, Any]:
         """Return the quantities that a step prescribes."""
@@ -172,7 +148,11 @@ class SlidingSteps(NumberedSteps):
         relaxed = relaxed.marked(lateral.solution.status)
         seconds = perf_counter() - begun
         relaxed = replace(relaxed, lateral=lateral, seconds=seconds)
-        return relaxed, self._on_window(lateral, relaxed.state)
+        window = relaxed.state.window
+        by_pressure: np.ndarray | float = 0.0
+        if self._cross:
+            by_pressure = self._cross.lateral(relaxed.state, window)
+        return relaxed, self._surface.history(lateral, window, by_pressure)
 
     def _agreed(
         self,
@@ -219,23 +199,6 @@ class SlidingSteps(NumberedSteps):
             released = previous.released_energy
         return _Move(target, at, origin, dissipated, released)
 
-    def _on_window(self, lateral: LateralState, state: State) -> dict[str, np.ndarray]:
-        """Return the history that the surface keeps of a step."""
-        window, box, found = state.window, lateral.box, lateral.solution
-        tractions = _carried(found.tractions, box, window)
-        displacement = found.displacement
-        if box != window:
-            displacement = self._halfspace(window.shape).displacement(tractions)
-        if self._cross:
-            displacement = displacement + self._cross.lateral(state, window)
-        slipping = carried(found.slipping.astype(float), box, window)
-        entries = (*tractions, *displacement, slipping)
-        history = dict(zip(LATERAL, entries, strict=True))
-        for entry in self.given.friction.histories:
-            values = lateral.friction.history[entry.name]
-            history[entry.name] = carried(values, box, window, entry.entering)
-        return history
-
     def _slid(
         self,
         before: State,
@@ -248,8 +211,8 @@ class SlidingSteps(NumberedSteps):
 
         The tolerance is at least the one of `FrictionOptions`.
         """
-        friction, box, start = self._on_box(relaxed, before)
-        bounds, halfspace = friction.bounds(), self._halfspace(box.shape)
+        friction, box, start = self._surface.on_box(relaxed, before)
+        bounds, halfspace = friction.bounds(), self._surface.halfspace(box.shape)
         change, new = np.zeros(start.shape), 0.0
         by_pressure: np.ndarray | float = 0.0
         if self._cross:
@@ -274,7 +237,7 @@ class SlidingSteps(NumberedSteps):
         else:
             guess = start
             if last is not None:
-                guess = _carried(last.solution.tractions, last.box, box)
+                guess = carried_vectors(last.solution.tractions, last.box, box)
             slid = slip_at_bounds(
                 halfspace, friction, start, change, guess, support, options
             )
@@ -302,41 +265,6 @@ class SlidingSteps(NumberedSteps):
             new_contact=new,
         )
 
-    def _on_box(
-        self, relaxed: RelaxedStep, before: State
-    ) -> tuple[LocalFriction, Box, np.ndarray]:
-        """Return friction, a box of all tractions, and tractions before the step."""
-        window, fields = relaxed.state.window, relaxed.fields
-        law, problem = self.given.friction, relaxed.problem
-        history = {
-            entry.name: before.history[entry.name]
-            for entry in law.histories
-            if entry.name in before.history
-        }
-
-        def friction_on(box: Box) -> LocalFriction:
-            return LocalFriction(
-                law,
-                carried(fields.pressure, window, box),
-                carried(fields.contact, window, box),
-                problem.spacing,
-                problem.origin(box),
-                {
-                    name: carried(values, before.window, box, entry_of(name).entering)
-                    for name, values in history.items()
-                },
-            )
-
-        none = np.zeros(before.window.shape)
-        old = [before.history.get(name, none) for name in TRACTIONS]
-        box = window
-        if not problem.periodic:
-            loaded = Box.bounding(np.hypot(*old) > 0.0, before.window.start)
-            kept = fields.contact if law.histories else friction_on(box).bounds() > 0.0
-            touching = Box.bounding(kept, window.start)
-            box = touching.union(loaded) if touching else loaded or Box((0, 0), (1, 1))
-        return friction_on(box), box, _carried(old, before.window, box)
-
     def _supported(
         self, move: _Move, area: float, last: LateralState | None
     ) -> tuple[np.ndarray, np.ndarray, LateralSupport | None]:
@@ -350,8 +278,3 @@ class SlidingSteps(NumberedSteps):
         force = spring * (move.target - at - moved) if spring else move.target
         x, y = (force / area).tolist()
         return at, moved, LateralSupport((x, y), spring / area)
-
-
-def _carried(vectors: Iterable[np.ndarray], box: Box, window: Box) -> np.ndarray:
-    """Return both components of vectors on another box."""
-    return np.stack([carried(each, box, window) for each in vectors])

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.rounding import ROUNDING
-from ase_roughcontact._util.units import FORCES, UNITS, per_time, with_unit
+from ase_roughcontact._util.units import FORCES, UNITS, with_unit
 from ase_roughcontact._util.validation import (
     finite_array,
     nonnegative,
-    positive,
 )
 from ase_roughcontact.analysis.path_values import dynamic_stiffness, tension_at_turn
 from ase_roughcontact.contact.control import BASE, LOAD, PENETRATION
@@ -36,6 +35,7 @@ from ase_roughcontact.scene.path_kind import (
     PathKind,
     Steps,
     check_deepest,
+    rates_of,
     stiffness_of,
     turn_text,
     write_curve,
@@ -208,29 +208,11 @@ class Timed(PathKind):
 
     def _at_rates(self, values: list[float], units: Mapping[str, float]) -> Schedule:
         """Return the schedule at given rates, with a dwell at the deepest target."""
-        changes, unit = len(values) - 1, "nN" if "nN" in units else "nm"
-        if not changes:
-            raise ValueError(
-                "a rate needs two values or more, between which the path goes, got "
-                "one: give values such as [0, 20], or times"
-            )
-        try:
-            rates = self.plain(["rate"], per_time(units), f"{unit}/s").rate
-        except ValueError as error:
-            raise ValueError(
-                f'rate must be a number ({unit}/s), or a string such as "20 {unit}/s", '
-                f"got {self.rate!r}"
-            ) from error
-        rates = rates if isinstance(rates, tuple) else (rates,) * changes
-        if len(rates) != changes:
-            raise ValueError(
-                "give one rate, or one for each change from a value to the next: "
-                f"{changes}, got {len(rates)}"
-            )
-        positive(rate=min(rates))
+        unit = "nN" if "nN" in units else "nm"
+        rates = rates_of(self, len(values) - 1, units, unit)
         schedule = Schedule(values[0])
         for rate, (before, value) in zip(rates, pairwise(values), strict=True):
-            schedule = schedule.ramp(value, rate=rate * UNITS[unit])
+            schedule = schedule.ramp(value, rate=rate)
             if self.dwell and value == self.deepest_of(values) and value != before:
                 schedule = schedule.hold(self.dwell)
         return schedule

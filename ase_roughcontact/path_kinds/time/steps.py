@@ -38,7 +38,6 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.control import LOAD
@@ -47,15 +46,18 @@ from ase_roughcontact.elasticity.lattice import carried
 from ase_roughcontact.path_kinds.time.balance import energy_balance, work_between
 from ase_roughcontact.path_kinds.time.record import TimeStep
 from ase_roughcontact.path_kinds.time.specification import TimeSpecification
-from ase_roughcontact.paths.path_steps import PathStep, PathSteps, Position
+from ase_roughcontact.paths.path_steps import PathStep, PathSteps
 from ase_roughcontact.paths.restart import Restart
 from ase_roughcontact.paths.schedule import Part
+from ase_roughcontact.paths.schedule_steps import (
+    MAX_LEVEL,
+    SchedulePosition,
+    changes_of_schedule,
+)
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 
 # Smallest power of two by which the duration of a part is divided.
 _MIN_LEVEL = 3
-# Largest power of two by which the duration of a part is divided.
-_MAX_LEVEL = 40
 # Smallest number of steps in a cycle of an oscillation.
 _MIN_CYCLE_STEPS = 32
 # Largest change of the pressures in a step, relative to their largest sum, so that
@@ -71,23 +73,14 @@ _MAX_INSTANTANEOUS_COMPLIANCE = 1.1
 _ADDED_PART = 0.25
 # Largest part of a tension that is not carried by a contact that is not lost.
 _MAX_UNCARRIED_PART = 0.1
-# Largest error of a step that is followed by one of twice its duration, relative to the
-# tolerance: the error grows eightfold.
-_MAX_GROWTH_ERROR = 0.1
 
 
 @dataclass(frozen=True)
-class TimePosition(Position):
+class TimePosition(SchedulePosition):
     """Position of the end of a time step in its path.
 
     Attributes
     ----------
-    part : int
-        Part of the schedule.
-    level, done : int
-        Steps of the part that are done, in units of ``2**-level`` of its duration.
-    may_grow : bool
-        Whether the error of the last step allows a longer one.
     elapsed : float
         Duration of the last step (time).
     pressure : float
@@ -98,10 +91,6 @@ class TimePosition(Position):
         Work on the indenter and dissipated energy so far (energy).
     """
 
-    part: int = -1
-    level: int = 0
-    done: int = 0
-    may_grow: bool = False
     elapsed: float = 0.0
     pressure: float = 0.0
     energy: float = 0.0
@@ -146,14 +135,9 @@ class TimeSteps(PathSteps):
 
     def differences(self, done: Restart) -> list[str]:
         """Return the differences of the finished steps; see `PathSteps`."""
+        old = {name: done.path[name] for name in self.specification}
         count = done.steps[-1].position["part"] + 1
-        # the path may have been extended at its end
-        old, new = (
-            {"tolerance": each["tolerance"]}
-            | {"schedule": _beginning(each["schedule"], count)}
-            for each in (done.path, self.specification)
-        )
-        return differences(old, new)
+        return changes_of_schedule(old, self.specification, count)
 
     def start(self, state: State) -> PathStep:
         """Return the start of the path, with estimated scales; see `PathSteps`."""
@@ -174,7 +158,7 @@ class TimeSteps(PathSteps):
                 continue
             if number > at.position.part:
                 level = self._first_level(part) if part.duration else 0
-                position = replace(at.position, part=number, level=level, done=0)
+                position = at.position.in_part(number, level)
                 state = at.state.keeping(**{PRESSURE_RATE: None})
                 at = replace(at, position=position, state=state)
                 if part.duration == 0.0:
@@ -192,12 +176,10 @@ class TimeSteps(PathSteps):
         """Yield the remaining states of a part of the schedule."""
         least = _least_level(part)
         position = replace(at.position, level=max(at.position.level, least))
-        while position.done < 2**position.level:
-            if position.may_grow and position.level > least and position.done % 2 == 0:
-                level, done = position.level - 1, position.done // 2
-                position = replace(position, level=level, done=done, may_grow=False)
+        while not position.ended:
+            position = position.grown(least)
             elapsed = part.duration / 2**position.level
-            fraction = (position.done + 1) / 2**position.level
+            fraction = position.fractions[1]
             target = part.target(first, fraction)
             moment = begin + fraction * part.duration
             state, between = at.state, 0.5 * (elapsed + position.elapsed)
@@ -219,18 +201,14 @@ class TimeSteps(PathSteps):
             coarse = (
                 change > _MAX_PRESSURE_CHANGE and position.level < _MAX_CHANGE_LEVEL
             )
-            if (error > self.given.tolerance or coarse) and position.level < _MAX_LEVEL:
-                level, done = position.level + 1, 2 * position.done
-                position = replace(position, level=level, done=done, may_grow=False)
+            if (error > self.given.tolerance or coarse) and position.level < MAX_LEVEL:
+                position = position.halved()
                 continue
             self._check_held(target, result)
             small = change < 0.5 * _MAX_PRESSURE_CHANGE
-            position = replace(
-                position,
-                done=position.done + 1,
-                may_grow=error < _MAX_GROWTH_ERROR * self.given.tolerance and small,
-                elapsed=elapsed,
-            )
+            position = position.advanced(error, self.given.tolerance)
+            may_grow = position.may_grow and small
+            position = replace(position, may_grow=may_grow, elapsed=elapsed)
             left = self.stepper.commit(relaxed, **{PRESSURE_RATE: rate})
             at = self._accepted(position, at.record, target, left, result)
             position = at.position
@@ -382,12 +360,7 @@ class TimeSteps(PathSteps):
         flow = [1.0 / self.creep.flow] if self.creep.flow else []
         shortest = min([*self.creep.times, *flow])
         level = math.ceil(math.log2(max(part.duration / shortest, 1.0)))
-        return min(max(level, _least_level(part)), _MAX_LEVEL)
-
-
-def _beginning(schedule: dict[str, Any], count: int) -> dict[str, Any]:
-    """Return the description of a schedule with its first parts only."""
-    return schedule | {"parts": list(schedule["parts"])[:count]}
+        return min(max(level, _least_level(part)), MAX_LEVEL)
 
 
 def _energy_error(

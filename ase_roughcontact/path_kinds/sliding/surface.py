@@ -1,0 +1,121 @@
+"""Surface of a sliding path: boxes of its tractions, half spaces, and its history."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+
+import numpy as np
+
+from ase_roughcontact._util.history import entry_of
+from ase_roughcontact.contact import Problem, State
+from ase_roughcontact.contact.state import LATERAL, TRACTIONS
+from ase_roughcontact.elasticity.lateral import LateralHalfSpace
+from ase_roughcontact.elasticity.lattice import Box, carried
+from ase_roughcontact.interactions.friction import FrictionLaw
+from ase_roughcontact.interactions.local_friction import LocalFriction
+from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
+from ase_roughcontact.stepping.relaxed import RelaxedStep
+
+# Number of boxes with half spaces that are kept.
+_KEPT_HALFSPACES = 3
+
+
+class SlidingSurface:
+    """Surface with friction, of which only a box around the contact has tractions.
+
+    Parameters
+    ----------
+    problem : Problem
+    law : FrictionLaw
+
+    Raises
+    ------
+    NotImplementedError
+        If the solid has no lateral components.
+    """
+
+    def __init__(self, problem: Problem, law: FrictionLaw) -> None:
+        self.problem, self.law = problem, law
+
+        @lru_cache(_KEPT_HALFSPACES)
+        def halfspace(shape: tuple[int, int]) -> LateralHalfSpace:
+            return LateralHalfSpace(
+                shape,
+                problem.spacing,
+                problem.solid,
+                problem.periodic,
+                **problem.fft,
+            )
+
+        halfspace((2, 2))  # raises if the solid has no lateral components
+        self.halfspace = halfspace
+
+    def on_box(
+        self, relaxed: RelaxedStep, before: State
+    ) -> tuple[LocalFriction, Box, np.ndarray]:
+        """Return friction, a box of all tractions, and tractions before the step."""
+        window, fields = relaxed.state.window, relaxed.fields
+        law, problem = self.law, self.problem
+        history = {
+            entry.name: before.history[entry.name]
+            for entry in law.histories
+            if entry.name in before.history
+        }
+
+        def friction_on(box: Box) -> LocalFriction:
+            return LocalFriction(
+                law,
+                carried(fields.pressure, window, box),
+                carried(fields.contact, window, box),
+                problem.spacing,
+                problem.origin(box),
+                {
+                    name: carried(values, before.window, box, entry_of(name).entering)
+                    for name, values in history.items()
+                },
+            )
+
+        none = np.zeros(before.window.shape)
+        old = [before.history.get(name, none) for name in TRACTIONS]
+        box = window
+        if not problem.periodic:
+            loaded = Box.bounding(np.hypot(*old) > 0.0, before.window.start)
+            kept = fields.contact if law.histories else friction_on(box).bounds() > 0.0
+            touching = Box.bounding(kept, window.start)
+            box = touching.union(loaded) if touching else loaded or Box((0, 0), (1, 1))
+        return friction_on(box), box, carried_vectors(old, before.window, box)
+
+    def history(
+        self,
+        lateral: LateralState,
+        window: Box,
+        by_pressure: np.ndarray | float = 0.0,
+    ) -> dict[str, np.ndarray]:
+        """Return the history that a window keeps of a step.
+
+        Parameters
+        ----------
+        lateral : LateralState
+        window : Box
+        by_pressure : ndarray, shape (2, n, m), or float
+            Lateral displacement of the window by the pressure (length).
+        """
+        box, found = lateral.box, lateral.solution
+        tractions = carried_vectors(found.tractions, box, window)
+        displacement = found.displacement
+        if box != window:
+            displacement = self.halfspace(window.shape).displacement(tractions)
+        displacement = displacement + by_pressure
+        slipping = carried(found.slipping.astype(float), box, window)
+        entries = (*tractions, *displacement, slipping)
+        history = dict(zip(LATERAL, entries, strict=True))
+        for entry in self.law.histories:
+            values = lateral.friction.history[entry.name]
+            history[entry.name] = carried(values, box, window, entry.entering)
+        return history
+
+
+def carried_vectors(vectors: Iterable[np.ndarray], box: Box, window: Box) -> np.ndarray:
+    """Return both components of vectors on another box."""
+    return np.stack([carried(each, box, window) for each in vectors])

@@ -1,0 +1,115 @@
+"""Output columns of sliding paths in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact.interactions.rate_and_state import STATE
+from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
+from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+from ase_roughcontact.results.column import Range, column
+
+_WITH_BOUNDS = Range(
+    "friction that does not depend on the slip rate: otherwise all atoms slip",
+    lambda s: False,
+    constant=True,
+)
+_WITH_SPRING = Range(
+    "paths with a spring", lambda s: not np.isnan(s.lateral.base).any(), constant=True
+)
+_WITH_STATE = Range(
+    "rate and state friction", lambda s: STATE in s.lateral.friction.law.histories, True
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TimedLateralState(LateralState):
+    """Lateral state of a contact at a time.
+
+    Attributes
+    ----------
+    time : float
+        Time since the beginning.
+    rates : ndarray, shape (2, n, m)
+        Slip rates (length/time).
+    work : float
+        Work of the drive since the beginning (eV).
+    time_error : float
+        Error of the time step, relative to the friction.
+    spring : float
+        Stiffness of the spring, zero without one (eV/Å^2).
+    """
+
+    time: float
+    rates: np.ndarray
+    work: float = 0.0
+    time_error: float = 0.0
+    spring: float = 0.0
+
+    @property
+    def slip_rate(self) -> float:
+        """Mean slip rate of the atoms with friction (Å/s)."""
+        sizes = np.hypot(*self.rates)[self.bounds > 0.0]
+        return float(sizes.mean()) if sizes.size else 0.0
+
+    @property
+    def mean_state(self) -> float:
+        """Mean state of friction of the atoms with friction, see `STATE`."""
+        state = self.friction.history.get(STATE.name)
+        touching = self.bounds > 0.0
+        if state is None or not touching.any():
+            return 0.0
+        return float(state[touching].mean())
+
+    @property
+    def spring_energy(self) -> float:
+        """Energy of the spring (eV)."""
+        return 0.5 * float(self.force @ self.force) / self.spring
+
+
+@dataclass(frozen=True)
+class TimedSlidingStep(SlidingStep):
+    """Result of one time step with friction; its attributes are the output columns."""
+
+    stick_area: float = column(
+        lambda s: np.nan,
+        "area of the atoms in contact that stick",
+        "Å^2",
+        "stick",
+        _WITH_BOUNDS,
+    )
+    time: float = column(
+        lambda s: s.lateral.time, "time since the beginning", "s", "time"
+    )
+    slip_rate: float = column(
+        lambda s: s.lateral.slip_rate,
+        "mean slip rate of the atoms with friction",
+        "Å/s",
+        "rate",
+    )
+    friction_state: float = column(
+        lambda s: s.lateral.mean_state,
+        "mean of the state ln(V0 theta/Dc) of rate and state friction, zero in steady "
+        "sliding at the reference rate V0",
+        "",
+        "state",
+        _WITH_STATE,
+    )
+    work: float = column(
+        lambda s: s.lateral.work,
+        "work of the drive since the beginning: stored as elastic energy, in the "
+        "spring, or lost by slip",
+        "eV",
+    )
+    spring_energy: float = column(
+        lambda s: s.lateral.spring_energy,
+        "elastic energy of the lateral spring",
+        "eV",
+        where=_WITH_SPRING,
+    )
+    time_error: float = column(
+        lambda s: s.lateral.time_error,
+        "estimated error of the time step, relative to the friction",
+    )
