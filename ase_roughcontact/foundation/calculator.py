@@ -14,6 +14,7 @@ from ase.constraints import FixSubsetCom
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import instance_of, integer, one_of
 from ase_roughcontact.foundation.coupling import Coupling
+from ase_roughcontact.foundation.seam import SeamStress
 from ase_roughcontact.foundation.sites import Sites, cells
 from ase_roughcontact.foundation.surface import CrystalSurface
 
@@ -169,6 +170,42 @@ class ElasticFoundation(Calculator):
         atoms.set_constraint([*atoms.constraints, HeldLayer(held)])
         atoms.info[HELD_KEY] = layer
         self._warned = False
+
+    def seam_stress(self, atoms: Atoms) -> SeamStress:
+        """Return the stress on the plane between the slab and the crystal below it.
+
+        It is the force of the crystal below on each cell of the slab, over the area of
+        the cell, and needs no stress of single atoms. Waves that are long compared with
+        the reach of the forces have the stress of the continuum at this depth, see
+        `StressField`.
+
+        Parameters
+        ----------
+        atoms : Atoms
+            Relaxed slab with its calculator. If the lowest layer is held, the mean
+            balances the forces on the slab; if the surface is held, it is zero.
+
+        Returns
+        -------
+        SeamStress
+
+        Raises
+        ------
+        ValueError
+            If an atom of the lowest layers has left its site.
+        """
+        real = atoms.numbers > 0
+        displacement = self.sites.displacement(atoms.positions[real])
+        forces = -self.coupling.evaluate(displacement)[1].sum(axis=0)
+        if atoms.info.get(HELD_KEY) != "surface":
+            loads = atoms.get_forces(apply_constraint=False)[real]
+            forces += loads.sum(axis=0) / (forces.shape[0] * forces.shape[1])
+        lowest, below = self.surface.column(self.layers + 1).positions[-2:, 2]
+        return SeamStress(
+            depth=float(-(lowest + below) / 2.0),
+            positions=self.sites.positions[-1, :, :, :2],
+            stress=np.moveaxis(forces, -1, 0) / self.surface.cell_area,
+        )
 
     @cached_property
     def _surface_layer(self) -> np.ndarray:
