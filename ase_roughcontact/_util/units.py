@@ -109,6 +109,7 @@ UNITS: dict[str, float] = {
     "eV/s": 1.0,
     "bytes": 1.0,
     "nm²": 100.0,
+    "\u00b5m²": 1e8,  # micro sign
     "GB": 1e9,
 }
 
@@ -176,9 +177,44 @@ def per_time(units: Mapping[str, float]) -> dict[str, float]:
     }
 
 
+# Units of each dimension that printed values have by their size, in ascending order.
+_UNITS_BY_SIZE = (
+    ("pm", "nm", "\u00b5m", "mm"),
+    ("pN", "nN", "\u00b5N"),
+    ("Pa", "kPa", "MPa", "GPa"),
+    ("nm²", "\u00b5m²"),
+    ("mN/m", "N/m"),
+    ("\u00b5s", "ms", "s"),
+)
+# Values between these in the usual unit have this unit.
+_MIN_USUAL, _MAX_USUAL = 0.01, 1e4
+
+
 def with_unit(value: float, unit: str) -> str:
-    """Return a value in ASE's units as text in one of `UNITS`: ``"3.2 nN"``."""
+    """Return a value in ASE's units as text: ``"3.2 nN"``.
+
+    Values that are very small or large in the unit have another one by their size.
+
+    Parameters
+    ----------
+    value : float
+        Value in ASE's units.
+    unit : str
+        The usual unit, one of `UNITS`.
+    """
+    unit = _unit_by_size(value, unit)
     return f"{value / UNITS[unit]:.4g} {unit}"
+
+
+def _unit_by_size(value: float, unit: str) -> str:
+    """Return the usual unit, or the largest one in which a value is not below 0.1."""
+    size = abs(value)
+    ladder = next((units for units in _UNITS_BY_SIZE if unit in units), (unit,))
+    usual = _MIN_USUAL <= size / UNITS[unit] < _MAX_USUAL
+    if usual or not 0.0 < size < math.inf:
+        return unit
+    found = [each for each in ladder if size >= 0.1 * UNITS[each]]
+    return found[-1] if found else ladder[0]
 
 
 # Units in which columns are printed, by the unit of the column.

@@ -19,11 +19,14 @@ from ase_roughcontact.scene.spacing import lengths_in_spacings
 from ase_roughcontact.topography import Inverted, RandomWaves
 from ase_roughcontact.windows.regrid import lost_text
 
+# Spacing below which it is printed in Å (Å).
+_MAX_ATOMIC_SPACING = 10.0
+
 
 def bodies(scene: Scene) -> dict[str, str]:
     """Return descriptions of solid, indenter, roughness and wall."""
     nm, tip = UNITS["nm"], scene.whole_tip
-    radius = f"radius {scene.radius / nm:.4g} nm"
+    radius = f"radius {with_unit(scene.radius, 'nm')}"
     solid = label_of(scene.substrate, scene.solid)
     if scene.bodies.tip is not None:
         solid += f" with {scene.bodies.tip.label}"
@@ -106,7 +109,7 @@ def _random_text(surface: Any, free: str) -> str:
     text = f"{_statistics_text(rough)}; {label} nm; one realisation"
     if free:
         value = getattr(rough, free)
-        words = f"{value:.4g}" if free == "hurst" else f"{value / nm:.4g} nm"
+        words = f"{value:.4g}" if free == "hurst" else with_unit(value, "nm")
         text += f"; {free} = {words} follows from the other two"
     return text
 
@@ -115,7 +118,7 @@ def _statistics_text(rough: Any) -> str:
     """Return rms height, slope and curvature."""
     statistics, nm = rough.statistics(), UNITS["nm"]
     return (
-        f"rms height {statistics.rms_height / nm:.4g} nm, slope "
+        f"rms height {with_unit(statistics.rms_height, 'nm')}, slope "
         f"{statistics.rms_slope:.4g}, curvature "
         f"{statistics.rms_curvature * nm:.4g} /nm"
     )
@@ -195,7 +198,9 @@ def _spacing(scene: Scene) -> str:
     """Return the spacing of the atoms, or the one that fits the contact."""
     if scene.bodies.fitted:
         return f"spacing {with_unit(scene.spacing, 'nm')}, which fits the contact"
-    return f"spacing {scene.spacing:.3f} Å"
+    if scene.spacing < _MAX_ATOMIC_SPACING:
+        return f"spacing {scene.spacing:.3f} Å"
+    return f"spacing {with_unit(scene.spacing, 'nm')}"
 
 
 def _hardness(scene: Scene) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
 from ase_roughcontact._util.summary import Summarized
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import UNITS, with_unit
 from ase_roughcontact._util.validation import FloatArray, unmasked
 from ase_roughcontact.scene.scene import Scene
 
@@ -142,11 +142,11 @@ def reference_for(scene: Scene) -> Reference:
 
 def _flat(scene: Scene) -> Reference:
     """Return the theory of rough flats."""
-    nm, area = UNITS["nm"], scene.bodies.nominal_area
+    area = scene.bodies.nominal_area
     explanation = (
         "Persson, A/A_0 = erf(sqrt(2) p/(h' E*)), and A = kappa p A_0/(h' E*) at "
         f"small pressures, with the rms slope h' = {scene.rough.rms_slope:.4g} and the "
-        f"nominal area A_0 = {area / nm**2:.6g} nm²; kappa is about "
+        f"nominal area A_0 = {with_unit(area, 'nm²')}; kappa is about "
         f"{theory.KAPPA_HARD:g} for hard walls, {theory.KAPPA_PERSSON:.2g} by Persson"
     )
     smooth: Any = NominalArea(area)

@@ -10,6 +10,7 @@ from ase_roughcontact._util.units import (
     UNITS,
     WORKS,
     quantity,
+    with_unit,
 )
 
 # Value of each unit in m, N, Pa or N/m.
@@ -25,7 +26,7 @@ SI = {
     "work": dict.fromkeys(["J/m^2", "J/m²", "N/m", "nN/nm"], 1.0)
     | dict.fromkeys(["mJ/m^2", "mJ/m²", "mN/m", "pN/nm"], 1e-3)
     | dict.fromkeys(["eV/Å^2", "eV/Å²"], EV / 1e-20),
-    "area": {"nm²": 1e-18, "Å^2": 1e-20},
+    "area": {"nm²": 1e-18, "\u00b5m²": 1e-12, "Å^2": 1e-20},
 }
 # Units of ASE in units of the SI.
 ASE = {
@@ -50,3 +51,23 @@ def test_a_quantity_has_every_unit_of_its_table(kind):
     for unit, value in SI[kind].items():
         got = quantity("x", f"-2.5e-1 {unit}", TABLES[kind])
         assert got == pytest.approx(-0.25 * value / ASE[kind], rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (1e5, "nm", "10 \u00b5m"),
+        (123.4, "nm", "12.34 nm"),
+        (0.05, "nm", "5 pm"),
+        (1254900 * 100.0, "nm²", "1.255 \u00b5m²"),
+        (53.81 * 100.0, "nm²", "53.81 nm²"),
+        (1.9324e-5 * UNITS["GPa"], "GPa", "19.32 kPa"),
+        (9.15e-5, "s", "91.5 \u00b5s"),
+        (2.5e5 * UNITS["nN"], "nN", "250 \u00b5N"),
+        (-4e-5 * UNITS["nN"], "nN", "-0.04 pN"),
+        (0.0, "nN", "0 nN"),
+        (float("nan"), "nN", "nan nN"),
+    ],
+)
+def test_values_are_printed_in_a_unit_of_their_size(value, unit, text):
+    assert with_unit(value, unit) == text
