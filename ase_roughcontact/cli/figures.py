@@ -17,7 +17,6 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.view import with_indenter
-from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.cli.report import printed_times, units_of
 from ase_roughcontact.cli.stress_figures import (
     DepthPicture,
@@ -80,9 +79,9 @@ def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
         return
     if kept is not None:
         shown = sorted({min(shown, key=lambda n: abs(n - step)) for step in kept})
-    frames = [with_indenter(frame, surface) for frame in frames_of_steps(file, shown)]
+    views = [with_indenter(frame, surface) for frame in frames_of_steps(file, shown)]
     with replaced(folder / "view.traj") as name:
-        write(name, frames, format="traj")
+        write(name, views, format="traj")
 
 
 def draw(
@@ -368,7 +367,6 @@ def _draw_maps(
     folder: Path,
 ) -> None:
     """Draw maps of some steps, with the contact of a smooth sphere under their load."""
-    frames = frames_of_steps(folder / "sweep.traj", [step.step for step in shown])
     branches = reference.scene.path.branch_names(reference.scene.bodies, steps)
     titles = []
     for letter_of_map, step in zip(letters(len(shown)), shown, strict=True):
@@ -376,7 +374,7 @@ def _draw_maps(
         titles.append(f"({letter_of_map}) {_title(reference.scene, step, branch)}")
     scene, smooth = reference.scene, reference.smooth
     unit = printed_unit("eV/Å^3", scene.contact_modulus)
-    peaks = [pressure_of(frame).max() / UNITS[unit] for frame in frames]
+    peaks = [step.largest_pressure / UNITS[unit] for step in shown]
     exponent = 0.5 if max(peaks) > _MAX_PEAK_RATIO * min(peaks) else 1.0
     label = scene.bodies.labelled(smooth.label)
     if scene.solid.creep is not None:
@@ -386,6 +384,7 @@ def _draw_maps(
     height = 0.5 + rows * (2.6 / columns + 0.16 * lines)
     with written(folder / "contact.png", height) as figure:
         panels = map_panels(figure, len(shown))
+        frames = frames_of_steps(folder / "sweep.traj", [step.step for step in shown])
         maps = zip(panels, frames, shown, titles, strict=True)
         for panel, frame, step, title in maps:
             area = float(smooth.contact_area(step.normal_force))

@@ -26,6 +26,18 @@ _SIZE_FORMAT = struct.Struct("<I")
 _COMPRESSION_LEVEL = 1
 
 
+class SinglePointEnergy(SinglePointCalculator):
+    """Energy of a frame, without a reference of the calculator to itself.
+
+    ASE stores a method of the calculator in the calculator if this one is missing: the
+    arrays of a frame would stay in memory until garbage is collected.
+    """
+
+    def get_spin_polarized(self) -> bool:
+        """Return that there are no spins."""
+        return False
+
+
 def packed(frame: StepFrame) -> bytes:
     """Return the frame of a step as bytes.
 
@@ -89,7 +101,7 @@ def unpacked(contents: bytes) -> Atoms:
     frame.set_initial_charges(np.append(pressure / GPa, 0.0))
     frame.info |= {key: as_text(field) for key, field in arrays.items()}
     frame.set_constraint([dict2constraint(each) for each in description["constraints"]])
-    frame.calc = SinglePointCalculator(frame, energy=description["energy"])
+    frame.calc = SinglePointEnergy(frame, energy=description["energy"])
     return frame
 
 

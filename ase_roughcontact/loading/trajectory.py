@@ -113,10 +113,10 @@ class StoredFrames(Mapping[int, Atoms]):
         return len(self._places)
 
 
-def frames_of_steps(file: PathName, steps: Container[int]) -> list[Atoms]:
-    """Read the frames of some steps, in order, and no others; see `StoredFrames`."""
+def frames_of_steps(file: PathName, steps: Container[int]) -> Iterator[Atoms]:
+    """Read the frames of some steps, one after another; see `StoredFrames`."""
     stored = StoredFrames(file)
-    return [stored[step] for step in stored if step in steps]
+    return (stored[step] for step in stored if step in steps)
 
 
 @contextmanager

@@ -187,7 +187,7 @@ class Sliding(LateralPath):
         with_frame = steps_with_frames(file)
         shown = self.partly_slipping([s for s in states if s.step in with_frame])
         if shown:
-            frames = frames_of_steps(file, [state.step for state in shown])
+            frames = list(frames_of_steps(file, [state.step for state in shown]))
             titles = [self._title(state) for state in shown]
             file = folder / "tractions.png"
             figures.draw_tractions(file, frames, titles, bodies.scanned)
