@@ -25,13 +25,18 @@ def worker_pool(
     """
     if executor is not None:
         return nullcontext(executor)
-    count = processors() if workers is None else integer("workers", workers, 1)
+    count = number_of_workers(workers)
     return _Pool(
         count,
         multiprocessing.get_context("spawn"),
         _initialize_worker,
         (max(1, processors() // count),),
     )
+
+
+def number_of_workers(workers: int | None) -> int:
+    """Return the number of processes; by default one per processor."""
+    return processors() if workers is None else integer("workers", workers, 1)
 
 
 class _Pool(ProcessPoolExecutor):

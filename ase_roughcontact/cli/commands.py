@@ -10,10 +10,13 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line
 from ase_roughcontact.cli.description import bodies
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.optimize.names import optimizer_names
+from ase_roughcontact.paths.planned_steps import StartCosts
 from ase_roughcontact.results.record import units_of
+from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.optimizers import compare_on
-from ase_roughcontact.scene.plan import with_files_of
+from ase_roughcontact.scene.run_plan import run_plan
 
 # Units of the columns of a comparison of optimizers.
 _UNITS_OF_OPTIMIZERS = {
@@ -27,30 +30,41 @@ _UNITS_OF_OPTIMIZERS = {
 def plan(options: argparse.Namespace) -> int:
     """Print window, FFT grid, memory and time of each step before it is calculated.
 
-    The approximations that are made are printed with their reasons. The time is
-    extrapolated from FFTs timed on this machine, and correct within a factor of about
-    three. For a step that can't be calculated the reason is printed. Windows are those
-    that are expected; when "run" refuses a step it prints a lower bound. Of a loop and
-    of a path in time the deepest state is planned.
+    The approximations that are made are printed with their reasons. The number of
+    steps, their time, the memory and the size of all files follow from a trial, a run
+    of the path, or of twelve of its steps, on a grid of up to four times the spacing,
+    which takes up to a minute. A path with too many points for a trial is planned from
+    FFTs timed on this machine, to a factor of three. Times are of the processor: with
+    several threads less passes. For a step that can't be calculated the reason is
+    printed. Windows in the table are those that are expected; when "run" refuses a
+    step it prints a lower bound. Of a loop and of a path in time the table has the
+    deepest state.
 
     Exit status, as for "run": 0 all steps can run in the free memory, 2 some can't, or
     the scene is invalid.
     """
+    start = StartCosts.now()
     whole = checked_scene(options)
     scene, described = whole.planned, whole.path.describe(whole.bodies)
-    count = whole.path.expected_count(whole.bodies)
-    planned = with_files_of(whole, scene.plan()).repeated(count)
+    planned = run_plan(whole, start.with_scene())
     unit = report.target_unit(scene)
     if options.json:
         units = {**units_of(), "target": unit}
         for step in planned.steps:
             write(json_line(asdict(step), units))
     elif not options.quiet:
-        printed = printed_unit(unit)
-        steps = planned.printed(f"{scene.control.name} ({printed})", UNITS[printed])
+        steps = planned.printed(*_heading(scene, unit))
         about = [described, ""] if described else []
         show(entries(bodies(scene).items()), "", *about, *steps)
     return 0 if planned.runs else 2
+
+
+def _heading(scene: Scene, unit: str) -> tuple[str, float]:
+    """Return name and unit of the targets, and its size; of a flat the pressure."""
+    if scene.is_flat and scene.control == LOAD:
+        return "pressure (MPa)", UNITS["MPa"] * scene.bodies.nominal_area
+    printed = printed_unit(unit)
+    return f"{scene.control.name} ({printed})", UNITS[printed]
 
 
 def optimizers(options: argparse.Namespace) -> int:

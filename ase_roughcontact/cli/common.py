@@ -14,7 +14,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ase_roughcontact._util.printing import terminal
+from ase_roughcontact._util.printing import show, terminal
+from ase_roughcontact.ensemble.ensemble_plan import EnsemblePlan
 from ase_roughcontact.results.record import LoadStep, units_of
 from ase_roughcontact.scene import Scene, default_text
 
@@ -126,3 +127,9 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else f"{value:g}"
     return value
+
+
+def show_plan(plan: EnsemblePlan) -> int:
+    """Print the plan of many cases; return the exit status."""
+    show(plan.printed())
+    return 0 if plan.fits else 2

@@ -13,7 +13,12 @@ from typing import Any, TypeAlias
 
 from ase_roughcontact._util.files import check_different, check_replaced
 from ase_roughcontact._util.printing import show, write
-from ase_roughcontact.cli.common import json_line, prints_text, progress_bar
+from ase_roughcontact.cli.common import (
+    json_line,
+    prints_text,
+    progress_bar,
+    show_plan,
+)
 from ase_roughcontact.cli.means import means_lines, means_table
 from ase_roughcontact.cli.messages import print_error
 from ase_roughcontact.cli.study import Study, show_study
@@ -29,7 +34,9 @@ from ase_roughcontact.ensemble import (
 )
 from ase_roughcontact.ensemble.cases import combinations
 from ase_roughcontact.ensemble.database import without_password
+from ase_roughcontact.ensemble.ensemble_plan import EnsemblePlan
 from ase_roughcontact.ensemble.executors import scheduler_executor
+from ase_roughcontact.paths.planned_steps import StartCosts
 from ase_roughcontact.scene import Scene
 
 # Rows and columns of the database that a message lists.
@@ -74,11 +81,15 @@ def ensemble(options: argparse.Namespace) -> int:
       ase-roughcontact ensemble loop.toml --set roughness.seed=0:19:20 \
           --set "roughness.rms_height=0.1 nm:1 nm:4:geometric"
 
+    With --plan nothing is calculated but the number of cases and steps, the time with
+    the workers, the memory of each and the size of the database, from the case of
+    median cost.
+
     Exit status: 0 all steps are stored, 1 some cases failed or the error is larger, 2
     the scene or the database is invalid or damaged, 130 interrupted (Ctrl-C), 143
     terminated (SIGTERM).
     """
-    study = Study.of(options)
+    start, study = StartCosts.now(), Study.of(options)
     study.check_files(options.database)
     for option, begin in ("table", b"case,step"), ("results", b"case,state"):
         file = getattr(options, option)
@@ -86,6 +97,14 @@ def ensemble(options: argparse.Namespace) -> int:
             check_different(**{option: file, "database": options.database})
             check_replaced(Path(file), begin)
     variants = _variants(study, study.values)
+    if options.plan:
+        if study.error is not None:
+            raise ValueError(
+                "--plan needs the number of realisations, which --error chooses: give "
+                "--set roughness.seed=0:9:10, for instance"
+            )
+        scenes = [scene for _, scene in variants]
+        return show_plan(EnsemblePlan.of(scenes, options.workers, start))
     pool: dict[str, Any] = {"workers": options.workers}
     with ExitStack() as stack:
         if options.scheduler is not None:

@@ -213,6 +213,7 @@ def _add_ensemble(parser: argparse.ArgumentParser) -> None:
     )
     where = parser.add_mutually_exclusive_group()
     _add_workers(where)
+    _add_plan(parser)
     where.add_argument(
         "--scheduler",
         metavar="ADDRESS",
@@ -233,6 +234,7 @@ def _add_places(parser: argparse.ArgumentParser) -> None:
     )
     _add_out(parser, "roughcontact-places")
     _add_workers(parser)
+    _add_plan(parser)
     parser.add_argument("--quiet", action="store_true", help="print errors only")
 
 
@@ -446,6 +448,14 @@ def _add_picture(parser: argparse.ArgumentParser, default: str) -> None:
 def _add_workers(parser: Any) -> None:
     text = "number of processes (default: one per processor)"
     parser.add_argument("--workers", type=int, help=text)
+
+
+def _add_plan(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--plan",
+        action="store_true",
+        help="print number of cases, time, memory and files, and calculate nothing",
+    )
 
 
 def _add_output(parser: argparse.ArgumentParser, line: str = "per step") -> Any:

@@ -12,15 +12,18 @@ from ase_roughcontact._util.printing import cells, note, number, show, write
 from ase_roughcontact._util.rounding import LENGTH_ROUNDING
 from ase_roughcontact._util.tables import TableRows
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.cli.common import checked_scene
+from ase_roughcontact.cli.common import checked_scene, show_plan
 from ase_roughcontact.cli.messages import print_error
+from ase_roughcontact.ensemble.ensemble_plan import EnsemblePlan
 from ase_roughcontact.ensemble.places import (
     PLACE_UNITS,
     Place,
     as_map,
+    places_of,
     run_places,
     scanned_section,
 )
+from ase_roughcontact.paths.planned_steps import StartCosts
 from ase_roughcontact.scene import Scene
 
 # Headings of the columns of the table; the last column has marks.
@@ -59,12 +62,16 @@ def places(options: argparse.Namespace) -> int:
     DIR/places.csv. Places outside of the validity of the model have a star. The margin
     of [topography] keeps the places away from the edges. An interrupted run is resumed
     by running it again, which tries places without a result again. "report DIR" writes
-    all on one page.
+    all on one page. With --plan nothing is calculated but the number of places, time,
+    memory and files.
 
     Exit status: 0 all places have a result, 1 some have none, 2 the scene or the folder
     is invalid.
     """
-    scene = checked_scene(options)
+    start, scene = StartCosts.now(), checked_scene(options)
+    if options.plan:
+        scenes = places_of(scene, options.grid)
+        return show_plan(EnsemblePlan.of(scenes, options.workers, start, places=True))
     found: list[Place] = []
     failed = 0
     limits: set[str] = set()

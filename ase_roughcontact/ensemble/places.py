@@ -212,6 +212,12 @@ def _place_name(place: tuple[float, float]) -> str:
     return f"the place at ({x:.4g}, {y:.4g}) nm"
 
 
+def places_of(scene: Scene, shape: tuple[int, int]) -> list[Scene]:
+    """Return the scene with the tip at each place of a grid; see `run_places`."""
+    grid = _grid(scene, shape)
+    return [scene.with_values(_center(scene, *place)) for place in grid]
+
+
 def scanned_section(scene: Scene) -> str:
     """Return the title of the scan with the places; of the substrate if both have one.
 

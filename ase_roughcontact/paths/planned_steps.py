@@ -16,18 +16,38 @@ from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.kept_frames import number_of_frames
-from ase_roughcontact.results.record import size_of
+from ase_roughcontact.results.record import shape_of, size_of, text_of
+from ase_roughcontact.windows.memory import (
+    DRAWING_BYTES,
+    LIBRARY_BYTES,
+    figure_memory,
+    peak_memory,
+)
 
-# Size of a number in a frame (bytes).
-_FRAME_NUMBER_SIZE = 4
+# Size of a number of an atom in a frame, which is compressed (bytes).
+_FRAME_NUMBER_SIZE = 1.3
+# Size of the description of a frame (bytes).
+_DESCRIPTION_SIZE = 3_000
 # Size of a number in a state (bytes).
 _STATE_NUMBER_SIZE = 8
-# Size of the description of a frame (bytes).
-_DESCRIPTION_SIZE = 4_000
-# Size of the columns of a step (bytes).
-_COLUMNS_SIZE = 2_000
-# Size of a frame for viewing (bytes).
-_VIEW_SIZE = 120_000
+# Size of the results of a step in all tables (bytes).
+_COLUMNS_SIZE = 1_500
+# Size of a frame for viewing, for each atom that it shows (bytes).
+_VIEW_ATOM_SIZE = 85
+# Size of the description of a frame for viewing (bytes).
+_VIEW_DESCRIPTION_SIZE = 4_000
+# Largest number of rows of atoms in a frame for viewing.
+_VIEW_ROWS = 48
+# Size of a figure (bytes).
+_FIGURE_SIZE = 100_000
+# Processor time of start and end of a run with figures, of a figure, and of a frame for
+# viewing, over the time of the start of the program.
+_RUN_TIME, _FIGURE_TIME, _VIEW_TIME = 1.5, 0.22, 0.008
+# Longest processor time of the start of a program (s).
+_MAX_START_SECONDS = 5.0
+# Factor between the ends of the range of the time that is printed, and the time: of a
+# trial, and of the times of transforms alone.
+_TRIAL_UNCERTAINTY, _UNCERTAINTY = 1.3, 3.0
 # Largest number of steps that a plan lists; each one represents several of a longer
 # path.
 _MAX_LISTED = 500
@@ -69,6 +89,54 @@ class PlannedStep(Summarized):
     seconds: float = 0.0
     problem: str = ""
 
+    def resized(self, ratio: float) -> PlannedStep:
+        """Return the step with another number of atoms, a multiple of its own."""
+        scale = math.sqrt(ratio)
+        window, grid = (
+            tuple(max(round(scale * side), 1) for side in shape_of(each))
+            for each in (self.window, self.grid)
+        )
+        atoms = size_of(text_of(window)) / size_of(self.window)
+        memory = LIBRARY_BYTES + atoms * (self.memory - LIBRARY_BYTES)
+        return replace(self, window=text_of(window), grid=text_of(grid), memory=memory)
+
+
+@dataclass(frozen=True)
+class StartCosts:
+    """Costs of a process before its first step.
+
+    Attributes
+    ----------
+    program : float
+        Processor time when the command began (s).
+    libraries : float
+        Memory when the command began (bytes).
+    scene : float
+        Processor time in which the scene was read and its solid was made (s).
+    memory : float
+        Peak memory until then (bytes).
+    """
+
+    program: float = 0.0
+    libraries: float = 0.0
+    scene: float = 0.0
+    memory: float = 0.0
+
+    @classmethod
+    def now(cls) -> StartCosts:
+        """Return the costs of a process in which a command begins."""
+        return cls(time.process_time(), peak_memory())
+
+    def with_scene(self) -> StartCosts:
+        """Return the costs when the scene was read and its solid was made."""
+        seconds = time.process_time() - self.program
+        return replace(self, scene=seconds, memory=peak_memory())
+
+    @property
+    def program_seconds(self) -> float:
+        """Processor time of the start (s), without what else a process has done."""
+        return min(self.program, _MAX_START_SECONDS)
+
 
 @dataclass(frozen=True)
 class Plan(Summarized):
@@ -93,6 +161,14 @@ class Plan(Summarized):
         Frames that the trajectory keeps.
     fields_of_frame, fields_of_state : int
         Numbers of an atom in a frame, and in the state of the restart file.
+    run_steps : tuple of PlannedStep
+        Steps of the run, as a trial shows them; empty without one.
+    basis : str
+        What the numbers of these steps follow from.
+    start : StartCosts
+        Costs of the process before its first step.
+    figures, views : int
+        Number of figures, and the largest number of frames for viewing; zero for all.
     """
 
     steps: tuple[PlannedStep, ...]
@@ -104,6 +180,11 @@ class Plan(Summarized):
     keep: str = "thinned"
     fields_of_frame: int = 2
     fields_of_state: int = 4
+    run_steps: tuple[PlannedStep, ...] = ()
+    basis: str = ""
+    start: StartCosts = StartCosts()
+    figures: int = 0
+    views: int = 0
 
     def repeated(self, count: int) -> Plan:
         """Return the plan of a path with `count` times as many steps of these sizes."""
@@ -113,38 +194,83 @@ class Plan(Summarized):
         return replace(self, steps=steps, repeated_step=True)
 
     @property
+    def all_steps(self) -> tuple[PlannedStep, ...]:
+        """Steps of the run by the trial, or planned ones, that can be calculated."""
+        return self.run_steps or tuple(step for step in self.steps if step.window)
+
+    @property
     def count(self) -> int:
         """Number of steps that can be calculated."""
-        return sum(step.count for step in self.steps if step.window)
+        return sum(step.count for step in self.all_steps)
 
     @property
     def frames(self) -> float:
-        """Largest size of the frames, including the ones for viewing (bytes)."""
+        """Size of the frames, including the ones for viewing (bytes)."""
         if not self.count:
             return 0.0
-        atoms = sum(s.count * size_of(s.window) for s in self.steps if s.window)
+        atoms = views = 0.0
+        for step in self.all_steps:
+            points = size_of(step.window)
+            side = math.sqrt(points)
+            rows = side / math.ceil(side / _VIEW_ROWS)
+            atoms += step.count * points
+            views += step.count * rows**2
         size = _FRAME_NUMBER_SIZE * self.fields_of_frame * atoms / self.count
-        size += _DESCRIPTION_SIZE + _VIEW_SIZE
-        return number_of_frames(self.keep, self.count) * size
+        view = _VIEW_DESCRIPTION_SIZE + _VIEW_ATOM_SIZE * views / self.count
+        frames = number_of_frames(self.keep, self.count)
+        return frames * (_DESCRIPTION_SIZE + size) + self._number_of_views * view
+
+    @property
+    def _number_of_views(self) -> int:
+        """Number of frames for viewing."""
+        frames = number_of_frames(self.keep, self.count)
+        return min(frames, self.views) if self.views else frames
 
     @property
     def restart(self) -> float:
-        """Size of the restart file (bytes)."""
-        atoms = max((size_of(s.window) for s in self.steps if s.window), default=0)
+        """Size of the restart file and of tables (bytes)."""
+        atoms = size_of(self.all_steps[-1].window) if self.count else 0
         return (
             _STATE_NUMBER_SIZE * self.fields_of_state * atoms
             + _COLUMNS_SIZE * self.count
         )
 
     @property
+    def files(self) -> float:
+        """Size of all files of the run (bytes)."""
+        return self.frames + self.restart + _FIGURE_SIZE * self.figures
+
+    @property
     def memory(self) -> float:
-        """Peak memory of all steps (bytes)."""
-        return max(step.memory for step in self.steps)
+        """Peak memory of the process: of its start, a step, or figures (bytes)."""
+        steps = self.run_steps or self.steps
+        peak = max(step.memory for step in steps)
+        if self.figures and self.count:
+            largest = max(size_of(step.window) for step in self.all_steps)
+            peak = max(peak, figure_memory(largest))
+        if self.start.libraries:  # what is assumed for them
+            peak += self.start.libraries + DRAWING_BYTES - LIBRARY_BYTES
+        return max(peak, self.start.memory)
 
     @property
     def seconds(self) -> float:
-        """Time of all steps (s), within a factor of about three above 0.05 s a step."""
-        return sum(step.count * step.seconds for step in self.steps)
+        """Processor time of all steps, the start and the figures (s)."""
+        relative = _RUN_TIME + _FIGURE_TIME * self.figures
+        relative += _VIEW_TIME * self._number_of_views
+        return (
+            self.start.scene + relative * self.start.program_seconds + self.step_seconds
+        )
+
+    @property
+    def step_seconds(self) -> float:
+        """Processor time of all steps (s)."""
+        steps = self.run_steps or self.steps
+        return sum(step.count * step.seconds for step in steps)
+
+    @property
+    def uncertainty(self) -> float:
+        """Factor by which the time may be larger or smaller."""
+        return _TRIAL_UNCERTAINTY if self.run_steps else _UNCERTAINTY
 
     @property
     def fits(self) -> bool:
@@ -195,14 +321,15 @@ class Plan(Summarized):
 
     def _costs(self, steps: str) -> str:
         """Return a sentence on the costs of steps."""
-        bound = "about" if self.repeated_step else "at most"
         enough = "" if self.fits else ": NOT ENOUGH"
+        shortest = max(self.seconds / self.uncertainty, 1.0)
+        longest = max(self.seconds * self.uncertainty, 1.0)
         return (
-            f"{steps} about {duration(max(self.seconds, 1.0))}, about "
-            f"{_size(self.frames)} of frames (sweep.traj, view.traj), "
-            f"{_size(self.restart)} to resume (sweep.restart.npz), and {bound} "
+            f"{steps} about {duration(shortest)} to {duration(longest)} of processor "
+            f"time for {self.count} steps, {_size(self.files)} of files, of which "
+            f"{_size(self.frames)} are frames (sweep.traj, view.traj), and "
             f"{self.memory / 1e9:.2g} GB of the {self.available / 1e9:.2g} GB of "
-            f"memory that are free{enough}."
+            f"memory that are free{enough}; by {self.basis or 'times of transforms'}."
         )
 
 
@@ -234,10 +361,11 @@ def thinned(
     return np.asarray(targets, dtype=float)[listed], counts
 
 
-def step_timer(
-    halfspace: HalfSpace, wall: Interaction
-) -> Callable[[tuple[int, int]], float]:
-    """Return a function of the shape of an FFT grid: the time of a step on it (s)."""
+def pair_timer(halfspace: HalfSpace) -> Callable[[tuple[int, int]], float]:
+    """Return a function of the shape of an FFT grid: the time of a pair on it (s).
+
+    It is processor time, of an exact convolution; for large grids it is extrapolated.
+    """
 
     @cache
     def convolution(n: int, m: int) -> float:
@@ -245,9 +373,9 @@ def step_timer(
         timed = halfspace.resized(shape, halfspace.spacing)
         pressure, times = np.ones(shape), []
         for _ in range(3):
-            start = time.perf_counter()
+            start = time.process_time()
             timed.displacement(pressure)
-            times.append(time.perf_counter() - start)
+            times.append(time.process_time() - start)
         return min(times)
 
     def seconds(grid: tuple[int, int]) -> float:
@@ -255,6 +383,18 @@ def step_timer(
         scale = min(1.0, _MAX_TIMED_SIDE / math.sqrt(points))
         n, m = (max(8, int(side * scale)) for side in grid)
         ratio = points * math.log(points) / (n * m * math.log(n * m))
-        return _MIN_SECONDS + _CONVOLUTIONS[wall.family] * ratio * convolution(n, m)
+        return ratio * convolution(n, m)
+
+    return seconds
+
+
+def step_timer(
+    halfspace: HalfSpace, wall: Interaction
+) -> Callable[[tuple[int, int]], float]:
+    """Return a function of the shape of an FFT grid: the time of a step on it (s)."""
+    pair = pair_timer(halfspace)
+
+    def seconds(grid: tuple[int, int]) -> float:
+        return _MIN_SECONDS + _CONVOLUTIONS[wall.family] * pair(grid)
 
     return seconds

@@ -80,9 +80,15 @@ def text_of(shape: tuple[int, ...]) -> str:
     return "x".join(map(str, shape))
 
 
+def shape_of(text: str) -> tuple[int, int]:
+    """Return a shape as written in the columns."""
+    n, m = map(int, text.split("x"))
+    return n, m
+
+
 def size_of(text: str) -> int:
     """Return the number of points of a shape as written in the columns."""
-    return math.prod(map(int, text.split("x")))
+    return math.prod(shape_of(text))
 
 
 def _continuum_area(step: RelaxedStep) -> float:

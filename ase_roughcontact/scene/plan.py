@@ -12,6 +12,7 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.contact import Problem
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
 from ase_roughcontact.contact.history import HistoryEntry, entry_of
 from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH, TRACTION_DEPTH
@@ -26,7 +27,7 @@ from ase_roughcontact.scene.spacing import lengths_in_spacings
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.expected import ExpectedContact
-from ase_roughcontact.windows.memory import frame_memory, friction_memory
+from ase_roughcontact.windows.memory import friction_memory
 
 # Share of the necessary zone at the edge below which there is a warning: surfaces jump
 # atom by atom, in many steps.
@@ -35,6 +36,8 @@ _MIN_ZONE_SHARE = 0.25
 _MAX_POINTS_PER_RADIUS = 240
 # Points of the advised grid on the shortest wavelength.
 _POINTS_PER_WAVE = 4
+# Largest number of frames for viewing of a path in time.
+_VIEWS_IN_TIME = 40
 # Approximation of paths with friction.
 _SLIDING_LEFT_OUT = (
     "changes of the heights by sliding, which must be small compared to the roughness"
@@ -47,7 +50,7 @@ _COUPLING_LEFT_OUT = (
 
 def warnings_of(scene: Any) -> list[str]:
     """Return warnings about scan, radius and grid of a `Scene`."""
-    found = _range_warnings(scene.problem)
+    found = range_warnings(scene.problem)
     note = lengths_in_spacings(scene, scene.spacing)
     if note and scene.scans:
         found.append(note)
@@ -56,7 +59,7 @@ def warnings_of(scene: Any) -> list[str]:
     return found + _spacing_warnings(scene)
 
 
-def _range_warnings(problem: Problem) -> list[str]:
+def range_warnings(problem: Problem) -> list[str]:
     """Return a warning if a grid is far too coarse for the range of the attraction.
 
     The limits of the model report it, too, but only after the first step.
@@ -162,12 +165,10 @@ def plan_of(scene: Any) -> Plan:
             sliding += _COUPLING_LEFT_OUT
         others = [text for text in left_out if text != LATERAL_LEFT_OUT]
         left_out = (sliding, *others)
-    for number, step in enumerate(steps):
-        atoms = size_of(step.window) if step.window else 0
-        memory = step.memory + frame_memory(atoms)
-        if friction:
-            memory += friction_memory(atoms, friction.coupled)
-        steps[number] = replace(step, memory=memory)
+        for number, step in enumerate(steps):
+            atoms = size_of(step.window) if step.window else 0
+            memory = step.memory + friction_memory(atoms, friction.coupled)
+            steps[number] = replace(step, memory=memory)
     if scans_of(scene.bodies.problem):
         left_out = (*left_out, COPIES_LEFT_OUT)
     plan = replace(plan, steps=tuple(steps), left_out=left_out)
@@ -188,7 +189,21 @@ def with_files_of(scene: Any, plan: Plan) -> Plan:
         keep=scene.output.keep,
         fields_of_frame=_fields_of_frame(scene),
         fields_of_state=_fields_of_state(scene),
+        figures=_number_of_figures(scene),
+        views=_VIEWS_IN_TIME if scene.path.in_time else 0,
     )
+
+
+def _number_of_figures(scene: Any) -> int:
+    """Return the number of figures of a run, as far as it is known before."""
+    path = scene.path
+    drawn = [name for name in path.captions if name.endswith("png")]
+    if path.stiffness is None:
+        drawn = [name for name in drawn if name != "cantilever.png"]
+    count = 1 + len(drawn)
+    if not path.in_order:
+        count += 1 + (path.controlled != LOAD)
+    return count
 
 
 def _history(scene: Any) -> list[HistoryEntry]:

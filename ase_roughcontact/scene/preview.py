@@ -11,6 +11,7 @@ import numpy as np
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.results.record import size_of
 from ase_roughcontact.scene.path_kind import Steps
+from ase_roughcontact.scene.plan import range_warnings
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.windows.regrid import GridChange
 
@@ -70,11 +71,7 @@ def preview(scene: Scene) -> Scene:
         is_short = len(scene.targets) < _MAX_FEW_STEPS and not scene.substrate.of_atoms
         if is_short and _points(scene) < _MAX_FEW_POINTS:
             return scene
-    continuum = _continuum(scene)
-    for ratio in _SPACING_RATIOS:
-        coarse = continuum.with_grid(_coarser(scene.grid_change, ratio))
-        if ratio == 1 or _is_possible(coarse):
-            break
+    coarse, ratio = coarser_scene(scene)
     if whole:
         return coarse
     steps = scene.targets / UNITS[scene.path.unit]
@@ -86,6 +83,26 @@ def preview(scene: Scene) -> Scene:
         kept = np.union1d(kept, turns)
     values: Any = tuple(steps[kept].tolist())
     return coarse.with_values({"path": Steps(scene.path.control, values=values)})
+
+
+def coarser_scene(scene: Scene) -> tuple[Scene, int]:
+    """Return the continuum of a scene on a grid of up to four times the spacing.
+
+    It resolves at least half of the rms slope, and a quarter of the necessary points on
+    the range of an attraction.
+
+    Returns
+    -------
+    Scene
+    int
+        Ratio of the spacings.
+    """
+    continuum = _continuum(scene)
+    for ratio in _SPACING_RATIOS:
+        coarse = continuum.with_grid(_coarser(scene.grid_change, ratio))
+        if ratio == 1 or _is_possible(coarse):
+            break
+    return coarse, ratio
 
 
 def _points(scene: Scene) -> float:
@@ -138,8 +155,9 @@ def _coarser(change: GridChange, ratio: int) -> GridChange:
 
 
 def _is_possible(scene: Scene) -> bool:
-    """Return whether a grid fits window and surface, and does not lose too much."""
+    """Return whether a grid fits window and surface, and resolves slope and range."""
     try:
-        return scene.lost_slope <= _MAX_LOST_SLOPE
+        lost = scene.lost_slope
+        return lost <= _MAX_LOST_SLOPE and not range_warnings(scene.problem)
     except ValueError:
         return False

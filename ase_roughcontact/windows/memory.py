@@ -27,15 +27,17 @@ _LARGEST_BYTES = 350
 _FRICTION_BYTES = 900
 # Further memory for each of these atoms if the tractions are coupled to the pressure.
 _COUPLING_BYTES = 500
-# Memory for each atom of the frames that a run writes and draws.
-_FRAME_BYTES = 200
+# Memory of figures, and for each atom of the frames that are drawn one after another.
+_FIGURE_BYTES, _FIGURE_ATOM_BYTES = 22e6, 280
 # Memory for each point of a roughness while it is synthesised.
 _SYNTHESIS_BYTES = 30
 # Memory for each point of a roughness afterwards.
 _ROUGHNESS_BYTES = 11
-# Memory of Python and its libraries, including the ones for figures: up to 60 MB less
-# in some installations.
-_LIBRARY_BYTES = 165e6
+#: Memory of Python and its libraries, including the ones for figures: up to 60 MB less
+#: in some installations.
+LIBRARY_BYTES = 165e6
+#: Memory of the libraries for figures.
+DRAWING_BYTES = 27e6
 # Memory in addition to the libraries that is not checked: reading the limits would take
 # a tenth of a step in a small window.
 _UNCHECKED_BYTES = 100e6
@@ -77,7 +79,7 @@ def memory_of(
         per_atom = hard if wall.hard and not wall.plastic else _SOFT_BYTES
     step = math.prod(window) * per_atom
     synthesis, roughness = _SYNTHESIS_BYTES * points, _ROUGHNESS_BYTES * points
-    return _LIBRARY_BYTES + max(synthesis, roughness + step)
+    return LIBRARY_BYTES + max(synthesis, roughness + step)
 
 
 def friction_memory(atoms: int, coupled: bool = False) -> float:
@@ -85,9 +87,22 @@ def friction_memory(atoms: int, coupled: bool = False) -> float:
     return float((_FRICTION_BYTES + coupled * _COUPLING_BYTES) * atoms)
 
 
-def frame_memory(atoms: int) -> float:
-    """Estimate the memory of the frames of a run, for a number of atoms."""
-    return float(_FRAME_BYTES * atoms)
+def figure_memory(atoms: int) -> float:
+    """Estimate the peak memory of a process that draws frames of a number of atoms."""
+    return LIBRARY_BYTES + _FIGURE_BYTES + _FIGURE_ATOM_BYTES * atoms
+
+
+def peak_memory() -> float:
+    """Return the largest resident memory of this process so far (bytes).
+
+    On systems other than Linux it is the present one.
+    """
+    try:
+        text = Path("/proc/self/status").read_text()
+    except OSError:
+        return float(psutil.Process().memory_info().rss)
+    (line,) = [each for each in text.splitlines() if each.startswith("VmHWM:")]
+    return 1024.0 * int(line.split()[1])
 
 
 def available_memory() -> float:
@@ -191,7 +206,7 @@ def check_memory(
 
 
 def _check(needed: float, purpose: str, advice: str) -> None:
-    if needed < _LIBRARY_BYTES + _UNCHECKED_BYTES:
+    if needed < LIBRARY_BYTES + _UNCHECKED_BYTES:
         return
     available = available_memory()
     if needed > available:

@@ -70,7 +70,7 @@ def test_plan_lists_what_is_left_out_and_why():
 def test_step_beyond_the_roughness_has_a_problem_and_the_others_are_planned():
     plan = plan_path(*problem_of(make_atoms()), "heights", [0.0, -300.0], "auto")
     assert [bool(step.window) for step in plan.steps] == [True, False]
-    assert "which is defined up to 256 spacings" in plan.steps[1].problem
+    assert "which is defined up to 25.6 nm" in plan.steps[1].problem
     assert plan.fits and not plan.runs
     text = " ".join(plain(*plan.printed("height (Å)", 1.0)).split())
     assert "CAN'T RUN" in text and "1 of 2 steps can't run: atoms can touch" in text
@@ -158,7 +158,7 @@ MEASURED = {"hard": (106, 197), "repulsive": (132, 248), "adhesive": (218, 463)}
 @pytest.mark.parametrize("wall", WALLS)
 def test_the_time_of_a_step_is_in_the_measured_range(wall, monkeypatch):
     ticks = itertools.count()
-    monkeypatch.setattr(time, "perf_counter", lambda: float(next(ticks)))
+    monkeypatch.setattr(time, "process_time", lambda: float(next(ticks)))
     atoms = make_atoms(rc.RoughSphere(1000.0), wall, (16, 16), periodic=True)
     (step,) = plan_path(*problem_of(atoms), "penetrations", [0.1], "fixed").steps
     fewest, most = MEASURED[wall]

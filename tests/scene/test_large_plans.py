@@ -53,8 +53,9 @@ def test_windows_that_no_machine_holds_are_planned_within_ten_seconds(text):
 def test_the_plan_has_the_memory_of_the_frames_that_a_run_writes():
     scene = Scene.parse("[substrate]\nshape = [64, 64]\n[path]\nvalues = [1.0]\n")
     path = scene.problem, scene.start, scene.control, scene.targets
-    (calculated,) = plan_path(*path, "fixed").steps
-    assert scene.plan().steps[0].memory - calculated.memory == 200 * 64 * 64
+    calculated = plan_path(*path, "fixed").memory
+    figures = 165e6 + 22e6 + 280 * 64 * 64  # with the libraries
+    assert calculated < scene.plan().memory == pytest.approx(figures)
 
 
 @pytest.mark.slow
@@ -79,7 +80,7 @@ def test_windows_planned_on_a_coarser_lattice_are_about_the_same(length):
         n, m = exact.forecast(scene.control, target).shape
         assert 0.8 < points(step.window) / (n * m) < 1.25
     domain = scene.problem.topography.points(scene.spacing)
-    memory = memory_of((n, m), scene.wall, scene.solid, points=domain) + 200 * n * m
+    memory = memory_of((n, m), scene.wall, scene.solid, points=domain)
     assert plan.memory == pytest.approx(memory, rel=0.05)
 
 

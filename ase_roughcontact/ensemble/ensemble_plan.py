@@ -1,0 +1,130 @@
+"""Plan of an ensemble or of places: cases, time, memory of a worker, and files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ase_roughcontact._util.printing import duration, entries
+from ase_roughcontact._util.tables import Table
+from ase_roughcontact._util.workers import number_of_workers, processors
+from ase_roughcontact.ensemble.progress import expected_costs
+from ase_roughcontact.paths.planned_steps import Plan, StartCosts
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.run_plan import run_plan
+from ase_roughcontact.windows.memory import DRAWING_BYTES
+
+# Size of a row of a database (bytes).
+_ROW_SIZE = 12_000
+# Size of a row of places, with what is written beside them (bytes).
+_PLACE_SIZE = 300
+# Size of the figure of places (bytes).
+_FIGURE_SIZE = 100_000
+
+
+@dataclass(frozen=True)
+class EnsemblePlan:
+    """Cost of many cases, from the plan of one.
+
+    Attributes
+    ----------
+    cases : int
+        Number of cases.
+    plan : Plan
+        Plan of the case of median cost, without figures.
+    costs : float
+        Costs of all cases over the cost of this one.
+    workers : int
+        Number of processes.
+    files : float
+        Size of the files (bytes).
+    """
+
+    cases: int
+    plan: Plan
+    costs: float
+    workers: int
+    files: float
+
+    @classmethod
+    def of(
+        cls,
+        scenes: Sequence[Scene],
+        workers: int | None,
+        start: StartCosts | None = None,
+        places: bool = False,
+    ) -> EnsemblePlan:
+        """Return the plan of scenes.
+
+        Parameters
+        ----------
+        scenes : sequence of Scene
+            All cases; for places the scene at each of them.
+        workers : int, optional
+            Number of processes; by default as for `run_ensemble`.
+        start : StartCosts, optional
+            Costs of the process when the command began; by default none.
+        places : bool
+            Whether the results are places of a scan.
+        """
+        costs = [sum(expected_costs(scene).values()) for scene in scenes]
+        if start is not None:  # the solids are made for this
+            start = start.with_scene()
+        middle = int(np.argsort(costs)[len(costs) // 2])
+        plan = replace(run_plan(scenes[middle], start), figures=0)
+        count = len(scenes)
+        rows = count * (plan.count + 1) * _ROW_SIZE
+        files = count * _PLACE_SIZE + _FIGURE_SIZE if places else rows
+        processes = min(number_of_workers(workers), count)
+        return cls(count, plan, sum(costs) / costs[middle], processes, files)
+
+    @property
+    def steps(self) -> int:
+        """Number of steps of all cases."""
+        return self.cases * self.plan.count
+
+    @property
+    def seconds(self) -> float:
+        """Processor time of all cases and processes (s)."""
+        start = self.plan.start.program_seconds + self.plan.start.scene
+        return (1 + self.workers) * start + self.costs * self.plan.step_seconds
+
+    @property
+    def memory(self) -> float:
+        """Peak memory of a worker (bytes)."""
+        return max(self.plan.memory - DRAWING_BYTES, self.plan.start.memory)
+
+    @property
+    def fits(self) -> bool:
+        """Whether the free memory suffices for all workers."""
+        return self.workers * self.memory < self.plan.available
+
+    def printed(self) -> Table:
+        """Return the plan as names and values, for a terminal."""
+        factor = self.plan.uncertainty
+        at_once = min(self.workers, processors())
+        shortest, longest = (
+            duration(max(seconds / at_once, 1.0))
+            for seconds in (self.seconds / factor, self.seconds * factor)
+        )
+        enough = "" if self.fits else ": NOT ENOUGH"
+        basis = self.plan.basis or "times of transforms"
+        return entries(
+            [
+                ("cases", f"{self.cases}, with about {self.steps} steps in all"),
+                (
+                    "time",
+                    f"{shortest} to {longest} with {self.workers} workers on {at_once} "
+                    f"processors, {duration(max(self.seconds, 1.0))} of processor time",
+                ),
+                (
+                    "memory",
+                    f"{self.memory / 1e9:.2g} GB for each of {self.workers} workers, "
+                    f"{self.plan.available / 1e9:.2g} GB are free{enough}",
+                ),
+                ("files", f"{self.files / 1e6:.2g} MB"),
+                ("basis", f"{basis}, of the case of median cost"),
+            ]
+        )
