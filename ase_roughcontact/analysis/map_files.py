@@ -20,6 +20,7 @@ from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.vtk_files import write_image_data
 from ase_roughcontact.contact.state import DISPLACEMENTS, SLIPPING, TRACTIONS
+from ase_roughcontact.interactions import SLIP
 
 #: Units of the fields and coordinates.
 UNITS_OF_FIELDS = {
@@ -31,6 +32,7 @@ UNITS_OF_FIELDS = {
     **dict.fromkeys(TRACTIONS, "GPa"),
     **dict.fromkeys(DISPLACEMENTS, "nm"),
     SLIPPING: "1",
+    SLIP.name: "nm",
     "x": "nm",
     "y": "nm",
 }

@@ -18,6 +18,7 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import FloatArray, lookup
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.map_dataset import map_dataset
+from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.loading.trajectory import StoredFrames
 from ase_roughcontact.paths.restart import read_steps
 from ase_roughcontact.results.record import LoadStep, columns_of, units_of
@@ -217,16 +218,18 @@ class Results(Summarized, Sequence[LoadStep]):
         }
         return map_dataset(self.map(number), about)
 
-    def figure(self, column: str = "normal_force", along: str = "") -> Any:
+    def figure(self, column: str = "", along: str = "") -> Any:
         """Draw a column against another one, in printed units, beside theory.
 
         Parameters
         ----------
         column : str
-            Column on the vertical axis. Bars show twice its estimated error.
+            Column on the vertical axis: by default the force, or the area under a
+            controlled load. Bars show twice its estimated error.
         along : str
-            Column on the horizontal axis; by default the controlled quantity, or the
-            time. Areas against the normal force are drawn beside theory.
+            Column on the horizontal axis: by default the controlled quantity, the
+            lateral displacement, or the time. Areas against the normal force are drawn
+            beside theory.
 
         Returns
         -------
@@ -240,10 +243,8 @@ class Results(Summarized, Sequence[LoadStep]):
         from ase_roughcontact.plot.figures import column_figure
 
         names = columns_of(self.scene.record)
-        if not along:
-            along = "time" if "time" in names else self.scene.control.column
-            if along == column:
-                column = self.scene.area_column
+        usual_column, usual_along = self._usual_columns
+        column, along = column or usual_column, along or usual_along
         theory: dict[str, FloatArray] = {}
         points = self[along]
         if column in ("contact_area", "continuum_area") and along == "normal_force":
@@ -260,6 +261,18 @@ class Results(Summarized, Sequence[LoadStep]):
             {name: each / UNITS[units[column]] for name, each in theory.items()},
         )
 
+    @property
+    def _usual_columns(self) -> tuple[str, str]:
+        """Columns that a figure shows by default."""
+        path, control = self.scene.path, self.scene.control
+        if path.has_friction:
+            return "lateral_force_x", "lateral_x"
+        if path.in_time:
+            return "normal_force", "time"
+        if control == LOAD:
+            return self.scene.area_column, "normal_force"
+        return "normal_force", control.column
+
     def _areas_by_theory(self) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Return forces in the range of the steps, and areas by theory."""
         largest = float(self["normal_force"].max())
@@ -272,7 +285,7 @@ class Results(Summarized, Sequence[LoadStep]):
         }
         rough = self.reference.rough_area(forces)
         if np.isfinite(rough).any():
-            areas[self.scene.bodies.labelled("Eq. (4), rough sphere")] = rough
+            areas[self.scene.bodies.labelled("theory with roughness")] = rough
         return forces, areas
 
     def _printed(self, name: str) -> str:

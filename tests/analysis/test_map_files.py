@@ -1,6 +1,7 @@
 """Maps written to files have the values, names and units of the contact."""
 
 import base64
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -89,6 +90,15 @@ def test_fields_agree_with_the_contact(atoms, tmp_path, suffix, source):
 def test_fields_that_are_not_known_are_left_out(atoms, tmp_path):
     write_map(ContactMap.from_frame(rc.snapshot(atoms)), tmp_path / "map.npz")
     assert "gap" not in np.load(tmp_path / "map.npz")
+
+
+@pytest.mark.parametrize("suffix", READERS)
+def test_slip_is_written_in_nanometres(atoms, tmp_path, suffix):
+    slip = np.full(SHAPE, 0.5)  # Å
+    made = replace(ContactMap.from_atoms(atoms), lateral={"slip": slip})
+    write_map(made, tmp_path / f"map{suffix}")
+    fields = READERS[suffix](tmp_path / f"map{suffix}")
+    np.testing.assert_allclose(fields["slip"], 0.05)
 
 
 def test_an_unknown_format_is_refused(atoms, tmp_path):

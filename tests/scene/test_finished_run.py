@@ -194,6 +194,23 @@ def test_a_figure_of_other_columns(run):
     np.testing.assert_allclose(pressure, results["largest_pressure"])
 
 
+@pytest.mark.parametrize(
+    "values, columns",
+    [
+        (
+            {"path.control": "penetration", "path.values": (1.0,)},
+            ("penetration", "normal force"),
+        ),
+        ({"path.values": ("1 nN",)}, ("normal force", "continuum area")),
+    ],
+)
+def test_a_figure_shows_what_the_path_controls_by_default(tmp_path, values, columns):
+    list(Scene.parse(SCENE).with_values(values).run(tmp_path, validity="ignore"))
+    (axes,) = Results(tmp_path).figure().axes
+    labels = axes.get_xlabel(), axes.get_ylabel()
+    assert tuple(label.partition(" (")[0] for label in labels) == columns
+
+
 def test_equal_runs_have_no_difference(run):
     assert not Results(run[0]).diff(run[0])
 
