@@ -13,7 +13,7 @@ from ase.io import write
 from ase_roughcontact import plot
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.rounding import ROUNDING
-from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.view import with_indenter
@@ -232,8 +232,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
             labelled = scene.bodies.labelled(name)
             absolute[labelled] = along / NN, area / _NM2
             relative[labelled] = along / NN, area / hertz
-    random = scene.seed is not None
-    label = "simulation (one realisation)" if random else "simulation"
+    label = _simulation(scene)
     plain = scene.bodies.nonadhesive
     smooth = plain.label
     if adhesive:
@@ -255,6 +254,14 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         if len(shown) < len(steps):
             upper.set_title("steps under compression")
         legend_below(figure, panels)
+
+
+def _simulation(scene: Scene) -> str:
+    """Return the label of simulated areas: wall, grid, and whether they are random."""
+    grid = "continuum" if scene.is_continuum else "atoms"
+    spacing = with_unit(scene.grid_change.spacing(scene.spacing), "nm")
+    name = "simulation" if scene.seed is None else "simulation (one realisation)"
+    return f"{name}:\n{scene.wall.label}, {grid}, spacing {spacing}"
 
 
 def _draw_loop_area(

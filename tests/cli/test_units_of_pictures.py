@@ -43,6 +43,12 @@ def test_areas_are_relative_to_hertz_and_loads_in_nanonewton(case):
     np.testing.assert_allclose(y, hertz_area(x * NN) / NM**2, rtol=1e-6)
 
 
+def test_simulated_areas_are_labelled_by_wall_and_grid(case):
+    labels = [line.get_label() for line in case.figures["curve.png"].axes[0].lines]
+    (label,) = [each for each in labels if each.startswith("simulation")]
+    assert "wall" in label and "atoms, spacing 0.25 nm" in label
+
+
 def test_lines_of_theory_are_in_the_units_of_the_axes(case):
     upper, axes = case.figures["curve.png"].axes
     if case.control != "height":
