@@ -235,6 +235,11 @@ PATHS = {
     "sliding, weakening": sliding(HARD, "displacements", law=WEAKENING),
     "sliding, in time": sliding_in_time("displacements"),
     "sliding, in time, bases": sliding_in_time("bases", spring=1.0),
+    "sliding, weakening, forces": sliding(HARD, "forces", law=WEAKENING),
+    "sliding, weakening, bases": sliding(HARD, "bases", law=WEAKENING),
+    "sliding, weakening, periodic": sliding(
+        HARD, "displacements", periodic=True, law=WEAKENING
+    ),
     "sliding, fixed window": sliding(HARD, "displacements", window="fixed"),
 }
 

@@ -111,8 +111,8 @@ class Sliding(LateralPath):
             time = "friction, coupled to the pressure, takes several times as long"
         if bodies.friction.law_on(bodies.spacing).weakens:
             time = (
-                "friction that depends on slip takes some three times as long, and "
-                "fifty times or more in steps with an instability"
+                "friction that depends on slip takes up to three times as long, and "
+                "some fifty times in steps with an instability"
             )
         return (
             f"Sliding in {self.count(bodies)} steps, {self.steps} between two of the "

@@ -170,14 +170,13 @@ def solve_friction(
     """
     options, before = options or FrictionOptions(), halfspace.transformed
     unit, slides = halfspace.self_compliance, False
-    rounding = float(np.finfo(halfspace.transform.dtype).eps)
-    tolerance = max(options.tolerance, _MIN_RESIDUAL * rounding)
+    tolerance = smallest_residual(halfspace, options)
     problem = FrictionProblem(halfspace, bound, imposed / unit)
     tractions = np.zeros(imposed.shape) if start is None else start
     residual, status = 0.0, Status(CONVERGED)
     if support is not None:
-        force, excess = np.array(support.force), support.excess(bound)
-        slides, residual = excess > -_SLIDING_DISTANCE, max(excess, 0.0)
+        force, residual = np.array(support.force), max(support.excess(bound), 0.0)
+        slides = not carries(support, bound)
         if slides:
             tractions = (force / np.hypot(*force))[:, None, None] * bound
         else:
@@ -188,7 +187,7 @@ def solve_friction(
             numbers = {"steps": state.steps, "residual": state.residual}
             status = Status(NOT_CONVERGED, numbers)
             break
-        state = _lowered(state, options)
+        state = lowered(state, options)
     if slides:
         status = Status(SLIDING, {"percent": 100.0 * residual})
         if residual <= _SLIDING_DISTANCE:
@@ -207,7 +206,18 @@ def solve_friction(
     )
 
 
-def _lowered(state: FrictionState, options: FrictionOptions) -> FrictionState:
+def carries(support: LateralSupport | None, bound: np.ndarray) -> bool:
+    """Return whether friction carries the lateral load at a definite displacement."""
+    return support is None or support.excess(bound) <= -_SLIDING_DISTANCE
+
+
+def smallest_residual(halfspace: LateralHalfSpace, options: FrictionOptions) -> float:
+    """Return the tolerance of the residual, above the rounding errors of transforms."""
+    rounding = float(np.finfo(halfspace.transform.dtype).eps)
+    return max(options.tolerance, _MIN_RESIDUAL * rounding)
+
+
+def lowered(state: FrictionState, options: FrictionOptions) -> FrictionState:
     """Return a state of a lower energy, after a step of Newton's method."""
     problem, system = state.problem, FrictionSystem(state)
     step = system.solve(options.forcing, options.max_iterations)

@@ -330,7 +330,7 @@ class FrictionSystem:
     def solve(self, error: float, max_steps: int) -> np.ndarray:
         """Return the change of the tractions, to a relative error of the residual."""
         state = self._state
-        opening = self._project(state.opening, self._direction)
+        opening, shift = self._project(state.opening, self._direction), np.zeros(2)
         if self._driven and not self._spring:  # leave out openings that a shift closes
             axes = np.eye(2)[:, :, None, None]
             shifts = [self._project(axis, self._direction).ravel() for axis in axes]
@@ -338,13 +338,20 @@ class FrictionSystem:
             shift = np.linalg.lstsq(columns, opening.ravel(), rcond=None)[0]
             opening = opening - np.reshape(shift @ shifts, opening.shape)
         right = np.zeros((2, opening[0].size + 1), np.float32)
-        self._field(right)[:] = opening
+        self._field(right)[:] = opening + self._along(shift)
         right[:, -1] = state.missing / self._size
         limit = error * norm(right)
         change = gcr(self._apply, self._precondition, right, limit, max_steps)
         change = np.broadcast_to(change, right.shape)
-        # without rounding errors along the traction, by which atoms leave their bound
-        return self._project(self._field(change), self._direction)
+        return self._cleaned(self._field(change))
+
+    def _along(self, shift: np.ndarray) -> np.ndarray | float:
+        """Return the required changes along tractions at their bounds, at a shift."""
+        return 0.0
+
+    def _cleaned(self, change: np.ndarray) -> np.ndarray:
+        """Return a change without rounding errors by which atoms leave their bounds."""
+        return self._project(change, self._direction)
 
     def _field(self, vector: np.ndarray) -> np.ndarray:
         """Return a view of the tractions, shape (2, n, m)."""
@@ -363,9 +370,12 @@ class FrictionSystem:
             values -= shift[:, None, None]
             sums = tractions.sum(axis=(1, 2), dtype=float)
             result[:, -1] = (sums + self._spring * shift) / self._size
-        values = self._project(values, self._normal) + self._curvature * tractions
-        self._field(result)[:] = values
+        self._field(result)[:] = self._changed(tractions, values)
         return result
+
+    def _changed(self, tractions: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return the left side of changed tractions, and displacements from these."""
+        return self._project(values, self._normal) + self._curvature * tractions
 
     def _precondition(self, residual: np.ndarray) -> np.ndarray:
         result = np.zeros_like(residual)

@@ -1,19 +1,12 @@
-r"""Lateral tractions if friction depends on slip, and instabilities of weakening.
+r"""Steps of a contact with friction that depends on slip, and their instabilities.
 
-The bounds r depend on the slip s of the step, which follows from the bounds as in
-`friction`: :math:`s = S(r(s))`. The iteration :math:`s \to S(r(s))` starts without
-slip. Where friction weakens, it rises to the smallest slip that is in equilibrium, at
-which the contact arrives without inertia. The slowest part of the remaining change e
-decreases by a factor
-
-.. math:: \rho = \frac{\sum d\, e'}{\sum d\, e}
-
-per iteration, with the change e' of the next one and the decrease d of the bounds by e.
-Every second iteration extrapolates by it. It is at most one on a stable branch: if it
-is not, the slip grows without further load. A step with such an instability, or one in
-which energies do not balance, is divided, until an instability is located. From there
-the contact goes to the next equilibrium, and the energy that neither the surface stores
-nor friction consumes is released.
+A step is divided into parts. Its end is a stable state, see `weakening`, and mostly the
+state that the contact reaches without inertia. If friction weakens by slip, the slip
+may also grow without further load, from the end of a stable branch to another
+equilibrium. Energy is released then, which neither the surface stores nor friction
+consumes: a part in which bounds fall and energies do not balance is divided, until it
+is so short that the load hardly changes. If they still do not balance, it has an
+instability. The contact goes on at the next equilibrium, if there is one.
 
 References
 ----------
@@ -31,40 +24,21 @@ from ase_roughcontact.contact.support import LateralSupport
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.interactions.local_friction import LocalFriction
 from ase_roughcontact.solvers.lateral.friction import (
-    LARGEST_FRICTION,
-    SLIDING,
     FrictionOptions,
     FrictionSolution,
     solve_friction,
 )
-from ase_roughcontact.solvers.status import CONVERGED, Status, StatusKind
+from ase_roughcontact.solvers.lateral.weakening import solve_weakening
+from ase_roughcontact.solvers.status import CONVERGED, Status
 
-# Largest number of iterations for the slip.
-_MAX_ITERATIONS = 400
-# Residual of the tractions, relative to the change of the bounds.
-_RELATIVE_RESIDUAL = 1e-3
-# Part of the extrapolated change.
-_EXTRAPOLATED_PART = 0.9
-# Smallest change of the bounds that shows an instability by its growth, in units of the
-# tolerance.
-_SMALLEST_GROWING = 100.0
-# Largest imbalance of the energies in a part, relative to the largest one.
+# Largest decrease of a bound in a part without an instability, relative to the bound.
+_LARGEST_FALL = 0.2
+# Largest energy that is missing in a part with a larger decrease, relative to the
+# energy by which such bounds fall, and to the work of the part.
 _MAX_IMBALANCE = 0.1
+_MAX_MISSING = 0.01
 # Length of the part of a step in which an instability is located.
 _LOCATED = 1e-3
-
-#: The largest number of iterations for the slip was reached.
-SLIP_NOT_CONVERGED = StatusKind(
-    "the slip has not converged after {iterations} iterations: bounds of friction "
-    "change by {change:.2g}",
-    "make shorter steps",
-)
-#: Friction has weakened below the lateral load.
-RUNAWAY = StatusKind(
-    "the contact slides after an instability: friction weakens by slip below the "
-    "lateral load, and there is no further equilibrium",
-    "give displacements, or bases and a spring",
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +83,6 @@ class SlipStep:
         Energy released by instabilities (pressure length, summed over cells).
     instabilities : int
         Number of instabilities.
-    imbalance : float
-        Imbalance of the energies in the last part, relative to the largest one.
     """
 
     friction: LocalFriction
@@ -118,7 +90,6 @@ class SlipStep:
     lost: float = 0.0
     released: float = 0.0
     instabilities: int = 0
-    imbalance: float = 0.0
 
 
 def follow_slip(
@@ -150,7 +121,7 @@ def follow_slip(
         after an instability, with what is known of it before the instability.
     """
     before = halfspace.transformed
-    branch = _Branch(halfspace, drive, options or FrictionOptions())
+    path = _SlipPath(halfspace, drive, options or FrictionOptions())
     begun = FrictionSolution(
         start,
         np.zeros(start.shape[1:], bool),
@@ -161,16 +132,16 @@ def follow_slip(
     )
     at, done, end, failed = SlipStep(friction, begun), 0.0, 1.0, 1.0
     while done < 1.0:
-        found = branch.equilibrium(at, done, end)
-        located = end - done <= _LOCATED
-        if not found.stable and located:
-            found = branch.equilibrium(at, done, end, beyond=True)
-            if not found.solution.converged:
-                shift = at.solution.shift
-                at = replace(at, solution=replace(found.solution, shift=shift))
+        moved, located = path.moved(at, done, end), end - done <= _LOCATED
+        if located and not moved.solution.converged:
+            moved = path.moved(at, done, end, beyond=True)
+            if not moved.solution.converged:
+                status = moved.solution.status
+                at = replace(at, solution=replace(at.solution, status=status))
                 break
-        moved = branch.moved(at, done, end, found)
-        if located or (found.stable and moved.imbalance < _MAX_IMBALANCE):
+        unstable = moved.instabilities > at.instabilities
+        converged = moved.solution.converged
+        if located or (converged and not unstable):
             at, done = moved, end
             end = failed if failed > done else 1.0
         else:
@@ -220,110 +191,54 @@ def slip_at_bounds(
 
 
 @dataclass(frozen=True, eq=False)
-class _Equilibrium:
-    """Tractions and slip after a part of a step.
-
-    Attributes
-    ----------
-    solution : FrictionSolution
-    slipped : ndarray, shape (n, m)
-        Way that each atom has slipped in the part (length).
-    stable : bool
-        Whether it is reached without an instability.
-    """
-
-    solution: FrictionSolution
-    slipped: np.ndarray
-    stable: bool
-
-
-@dataclass(frozen=True, eq=False)
-class _Branch:
-    """Equilibria of a contact over a step."""
+class _SlipPath:
+    """States of a contact over a step."""
 
     halfspace: LateralHalfSpace
     drive: Drive
     options: FrictionOptions
 
-    def equilibrium(
+    def moved(
         self, at: SlipStep, begin: float, end: float, beyond: bool = False
-    ) -> _Equilibrium:
-        """Return the equilibrium after a part of the step.
+    ) -> SlipStep:
+        """Return the contact after a part of the step.
 
         Parameters
         ----------
         at : SlipStep
             The contact before it.
         begin, end : float
-            Limits of the part of the step.
+            Limits of the part.
         beyond : bool
-            Whether to go on after an instability.
+            Whether to go on across an instability.
         """
-        imposed = at.solution.displacement + (end - begin) * self.drive.imposed
-        support = self.drive.support(end, at.solution.shift)
-        tractions, stable, extrapolated = at.solution.tractions, True, True
-        slip, change = np.zeros(tractions.shape[1:]), 1.0
-        last_rest = last_drop = slip
-        for _ in range(_MAX_ITERATIONS):
-            bound = at.friction.bounds(slip)
-            residual = max(self.options.tolerance, _RELATIVE_RESIDUAL * change)
-            solution = solve_friction(
-                self.halfspace,
-                bound,
-                imposed,
-                tractions,
-                support=support,
-                options=replace(self.options, tolerance=residual),
-            )
-            if not solution.converged:
-                if slip.any() and solution.status.kind in (SLIDING, LARGEST_FRICTION):
-                    solution = replace(solution, status=Status(RUNAWAY))
-                return _Equilibrium(solution, slip, False)
-            tractions = solution.tractions
-            opening = imposed + solution.shift[:, None, None] - solution.displacement
-            found = np.where(solution.slipping, np.hypot(*opening), 0.0)
-            rest, drop = found - slip, bound - at.friction.bounds(found)
-            change = float(abs(drop).max(initial=0.0)) / (bound.max() or 1.0)
-            if change <= self.options.tolerance:
-                if residual <= self.options.tolerance:
-                    return _Equilibrium(solution, found, stable)
-                slip, extrapolated = found, True
-                continue
-            further = 0.0
-            if not extrapolated:
-                size = float((last_drop * last_rest).sum())
-                growth = float((last_drop * rest).sum()) / size if size > 0.0 else 0.0
-                if growth < 1.0:
-                    further = _EXTRAPOLATED_PART * growth / (1.0 - growth)
-                elif change > _SMALLEST_GROWING * self.options.tolerance:
-                    stable = False
-                    if not beyond:
-                        return _Equilibrium(solution, found, stable)
-            extrapolated = further != 0.0
-            slip = np.maximum(found + further * rest, 0.0)
-            last_rest, last_drop = rest, drop
-        numbers = {"iterations": _MAX_ITERATIONS, "change": change}
-        status = Status(SLIP_NOT_CONVERGED, numbers)
-        return _Equilibrium(replace(solution, status=status), found, stable)
-
-    def moved(
-        self, at: SlipStep, begin: float, end: float, found: _Equilibrium
-    ) -> SlipStep:
-        """Return the contact in an equilibrium after a part of the step."""
-        solution, slipped = found.solution, found.slipped
+        old, imposed = at.solution, (end - begin) * self.drive.imposed
+        found = solve_weakening(
+            self.halfspace,
+            at.friction,
+            old.displacement + imposed,
+            old.tractions,
+            support=self.drive.support(end, old.shift),
+            options=self.options,
+            beyond=beyond,
+        )
+        new, slipped = found.solution, found.slipped
         lost = float((at.friction.mean_bounds(slipped) * slipped).sum())
-        moved = (end - begin) * self.drive.imposed + solution.shift[:, None, None]
-        old = at.solution
-        work = 0.5 * float(((old.tractions + solution.tractions) * moved).sum())
-        before = old.tractions * old.displacement
-        after = solution.tractions * solution.displacement
-        stored = 0.5 * float(after.sum() - before.sum())
-        missing, largest = work - stored - lost, max(abs(work), abs(stored), lost)
+        moved = imposed + new.shift[:, None, None]
+        work = 0.5 * float(((old.tractions + new.tractions) * moved).sum())
+        before = float((old.tractions * old.displacement).sum())
+        after = float((new.tractions * new.displacement).sum())
+        missing = work - 0.5 * (after - before) - lost
+        bounds = at.friction.bounds()
+        falls = bounds - at.friction.bounds(slipped)
+        fallen = falls > _LARGEST_FALL * bounds
+        weakened = float((falls * slipped)[fallen].sum())
+        limit = max(_MAX_IMBALANCE * weakened, _MAX_MISSING * max(abs(work), lost))
+        unstable = bool(weakened) and abs(missing) > limit
         return SlipStep(
             at.friction.slipped_further(slipped),
-            replace(solution, shift=old.shift + solution.shift),
+            replace(new, shift=old.shift + new.shift),
             at.lost + lost,
-            at.released + (0.0 if found.stable else missing),
-            at.instabilities + (not found.stable),
-            abs(missing) / largest if largest else 0.0,
+            at.released + (missing if unstable else 0.0),
+            at.instabilities + unstable,
         )

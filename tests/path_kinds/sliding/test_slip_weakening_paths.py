@@ -79,6 +79,17 @@ def test_energies_of_a_path_with_an_instability_close():
     assert used == pytest.approx(work, rel=0.01)
 
 
+def test_partial_slip_that_weakens_costs_at_most_twice_coulomb_friction():
+    def pairs(law):
+        steps = follow(stepper_of(24), 0.5, law, [0.0, 0.05, 0.1, 0.15])
+        assert all(step.converged for step in steps)
+        return sum(step.friction_pairs for step in steps)
+
+    coulomb = pairs(Coulomb(0.5))
+    assert pairs(SlipWeakening(Coulomb(0.5), 0.4, 1.0)) < 2.0 * coulomb
+    assert pairs(SlipWeakening(Coulomb(0.5), 0.4, 1.0, True)) < 2.0 * coulomb
+
+
 def test_a_force_above_the_weakened_friction_has_no_further_equilibrium():
     load = follow(stepper_of(24), 0.5, LAW, [0.0])[0].normal_force
     forces = np.array([0.0, 0.35, 0.45]) * load
