@@ -188,6 +188,9 @@ class ElasticFoundation(Calculator):
         Returns
         -------
         SeamStress
+            The attributes `depth` of the plane (Å), `positions` x and y of the cells,
+            shape (n, m, 2) (Å), and `stress` xz, yz and zz, shape (3, n, m), tension
+            positive (eV/Å^3).
 
         Raises
         ------

@@ -346,6 +346,21 @@ def test_fewer_points_have_the_same_stress_at_depth():
     np.testing.assert_allclose(stress, field.stress_at(x, x, 20.0), atol=1e-4)
 
 
+@pytest.mark.parametrize("periodic", [True, False])
+def test_field_of_the_tractions_around_a_point_has_no_others(periodic):
+    pressure, tractions = rough_loads(periodic)
+    inside = np.zeros((48, 48), bool)
+    inside[30:46, 12:28] = True
+    alone = np.where(inside, pressure, 0.0), np.where(inside, tractions, 0.0)
+    solid = Isotropic(1.0, 0.3)
+    expected = StressField(solid, 1.0, *alone).stress_at([37.0], [19.0], 3.0)
+    field = StressField(solid, 1.0, pressure, tractions, periodic)
+    near, corner = field.around(38.0, 20.0, 16)
+    assert corner == (30, 12)
+    found = near.stress_at([7.0], [7.0], 3.0)
+    np.testing.assert_allclose(found, expected, atol=1e-4 * pressure.max())
+
+
 def test_six_components_take_the_time_of_few_transforms():
     field = StressField(Isotropic(1.0, 0.3), 1.0, np.ones((512, 512)), periodic=True)
     field.stress(8.0)
