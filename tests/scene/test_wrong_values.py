@@ -91,6 +91,7 @@ SWITCHES = {
     *("topography.remove_bad_lines", "topography.extrude"),
     *("heterogeneity.random_amplitudes", "interaction.permanent"),
     "friction.exponential",
+    "friction.slip_law",
 }
 
 
