@@ -253,6 +253,7 @@ class Scene(SceneFile):
                     f'indenter moves sideways, got kind = "{self.path.kind}": change '
                     "the path, or omit [friction]"
                 )
+        problems.check()  # friction is a part of the path
         with problems.of("path"):
             _ = self.planned, self.cantilever
             self.path.check(self.bodies)
