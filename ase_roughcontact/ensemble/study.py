@@ -234,10 +234,14 @@ def _theory(reference: Reference, mean: MeanValue) -> tuple[float, str]:
     """Return the value by theory and its name; NaN without one."""
     scene, smooth = reference.scene, reference.smooth
     shape = scene.bodies.shape
-    name = f"{smooth.name}, smooth {'sphere' if shape is None else shape.name}"
+    indenter = f"smooth {'sphere' if shape is None else shape.name}"
     result = scene.path.results.get(mean.column)
     if result is not None and result.theory is not None and not scene.is_flat:
-        return float(result.theory(smooth)), name
+        # the work of adhesion of the reference may be reduced by roughness
+        adhesion = scene.wall.work_of_adhesion
+        smooth = scene.bodies.smooth_theory(scene.contact_modulus, adhesion)
+        return float(result.theory(smooth)), f"{smooth.name}, {indenter}"
+    name = f"{smooth.name}, {indenter}"
     in_time = scene.path.schedule(scene.bodies) is not None  # targets are times
     with_load = scene.path.controlled == LOAD and mean.target > 0.0 and not in_time
     if result is None and mean.column in _AREAS and with_load and not scene.is_flat:

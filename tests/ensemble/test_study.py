@@ -12,7 +12,7 @@ from scipy.stats import t
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import read_ensemble, study_points
 from ase_roughcontact.scene import Scene, Steps
-from ase_roughcontact.theory import Hertz
+from ase_roughcontact.theory import Hertz, MaugisDugdale
 
 LOADS = SCENE.with_values({"path": Steps(values=(2.0, 10.0))})
 STUDY = """
@@ -114,6 +114,29 @@ def test_the_theory_of_a_cone_has_the_name_of_a_cone(tmp_path):
         assert point.theory == pytest.approx(area / scene.contact_modulus)
         assert point.theory_name == "Sneddon, smooth cone"
     assert len(points) == 2
+
+
+def test_the_pull_off_force_of_a_sticky_rough_sphere_stands_beside_a_smooth_one(
+    tmp_path,
+):
+    scene = Scene.parse("""
+        substrate = { contact_modulus = "1.4 GPa", spacing = "3.6 nm" }
+        sphere.radius = "1 um"
+        roughness.rms_height = "0.8 nm"
+        roughness.short_wavelength = "21.6 nm"
+        roughness.long_wavelength = "86.4 nm"
+        interaction.kind = "adhesive"
+        interaction.work_of_adhesion = "50 mJ/m^2"
+        interaction.attraction_range = "1 nm"
+        path.kind = "loop"
+    """)
+    heights = {"roughness.rms_height": ["0.8 nm", "3.2 nm"]}
+    points = study_points(scene, heights, tmp_path / "e.db", "pull_off_force")
+    sphere = scene.radius, scene.contact_modulus, scene.wall.work_of_adhesion
+    smooth = MaugisDugdale(*sphere, scene.wall.attraction_range)
+    for point in points:  # rougher ones are not sticky, and have no other line
+        assert point.theory == pytest.approx(smooth.pull_off_force)
+        assert point.theory_name == "Maugis-Dugdale, smooth sphere"
 
 
 def test_options_replace_values_of_the_section_and_are_drawn_in_their_unit(
