@@ -222,8 +222,7 @@ def test_no_two_test_files_have_the_same_name():
 def test_importing_the_command_loads_neither_matplotlib_nor_a_scheduler():
     loaded = python(f"import sys, {PACKAGE}.cli; print(*sys.modules)").split()
     assert PACKAGE in loaded
-    # not dask itself: pyfftw loads it where it is installed
-    assert not {"matplotlib", "distributed"} & set(loaded)
+    assert not {"matplotlib", "dask", "distributed", "pandas"} & set(loaded)
 
 
 def test_every_module_imports_without_the_extras():

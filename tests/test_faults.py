@@ -301,7 +301,7 @@ def test_what_does_not_fit_is_named_and_the_old_file_is_kept(
     steps.close()
     commands = {
         "curve.png": (1_000, ["figure", str(folder)]),
-        "view.traj": (100_000, ["figure", str(folder)]),
+        "view.traj": (200_000, ["figure", str(folder)]),
         "scene.toml": (90_000, ["run", str(file), "--out", str(folder)]),
     }
     file.write_text(f"{TEXT}#{' ' * 100_000}\n")

@@ -44,6 +44,11 @@ class Lazy(Generator[T, None, None]):
     def __init__(self, generator: Any, name: str) -> None:
         self._generator, self._name, self._begun = generator, name, False
 
+    def __next__(self) -> T:
+        # the one of the base class is a frame outside of the package, to which warnings
+        # of the path would point
+        return self.send(None)
+
     def send(self, value: None) -> T:
         """Return the next value."""
         self._begun = True

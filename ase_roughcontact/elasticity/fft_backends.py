@@ -11,10 +11,13 @@ from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
-import pyfftw
 
+from ase_roughcontact._util.hidden import hidden
 from ase_roughcontact._util.registry import Registry
 from ase_roughcontact._util.threads import usable_threads
+
+with hidden("dask"):  # pyfftw would import it for a part that is not used here
+    import pyfftw
 
 try:
     import ducc0

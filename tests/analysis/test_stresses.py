@@ -51,7 +51,7 @@ def test_section_along_y_of_a_sphere_is_the_section_along_x():
 
 
 def test_section_outside_of_a_map_is_an_error():
-    with pytest.raises(ValueError, match="outside"):
+    with pytest.raises(ValueError, match="between -30 and 33 Å"):
         stress_section(hertz_map(), SOLID, at=50.0)
 
 

@@ -190,7 +190,7 @@ def test_units_of_sections_and_of_listed_values():
         (
             "roughness",
             'unit = "nm"\nshort_wavelength = 8.0\nlong_wavelength = 4.0',
-            r"short_wavelength = 8\.0, got 4\.0",
+            r"short_wavelength = 8, got 4",
         ),
     ],
 )
