@@ -17,6 +17,9 @@ from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH
 from ase_roughcontact.interactions import SLIP, SLIP_RATES, STATE
 from ase_roughcontact.topography import Surface
 
+#: Names of the fields of friction.
+LATERAL_FIELDS = (*LATERAL, SLIP.name, STATE.name, *SLIP_RATES)
+
 
 @dataclass(frozen=True, eq=False)
 class ContactMap(Summarized):
@@ -153,11 +156,7 @@ class ContactMap(Summarized):
             gap=gap,
             displacement=displacement,
             plastic_depth=depth if depth is not None and depth.any() else None,
-            lateral={
-                key: history[key]
-                for key in (*LATERAL, SLIP.name, STATE.name, *SLIP_RATES)
-                if key in history
-            },
+            lateral={key: history[key] for key in LATERAL_FIELDS if key in history},
         )
 
     @classmethod

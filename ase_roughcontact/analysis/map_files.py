@@ -2,7 +2,7 @@
 
 Fields have the names of contact.engineering's NetCDF files: ``pressure``, ``gap``,
 ``displacement`` (positive into the solid) and ``contacting_points`` (1 in contact). The
-first index is along x. Lengths are in nm, pressures in GPa.
+first index is along x. Lengths are in nm, pressures in GPa, slip rates in nm/s.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ from scipy.io import netcdf_file
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import lookup
-from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.analysis.contact_map import LATERAL_FIELDS, ContactMap
 from ase_roughcontact.analysis.vtk_files import write_image_data
-from ase_roughcontact.contact.state import DISPLACEMENTS, SLIPPING, TRACTIONS
-from ase_roughcontact.interactions import SLIP
+from ase_roughcontact.contact.history import entry_of
 
+# Units in files, by the unit of ASE.
+_FILE_UNITS = {"": "1", "Å": "nm", "Å/s": "nm/s", "eV/Å^3": "GPa"}
 #: Units of the fields and coordinates.
 UNITS_OF_FIELDS = {
     "pressure": "GPa",
@@ -29,10 +30,7 @@ UNITS_OF_FIELDS = {
     "displacement": "nm",
     "plastic_depth": "nm",
     "contacting_points": "1",
-    **dict.fromkeys(TRACTIONS, "GPa"),
-    **dict.fromkeys(DISPLACEMENTS, "nm"),
-    SLIPPING: "1",
-    SLIP.name: "nm",
+    **{name: _FILE_UNITS[entry_of(name).unit] for name in LATERAL_FIELDS},
     "x": "nm",
     "y": "nm",
 }
@@ -78,7 +76,7 @@ def fields_of(contact_map: ContactMap) -> dict[str, np.ndarray]:
     Returns
     -------
     dict of ndarray, shape (n, m)
-        Fields by name (nm, GPa).
+        Fields by name, in the units of `UNITS_OF_FIELDS`.
     """
     depth = contact_map.displacement
     found = {

@@ -93,12 +93,26 @@ def test_fields_that_are_not_known_are_left_out(atoms, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", READERS)
-def test_slip_is_written_in_nanometres(atoms, tmp_path, suffix):
-    slip = np.full(SHAPE, 0.5)  # Å
-    made = replace(ContactMap.from_atoms(atoms), lateral={"slip": slip})
+@pytest.mark.parametrize(
+    "name, factor",
+    [
+        ("slip", 0.1),  # nm
+        ("slip_rate_x", 0.1),  # nm/s
+        ("slip_rate_y", 0.1),
+        ("friction_state", 1.0),
+        ("slipping", 1.0),
+        ("traction_x", 1.0 / GPa),
+        ("displacement_y", 0.1),
+    ],
+)
+def test_fields_of_friction_are_written_in_their_units(
+    atoms, tmp_path, suffix, name, factor
+):
+    field = np.full(SHAPE, 0.5)
+    made = replace(ContactMap.from_atoms(atoms), lateral={name: field})
     write_map(made, tmp_path / f"map{suffix}")
     fields = READERS[suffix](tmp_path / f"map{suffix}")
-    np.testing.assert_allclose(fields["slip"], 0.05)
+    np.testing.assert_allclose(fields[name], 0.5 * factor)
 
 
 def test_an_unknown_format_is_refused(atoms, tmp_path):
