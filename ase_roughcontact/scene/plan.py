@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.control import LOAD
@@ -143,12 +144,39 @@ def check_path(scene: Any) -> None:
     raise kind(text) from worst
 
 
+def warn_of_memory(scene: Any) -> None:
+    """Warn if a `Scene` with known targets is expected to exceed the free memory.
+
+    Windows are estimates, thus this is no error. A step without a window to fit into
+    the memory ends the path.
+    """
+    plan = _plan_without_advice(scene)
+    if not plan.fits:
+        warn(
+            f"about {plan.memory / 1e9:.2g} GB of memory are expected to be needed, "
+            f"but only {plan.available / 1e9:.2g} GB are free: a step that needs more "
+            'ends the run; "ase-roughcontact plan" shows the steps'
+        )
+
+
 def plan_of(scene: Any) -> Plan:
     """Return the windows, memory and time of the path of a `Scene`.
 
     If the domain of the roughness is too small, the advised one is planned as well, as
     a larger one may be rougher.
     """
+    plan = _plan_without_advice(scene)
+    if not plan.domain:
+        return plan
+    change = scene.grid_change
+    side = math.ceil(plan.domain / change.refine) * change.coarsen
+    larger = plan_of(scene.with_values({"roughness.domain": f"{side} a0"}))
+    advice = f"give the roughness a domain of {side} a0 or more"
+    return replace(plan, advice=larger.advice or advice)
+
+
+def _plan_without_advice(scene: Any) -> Plan:
+    """Return the plan of a `Scene`, without advice on the domain of the roughness."""
     plan = plan_path(
         scene.problem, scene.start, scene.control, scene.targets, scene.window
     )
@@ -172,14 +200,7 @@ def plan_of(scene: Any) -> Plan:
     if scans_of(scene.bodies.problem):
         left_out = (*left_out, COPIES_LEFT_OUT)
     plan = replace(plan, steps=tuple(steps), left_out=left_out)
-    plan = with_files_of(scene, plan)
-    if not plan.domain:
-        return plan
-    change = scene.grid_change
-    side = math.ceil(plan.domain / change.refine) * change.coarsen
-    larger = plan_of(scene.with_values({"roughness.domain": f"{side} a0"}))
-    advice = f"give the roughness a domain of {side} a0 or more"
-    return replace(plan, advice=larger.advice or advice)
+    return with_files_of(scene, plan)
 
 
 def with_files_of(scene: Any, plan: Plan) -> Plan:

@@ -42,7 +42,12 @@ from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import OPTIMIZERS
 from ase_roughcontact.scene.file import SECTIONS, SceneFile, attribute_of
 from ase_roughcontact.scene.path_kind import PATHS, PathKind
-from ase_roughcontact.scene.plan import check_path, plan_of, warnings_of
+from ase_roughcontact.scene.plan import (
+    check_path,
+    plan_of,
+    warn_of_memory,
+    warnings_of,
+)
 from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.stepping.accuracy import LEVELS, Accuracy, GridModel
@@ -496,5 +501,6 @@ class Scene(SceneFile):
         """
         self.check()
         self.check_path()
+        warn_of_memory(self.planned)
         path = partial(self.relax, resume=True, validity="ignore")
         return write_results(self, Path(folder), path, ValidityReport(validity), text)

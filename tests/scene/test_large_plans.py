@@ -2,7 +2,9 @@
 
 import re
 import time
+from types import SimpleNamespace
 
+import psutil
 import pytest
 
 from ase_roughcontact._util.printing import plain
@@ -56,6 +58,14 @@ def test_the_plan_has_the_memory_of_the_frames_that_a_run_writes():
     calculated = plan_path(*path, "fixed").memory
     figures = 165e6 + 22e6 + 280 * 64 * 64  # with the libraries
     assert calculated < scene.plan().memory == pytest.approx(figures)
+
+
+def test_a_run_warns_if_the_expected_memory_is_not_free(tmp_path, monkeypatch):
+    scene = Scene.parse("[substrate]\nshape = [64, 64]\n[path]\nvalues = [1.0]\n")
+    memory = SimpleNamespace(available=1e8)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: memory)
+    with pytest.warns(UserWarning, match=r"0\.19 GB .* 0\.1 GB are free"):
+        next(scene.run(tmp_path))
 
 
 @pytest.mark.slow
