@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import os
 import struct
-import warnings
 import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import IO, NamedTuple
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.files import (
     PathName,
     check_is_there,
@@ -111,11 +111,7 @@ def frame_places(opened: IO[bytes], name: str) -> Iterator[FramePlace]:
         number, start = number + 1, place.start + size
     else:
         return
-    warnings.warn(
-        f"frame {number} of {name} is cut off: it is left out",
-        RuntimeWarning,
-        stacklevel=2,
-    )
+    warn(f"frame {number} of {name} is cut off: it is left out", RuntimeWarning)
 
 
 def contents_at(opened: IO[bytes], name: str, place: FramePlace) -> bytes:

@@ -8,8 +8,10 @@ fields of friction and of a plastic shape. By the plugin of ASE, `ase.io.read` a
 from __future__ import annotations
 
 import os
+import struct
 from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
+from functools import lru_cache
 from itertools import chain
 from typing import IO
 
@@ -73,50 +75,65 @@ def steps_with_frames(file: PathName) -> list[int]:
     return [_step_of(contents) for contents in read_contents(file)]
 
 
-class StoredFrames(Mapping[int, Atoms]):
-    """Frames of a trajectory by the number of their steps, each read when it is needed.
+def places_of_steps(file: PathName) -> Mapping[int, FramePlace]:
+    """Return the places of the frames of a trajectory by the numbers of their steps.
 
-    Parameters
-    ----------
-    file : path
-        File that `load_path` has written; see `read_frames`.
+    The frames are not read. Places are found again if the file has changed, as it does
+    while a path goes on.
 
     Raises
     ------
     ValueError
-        If the file is not empty, but no frame can be read, or, for a frame, if it is
-        damaged.
+        If the file is not empty, but no frame can be read, or one is damaged.
     """
+    if not os.path.exists(file):
+        return {}
+    status = os.stat(file)
+    version = status.st_ino, status.st_size, status.st_mtime_ns
+    return _places(os.fspath(file), version) if status.st_size else {}
 
-    def __init__(self, file: PathName) -> None:
-        self._file, self._name = file, os.fspath(file)
-        self._places: dict[int, FramePlace] = {}
-        if not os.path.exists(file) or not os.path.getsize(file):
-            return
-        with open(file, "rb") as opened:
-            for place in frame_places(opened, self._name):
-                opened.seek(place.start)
-                self._places[_step_of(read_description(opened))] = place
 
-    def __getitem__(self, step: int) -> Atoms:
-        place = self._places[step]
-        with open(self._file, "rb") as opened:
-            return unpacked(contents_at(opened, self._name, place))
+@lru_cache(maxsize=1)
+def _places(name: str, version: tuple[int, ...]) -> dict[int, FramePlace]:
+    """Return the places of the frames of a file that has not changed."""
+    with open(name, "rb") as opened:
+        return {
+            _step_at(opened, name, place): place for place in frame_places(opened, name)
+        }
 
-    def __contains__(self, step: object) -> bool:
-        return step in self._places
 
-    def __iter__(self) -> Iterator[int]:
-        return iter(self._places)
+def _step_at(opened: IO[bytes], name: str, place: FramePlace) -> int:
+    """Return the number of the step of a frame in an open file."""
+    opened.seek(place.start)
+    try:
+        return _step_of(read_description(opened))
+    except (LookupError, TypeError, ValueError, struct.error):
+        contents_at(opened, name, place)  # its error names the damaged frame
+        raise
 
-    def __len__(self) -> int:
-        return len(self._places)
+
+def frame_of_step(file: PathName, step: int) -> Atoms:
+    """Read the frame of a step.
+
+    Raises
+    ------
+    KeyError
+        If the step has no frame.
+    ValueError
+        If the frame is damaged; see also `places_of_steps`.
+    """
+    return _frame_at(file, places_of_steps(file)[step])
 
 
 def frames_of_steps(file: PathName, steps: Container[int]) -> Iterator[Atoms]:
-    """Read the frames of some steps, one after another; see `StoredFrames`."""
-    stored = StoredFrames(file)
-    return (stored[step] for step in stored if step in steps)
+    """Read the frames of some steps, one after another; see `frame_of_step`."""
+    places = places_of_steps(file)
+    return (_frame_at(file, places[step]) for step in places if step in steps)
+
+
+def _frame_at(file: PathName, place: FramePlace) -> Atoms:
+    with open(file, "rb") as opened:
+        return unpacked(contents_at(opened, os.fspath(file), place))
 
 
 @contextmanager

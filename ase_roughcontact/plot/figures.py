@@ -14,8 +14,8 @@ _HEIGHT = 3.0
 
 
 def column_figure(
-    columns: Mapping[str, np.ndarray],
-    labels: Mapping[str, str],
+    columns: tuple[np.ndarray, np.ndarray],
+    labels: tuple[str, str],
     error: np.ndarray | None,
     points: np.ndarray,
     theory: Mapping[str, np.ndarray],
@@ -24,12 +24,12 @@ def column_figure(
 
     Parameters
     ----------
-    columns : mapping of str to ndarray, shape (k,)
-        The column on the vertical axis, and the one on the horizontal axis.
-    labels : mapping of str to str
-        Labels of both, with units.
+    columns : (ndarray, ndarray), shapes (k,)
+        The columns on the horizontal and the vertical axis.
+    labels : (str, str)
+        Labels of the axes, with units.
     error : ndarray, shape (k,), optional
-        Estimated errors of the first column; bars show twice the estimate.
+        Estimated errors on the vertical axis; bars show twice the estimate.
     points : ndarray, shape (n,)
         Values on the horizontal axis of the curves of theory.
     theory : mapping of str to ndarray, shape (n,)
@@ -39,7 +39,7 @@ def column_figure(
     -------
     matplotlib.figure.Figure
     """
-    (vertical, y), (horizontal, x) = columns.items()
+    x, y = columns
     with style():
         figure = Figure(figsize=(WIDTH, _HEIGHT), layout="constrained")
         axes = figure.subplots()
@@ -49,7 +49,7 @@ def column_figure(
         if error is not None:
             axes.errorbar(x, y, 2.0 * error, fmt="none", ecolor=GREY, lw=1)
         axes.plot(x, y, "o-", color=BLUE, ms=4, lw=0.8, label="simulation")
-        axes.set(xlabel=labels[horizontal], ylabel=labels[vertical])
+        axes.set(xlabel=labels[0], ylabel=labels[1])
         if theory:
             axes.legend(frameon=False)
     return figure

@@ -19,7 +19,7 @@ from ase_roughcontact._util.validation import FloatArray, lookup
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.map_dataset import map_dataset
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.loading.trajectory import StoredFrames
+from ase_roughcontact.loading.trajectory import frame_of_step, places_of_steps
 from ase_roughcontact.paths.restart import read_steps
 from ase_roughcontact.results.record import LoadStep, columns_of, units_of
 from ase_roughcontact.scene.path_result import results_of
@@ -99,7 +99,13 @@ class Results(Summarized, Sequence[LoadStep]):
         if isinstance(number, str):
             lookup(number, columns_of(self.scene.record), "column")
             return np.array([getattr(step, number) for step in self._steps])
-        return self._steps[number]
+        try:
+            return self._steps[number]
+        except IndexError:
+            raise IndexError(
+                f"there is no step {number}: give 0 to {len(self) - 1}, or a negative "
+                "number from the last step"
+            ) from None
 
     @property
     def units(self) -> dict[str, str]:
@@ -131,14 +137,15 @@ class Results(Summarized, Sequence[LoadStep]):
         """Theory with which the results are compared."""
         return reference_for(self.scene)
 
-    @cached_property
-    def _frames(self) -> StoredFrames:
-        return StoredFrames(self.folder / "sweep.traj")
-
     @property
     def steps_with_map(self) -> list[int]:
         """Numbers of the steps that have a map; see `Output.keep`."""
-        return [number for number in self._frames if number < len(self)]
+        found = places_of_steps(self._trajectory)
+        return [number for number in found if number < len(self)]
+
+    @property
+    def _trajectory(self) -> Path:
+        return self.folder / "sweep.traj"
 
     def map(self, number: int) -> ContactMap:
         """Return the map of the contact at a step, for which one frame is read.
@@ -160,15 +167,19 @@ class Results(Summarized, Sequence[LoadStep]):
         ValueError
             If the step has no frame, or it is damaged.
         """
-        step = self._steps[number].step
-        if step not in self._frames:
-            kept = self.steps_with_map
-            near = min(kept, key=lambda each: abs(each - step), default=None)
+        step = self[number].step
+        kept = self.steps_with_map
+        if step not in kept:
+            others = "no step has one"
+            if kept:
+                nearest = min(kept, key=lambda each: abs(each - step))
+                others = f"{len(kept)} steps have one, the nearest is {nearest}"
             raise ValueError(
-                f"step {step} has no frame; {len(kept)} of {len(self)} steps have one, "
-                f'the nearest is {near}: give keep = "all" in [output] to have all'
+                f'step {step} has no frame; {others}: give keep = "all" in [output] to '
+                "have all"
             )
-        return ContactMap.from_frame(self._frames[step], self.scene.sampled_surface)
+        frame = frame_of_step(self._trajectory, step)
+        return ContactMap.from_frame(frame, self.scene.sampled_surface)
 
     def to_pandas(self) -> Any:
         """Return the columns of all steps as a table of pandas.
@@ -210,7 +221,7 @@ class Results(Summarized, Sequence[LoadStep]):
         IndexError, ValueError
             As `map` does.
         """
-        step = self._steps[number]
+        step = self[number]
         about = {
             "step": step.step,
             "penetration": step.penetration / UNITS["nm"],
@@ -238,7 +249,7 @@ class Results(Summarized, Sequence[LoadStep]):
         Raises
         ------
         ValueError
-            If there is no such column.
+            If there is no such column, or it has texts.
         """
         from ase_roughcontact.plot.figures import column_figure
 
@@ -246,20 +257,30 @@ class Results(Summarized, Sequence[LoadStep]):
         usual_column, usual_along = self._usual_columns
         column, along = column or usual_column, along or usual_along
         theory: dict[str, FloatArray] = {}
-        points = self[along]
+        x, y = self._numbers(along), self._numbers(column)
+        x_unit, y_unit = self._unit(along), self._unit(column)
+        points = x
         if column in ("contact_area", "continuum_area") and along == "normal_force":
             points, theory = self._areas_by_theory()
-        units = {name: self._printed(name) for name in (column, along)}
-        error = f"{column}_error"
-        if column == self.scene.area_column:
-            error = "area_error"
+        errors = {self.scene.area_column: "area_error", "normal_force": "force_error"}
+        error = errors.get(column, f"{column}_error")
         return column_figure(
-            {name: self[name] / UNITS[unit] for name, unit in units.items()},
-            {name: self._label(name) for name in units},
-            self[error] / UNITS[units[column]] if error in names else None,
-            points / UNITS[units[along]],
-            {name: each / UNITS[units[column]] for name, each in theory.items()},
+            (x / x_unit, y / y_unit),
+            (self._label(along), self._label(column)),
+            self[error] / y_unit if error in names else None,
+            points / x_unit,
+            {name: each / y_unit for name, each in theory.items()},
         )
+
+    def _numbers(self, name: str) -> np.ndarray:
+        """Return a column, or raise `ValueError` if it has no numbers."""
+        values = self[name]
+        if values.dtype.kind == "U":
+            raise ValueError(
+                f"the column {name} has texts, such as {str(values[0])!r}: "
+                "give a column of numbers"
+            )
+        return values
 
     @property
     def _usual_columns(self) -> tuple[str, str]:
@@ -340,25 +361,30 @@ class Results(Summarized, Sequence[LoadStep]):
     def _repr_html_(self) -> str:
         """Return a table of steps for notebooks, in printed units."""
         columns = columns_of(self.scene.record)
-        names = ["step", *(name for name, each in columns.items() if each.label)]
-        shown = list(range(len(self)))
-        if len(self) > _MAX_ROWS:
-            half = _MAX_ROWS // 2
-            shown = [*shown[:half], *shown[-half:]]
-        rows = list[list[str]]()
-        for number in shown:
-            if rows and number > shown[0] and number - 1 not in shown:
-                rows.append(["...", *("" for _ in names[1:])])
-            values = [getattr(self._steps[number], name) for name in names[1:]]
-            texts = [
-                "not known" if value != value else short_text(value / self._unit(name))
-                for name, value in zip(names[1:], values, strict=True)
-            ]
-            rows.append([str(number), *texts])
-        heads = ["step", *map(self._label, names[1:])]
-        return html_table(repr(self), heads, rows)
+        names = [name for name, each in columns.items() if each.label]
+        if not self["converged"].all():
+            names.append("converged")
+        if self["validity"].any():
+            names.append("validity")
+        steps, half = self._steps, _MAX_ROWS // 2
+        if len(steps) > _MAX_ROWS:
+            steps = [*steps[:half], *steps[-half:]]
+        rows = [
+            [str(step.step), *(self._text(name, getattr(step, name)) for name in names)]
+            for step in steps
+        ]
+        if len(steps) < len(self):
+            rows.insert(half, ["...", *("" for _ in names)])
+        return html_table(repr(self), ["step", *map(self._label, names)], rows)
+
+    def _text(self, name: str, value: Any) -> str:
+        """Return a value of a column in its printed unit."""
+        if isinstance(value, (str, bool)):
+            return str(value)
+        return "not known" if value != value else short_text(value / self._unit(name))
 
     def _unit(self, name: str) -> float:
+        """Return the unit in which a column is printed, in units of ASE."""
         return UNITS[self._printed(name)]
 
 

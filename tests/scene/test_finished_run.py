@@ -2,6 +2,7 @@
 
 import sys
 import warnings
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -10,7 +11,11 @@ from ase_roughcontact import Results
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.loading import trajectory
-from ase_roughcontact.loading.trajectory import StoredFrames, read_frames
+from ase_roughcontact.loading.trajectory import (
+    frame_of_step,
+    places_of_steps,
+    read_frames,
+)
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.theory import Hertz
@@ -90,30 +95,65 @@ def test_a_map_reads_no_other_frame(run, monkeypatch):
     assert len(read) == 1
 
 
-def test_stored_frames_are_the_frames_that_are_read_one_after_another(run):
+def test_the_frame_of_a_step_is_the_one_that_is_read_in_turn(run):
     folder, _ = run
     file = folder / "sweep.traj"
     expected = list(read_frames(file))
-    stored = StoredFrames(file)
-    assert list(stored) == [0, 1, 2]
+    assert list(places_of_steps(file)) == [0, 1, 2]
     for number, frame in enumerate(expected):
-        assert stored[number] == frame
+        assert frame_of_step(file, number) == frame
 
 
-def test_a_damaged_frame_is_an_error_and_leaves_the_others(run, tmp_path):
+@pytest.mark.parametrize("part", [-1, 80])  # arrays, and the description
+def test_a_damaged_frame_is_an_error_that_names_it(run, tmp_path, part):
+    file = tmp_path / "a.traj"
+    text = bytearray((run[0] / "sweep.traj").read_bytes())
+    place = places_of_steps(run[0] / "sweep.traj")[2]
+    text[place.start + part % place.size] ^= 0xFF
+    file.write_bytes(text)
+    with pytest.raises(ValueError, match=r"frame 2 .*damaged"):
+        frame_of_step(file, 2)
+
+
+def test_a_damaged_frame_leaves_the_others(run, tmp_path):
     text = bytearray((run[0] / "sweep.traj").read_bytes())
     text[-1] ^= 1
     (tmp_path / "a.traj").write_bytes(text)
-    stored = StoredFrames(tmp_path / "a.traj")
-    assert ContactMap.from_frame(stored[0]).contact.any()
-    with pytest.raises(ValueError, match=r"frame 2 .*damaged"):
-        stored[2]
+    found = ContactMap.from_frame(frame_of_step(tmp_path / "a.traj", 0))
+    assert found.contact.any()
+
+
+def test_maps_follow_a_run_that_replaces_its_frames(tmp_path):
+    running = Scene.parse(SCENE.replace('"all"', '"last"')).run(tmp_path)
+    next(running)
+    results = Results(tmp_path)
+    assert results.map(0).normal_force == pytest.approx(UNITS["nN"], rel=1e-3)
+    next(running)
+    with pytest.raises(ValueError, match="step 0 has no frame"):
+        results.map(0)
+    found = Results(tmp_path).map(1).normal_force
+    assert found == pytest.approx(4.0 * UNITS["nN"], rel=1e-3)
+
+
+def test_a_cut_off_frame_is_reported_at_the_line_of_the_user(run, tmp_path):
+    copytree(run[0], tmp_path, dirs_exist_ok=True)
+    text = (tmp_path / "sweep.traj").read_bytes()
+    (tmp_path / "sweep.traj").write_bytes(text[:-1])
+    with pytest.warns(RuntimeWarning, match="frame 2 .* is cut off") as found:
+        assert Results(tmp_path).steps_with_map == [0, 1]
+    assert found[0].filename == __file__
+
+
+def test_a_step_that_is_not_there_is_named_with_the_steps_that_are(run):
+    for ask in (Results(run[0]).map, Results(run[0]).to_xarray):
+        with pytest.raises(IndexError, match="no step 3: give 0 to 2"):
+            ask(3)
 
 
 def test_a_step_without_a_frame_has_no_map(tmp_path):
     scene = Scene.parse(SCENE.replace('"all"', '"last"'))
     list(scene.run(tmp_path, validity="ignore"))
-    with pytest.raises(ValueError, match=r"nearest is 2: give keep"):
+    with pytest.raises(ValueError, match="nearest is 2: give keep"):
         Results(tmp_path).map(0)
 
 
@@ -194,6 +234,27 @@ def test_a_figure_of_other_columns(run):
     np.testing.assert_allclose(pressure, results["largest_pressure"])
 
 
+def test_bars_show_twice_the_error_of_the_force(tmp_path):
+    path = '[path]\ncontrol = "penetration"\nvalues = ["0.1 nm"]\n'
+    scene = Scene.parse(SCENE.partition("[path]")[0] + path)
+    (step,) = scene.run(tmp_path, validity="ignore")
+    (axes,) = Results(tmp_path).figure().axes
+    ((_, low), (_, high)) = axes.collections[0].get_segments()[0]
+    assert high - low == pytest.approx(4.0 * step.force_error / UNITS["nN"])
+
+
+def test_a_column_against_itself_is_a_line(run):
+    (axes,) = Results(run[0]).figure("normal_force").axes
+    x, y = axes.lines[0].get_data()
+    np.testing.assert_array_equal(x, y)
+
+
+@pytest.mark.parametrize("columns", [("window", "step"), ("step", "window")])
+def test_a_column_of_texts_is_not_drawn(run, columns):
+    with pytest.raises(ValueError, match="window has texts, such as '"):
+        Results(run[0]).figure(*columns)
+
+
 @pytest.mark.parametrize(
     "values, columns",
     [
@@ -231,6 +292,23 @@ def test_results_are_shown_by_steps_in_printed_units(run):
     table = results._repr_html_()
     assert table.count("<tr>") == 1 + 3
     assert "<th>normal force (nN)</th>" in table and "<td>9</td>" in table
+
+
+def test_a_table_names_steps_that_did_not_converge_and_limits(tmp_path):
+    text = SCENE.replace("hard", "repulsive") + "[solver]\nmax_steps = 1\n"
+    list(Scene.parse(text).run(tmp_path, validity="ignore"))
+    table = Results(tmp_path)._repr_html_()
+    assert table.count("<td>False</td>") == 3
+    assert "<th>validity</th>" in table
+
+
+def test_the_middle_of_a_long_table_is_left_out(tmp_path):
+    path = 'first = "1 nN"\nlast = "9 nN"\nsteps = 22\n[output]\nkeep = "last"\n'
+    scene = Scene.parse(SCENE.partition("values")[0] + path)
+    list(scene.run(tmp_path, validity="ignore"))
+    rows = Results(tmp_path)._repr_html_().split("<tr><th>")[2:]
+    heads = [row.partition("<")[0] for row in rows]
+    assert heads == [*map(str, range(10)), "...", *map(str, range(12, 22))]
 
 
 def test_another_folder_is_refused(tmp_path):
