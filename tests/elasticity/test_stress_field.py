@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from point_forces import hertz_stress
 from scipy.linalg import solve
+from sliding_sphere import normal_and_trace, on_the_axis, on_the_surface
 
 from ase_roughcontact.elasticity import (
     Creep,
@@ -38,26 +39,46 @@ def axis_stress(field, depth):
     return field.stress_at([CENTRE], [CENTRE], depth)[:, 0, 0]
 
 
-@pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
+def sliding(friction, nu):
+    """Field below a sphere that slides along x."""
+    pressure = hertz()
+    tractions = np.stack([friction * pressure, 0 * pressure])
+    return StressField(Isotropic(1.0, nu), 1.0, pressure, tractions)
+
+
+FRICTION = pytest.mark.parametrize(
+    ("friction", "nu"), [(0.0, 0.0), (0.0, 0.3), (0.25, 0.3), (0.5, 0.5)]
+)
+
+
+@FRICTION
 @pytest.mark.parametrize("t", [0.2, 0.5, 1.0, 5.0])
-def test_hertz_on_the_axis(nu, t):
-    stress = axis_stress(StressField(Isotropic(1.0, nu), 1.0, hertz()), 30.0 * t)
-    lateral = -((1 + nu) * (1 - t * math.atan(1 / t)) - 0.5 / (1 + t * t))
-    expected = [lateral, lateral, -1 / (1 + t * t), 0, 0, 0]
+def test_sliding_sphere_on_the_axis(friction, nu, t):
+    stress = axis_stress(sliding(friction, nu), 30.0 * t)
+    expected = on_the_axis(30.0 * t, 30.0, nu, friction)
     np.testing.assert_allclose(stress, expected, atol=1e-4)
 
 
-# Hamilton, Proc. Inst. Mech. Eng. C 197, 53 (1983), as an integral of point forces
-@pytest.mark.parametrize("friction", [0.0, 0.25, 0.5])
-def test_sliding_sphere_anywhere(friction):
-    pressure = hertz()
-    tractions = np.stack([friction * pressure, 0 * pressure])
-    field = StressField(Isotropic(1.0, 0.3), 1.0, pressure, tractions)
+@FRICTION
+def test_sliding_sphere_on_the_surface(friction, nu):
+    field = sliding(friction, nu)
+    for x, y in [(3.0, 7.0), (-20.0, 11.0), (-24.0, 0.0), (1.0, -25.0)]:
+        found = field.stress_at([CENTRE + x], [CENTRE + y], 0.0)[:, 0, 0]
+        expected = on_the_surface(x, y, 30.0, nu, friction)
+        np.testing.assert_allclose(found, expected, atol=3e-3)
+
+
+# all components by an integral over point forces, two also in closed form
+@FRICTION
+def test_sliding_sphere_anywhere(friction, nu):
+    field = sliding(friction, nu)
     for point in [(3.0, 7.0, 6.0), (-20.0, 11.0, 14.0), (27.0, -4.0, 45.0)]:
         x, y, depth = point
         found = field.stress_at([CENTRE + x], [CENTRE + y], depth)[:, 0, 0]
-        expected = hertz_stress(point, 30.0, 0.3, friction)
+        expected = hertz_stress(point, 30.0, nu, friction)
         np.testing.assert_allclose(found, expected, atol=2e-4)
+        closed = normal_and_trace(*point, 30.0, nu, friction)
+        np.testing.assert_allclose([found[2], found[:3].sum()], closed, atol=3e-4)
 
 
 # Hamilton & Goodman, J. Appl. Mech. 33, 371 (1966)
