@@ -132,7 +132,7 @@ def with_indenter(
 
 
 def view_frames(
-    frames: str | PathLike[str] | Iterable[Atoms],
+    frames: str | PathLike[str] | Atoms | Iterable[Atoms],
     calculator: RoughContact,
     *,
     rows: int = 48,
@@ -144,9 +144,9 @@ def view_frames(
 
     Parameters
     ----------
-    frames : str, path or iterable of Atoms
-        Trajectory file, such as ``FIRE(atoms, trajectory="fire.traj")`` writes, or its
-        frames.
+    frames : str, path, Atoms or iterable of Atoms
+        Trajectory file, such as ``FIRE(atoms, trajectory="fire.traj")`` writes, or some
+        of its frames; ``"fire.traj@::10"`` reads every tenth.
     calculator : RoughContact
         Calculator of the atoms that were relaxed.
     rows : int
@@ -166,8 +166,10 @@ def view_frames(
     """
     instance_of(RoughContact, calculator=calculator)
     images: Any = frames
-    if isinstance(frames, str | PathLike):
-        images = iread(frames, ":")
+    if isinstance(frames, Atoms):
+        images = [frames]
+    elif isinstance(frames, (str, PathLike)):
+        images = iread(frames)
     # its own results and neighbours of the user's calculator stay
     model = RoughContact(**calculator.parameters)
     shown = []

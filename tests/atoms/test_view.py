@@ -180,6 +180,16 @@ def test_a_trajectory_of_an_optimizer_of_ase_is_seen_as_its_states_are(tmp_path,
     np.testing.assert_allclose(shown[-1].positions, last.positions, atol=1e-12)
 
 
+def test_one_frame_and_chosen_frames_of_a_file_are_seen(tmp_path):
+    atoms, file = relaxed(), tmp_path / "fire.traj"
+    FIRE(atoms, trajectory=str(file), logfile=None).run(fmax=0.0, steps=4)
+    every = view_frames(file, atoms.calc)
+    chosen = view_frames(f"{file}@::2", atoms.calc)
+    assert [each.info for each in chosen] == [each.info for each in every[::2]]
+    (one,) = view_frames(read(file, -1), atoms.calc)
+    assert one.info == every[-1].info
+
+
 def test_a_trajectory_without_its_calculator_says_what_it_lacks(tmp_path):
     atoms, file = relaxed(), tmp_path / "fire.traj"
     write(file, atoms)
