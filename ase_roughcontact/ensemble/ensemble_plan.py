@@ -103,12 +103,8 @@ class EnsemblePlan:
 
     def printed(self) -> Table:
         """Return the plan as names and values, for a terminal."""
-        factor = self.plan.uncertainty
         at_once = min(self.workers, processors())
-        shortest, longest = (
-            duration(max(seconds / at_once, 1.0))
-            for seconds in (self.seconds / factor, self.seconds * factor)
-        )
+        passed = self.plan.printed_time(self.seconds / at_once)
         enough = "" if self.fits else ": NOT ENOUGH"
         basis = self.plan.basis or "times of transforms"
         return entries(
@@ -116,7 +112,7 @@ class EnsemblePlan:
                 ("cases", f"{self.cases}, with about {self.steps} steps in all"),
                 (
                     "time",
-                    f"{shortest} to {longest} with {self.workers} workers on {at_once} "
+                    f"{passed} with {self.workers} workers on {at_once} "
                     f"processors, {duration(max(self.seconds, 1.0))} of processor time",
                 ),
                 (

@@ -160,11 +160,14 @@ class Plan(Summarized):
     keep : {"thinned", "all", "last"}
         Frames that the trajectory keeps.
     fields_of_frame, fields_of_state : int
-        Numbers of an atom in a frame, and in the state of the restart file.
+        Numbers of an atom in a frame, and in the restart file for the last state, which
+        has the pressure of the state before in addition.
     run_steps : tuple of PlannedStep
         Steps of the run, as a trial shows them; empty without one.
     basis : str
         What the numbers of these steps follow from.
+    at_least : bool
+        Whether the trial ended before the path, and all numbers are lower bounds.
     start : StartCosts
         Costs of the process before its first step.
     figures, views : int
@@ -179,9 +182,10 @@ class Plan(Summarized):
     repeated_step: bool = False
     keep: str = "thinned"
     fields_of_frame: int = 2
-    fields_of_state: int = 4
+    fields_of_state: int = 3
     run_steps: tuple[PlannedStep, ...] = ()
     basis: str = ""
+    at_least: bool = False
     start: StartCosts = StartCosts()
     figures: int = 0
     views: int = 0
@@ -229,11 +233,12 @@ class Plan(Summarized):
     @property
     def restart(self) -> float:
         """Size of the restart file and of tables (bytes)."""
-        atoms = size_of(self.all_steps[-1].window) if self.count else 0
-        return (
-            _STATE_NUMBER_SIZE * self.fields_of_state * atoms
-            + _COLUMNS_SIZE * self.count
-        )
+        if not self.count:
+            return 0.0
+        last = self.all_steps[-1]
+        before = last if last.count > 1 else self.all_steps[-2:][0]
+        numbers = size_of(before.window) + self.fields_of_state * size_of(last.window)
+        return _STATE_NUMBER_SIZE * numbers + _COLUMNS_SIZE * self.count
 
     @property
     def files(self) -> float:
@@ -319,13 +324,21 @@ class Plan(Summarized):
         left_out = [("-", reason) for reason in self.left_out]
         return [*parts, "Left out:", entries(left_out)]
 
+    def printed_time(self, seconds: float) -> str:
+        """Return a range of the time, or its lower bound, as printed."""
+        if self.at_least:
+            return f"at least {duration(max(seconds, 1.0))}"
+        factor = self.uncertainty
+        shortest, longest = (
+            duration(max(each, 1.0)) for each in (seconds / factor, seconds * factor)
+        )
+        return f"about {shortest} to {longest}"
+
     def _costs(self, steps: str) -> str:
         """Return a sentence on the costs of steps."""
         enough = "" if self.fits else ": NOT ENOUGH"
-        shortest = max(self.seconds / self.uncertainty, 1.0)
-        longest = max(self.seconds * self.uncertainty, 1.0)
         return (
-            f"{steps} about {duration(shortest)} to {duration(longest)} of processor "
+            f"{steps} {self.printed_time(self.seconds)} of processor "
             f"time for {self.count} steps, {_size(self.files)} of files, of which "
             f"{_size(self.frames)} are frames (sweep.traj, view.traj), and "
             f"{self.memory / 1e9:.2g} GB of the {self.available / 1e9:.2g} GB of "

@@ -13,11 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity.named_materials import LARGEST_RELATIVE_HARDNESS
 from ase_roughcontact.results.stresses import yield_ratio
 from ase_roughcontact.results.surroundings_errors import LARGEST_PART_OF_CELL
 from ase_roughcontact.stepping.relaxed import RelaxedStep
 from ase_roughcontact.theory.maugis import edge_zone
+from ase_roughcontact.windows.expected import contact_radius_on
 from ase_roughcontact.windows.fixed import at_edge
 
 #: Least width of the zone of attraction at the edge of a contact, in a0.
@@ -225,12 +227,31 @@ def _part_of_period(step: RelaxedStep) -> float:
 
 def _edge_zone(step: RelaxedStep) -> float:
     """Return the smallest width of Dugdale's zone at the edge of a contact, in a0."""
-    wall, halfspace = step.contact.interaction, step.halfspace
     adhesion = step.contact.adhesion  # relative, None if it is uniform
-    work = wall.work_of_adhesion * (1.0 if adhesion is None else adhesion.max())
-    creep = step.problem.solid.creep  # the zone is narrowest in the relaxed solid
-    modulus = halfspace.contact_modulus * (creep.relaxed if creep else 1.0)
-    return edge_zone(modulus, work, wall.attraction_range) / halfspace.spacing
+    largest = 1.0 if adhesion is None else float(adhesion.max())
+    return narrowest_zone(step.problem, largest) / step.halfspace.spacing
+
+
+def narrowest_zone(problem: Problem, relative_work: float = 1.0) -> float:
+    """Return the smallest width of Dugdale's zone at the edge of a contact (length).
+
+    Its modulus is the one of waves of its own width, in the relaxed solid.
+
+    Parameters
+    ----------
+    problem : Problem
+        Contact problem with an attractive wall.
+    relative_work : float
+        Work of adhesion over the wall's.
+    """
+    wall, creep = problem.wall, problem.solid.creep
+    relaxed = creep.relaxed if creep else 1.0
+    work = relative_work * wall.work_of_adhesion
+
+    def zone(modulus: float) -> float:
+        return edge_zone(relaxed * modulus, work, wall.attraction_range)
+
+    return contact_radius_on(problem.solid, problem.spacing, zone)
 
 
 def _coupling(step: RelaxedStep) -> float:

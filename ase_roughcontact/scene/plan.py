@@ -20,12 +20,11 @@ from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH, TRACTION_DEPT
 from ase_roughcontact.interactions.rate_and_state import SLIP_RATES, RateFriction
 from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
 from ase_roughcontact.paths.planned_steps import Plan
-from ase_roughcontact.results.limits import LEAST_EDGE_ZONE
+from ase_roughcontact.results.limits import LEAST_EDGE_ZONE, narrowest_zone
 from ase_roughcontact.results.record import size_of
 from ase_roughcontact.results.scan_errors import COPIES_LEFT_OUT, scans_of
 from ase_roughcontact.scene.solid import has_own_spacing
 from ase_roughcontact.scene.spacing import lengths_in_spacings
-from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.memory import friction_memory
@@ -65,12 +64,10 @@ def range_warnings(problem: Problem) -> list[str]:
 
     The limits of the model report it, too, but only after the first step.
     """
-    wall, creep, spacing = problem.wall, problem.solid.creep, problem.spacing
-    if not wall.attractive:
+    if not problem.wall.attractive:
         return []
-    modulus = problem.solid.contact_modulus * (creep.relaxed if creep else 1.0)
-    work, length = wall.work_of_adhesion, wall.attraction_range
-    zone = edge_zone(modulus, work, length) / spacing
+    spacing, length = problem.spacing, problem.wall.attraction_range
+    zone = narrowest_zone(problem) / spacing
     if zone >= _MIN_ZONE_SHARE * LEAST_EDGE_ZONE:
         return []
     least, nm = length * math.sqrt(LEAST_EDGE_ZONE / zone), UNITS["nm"]
@@ -251,8 +248,8 @@ def _fields_of_frame(scene: Any) -> int:
 def _fields_of_state(scene: Any) -> int:
     """Return the numbers of an atom in the restart file.
 
-    Pressure and displacement, pressures of two earlier states, history, and the depths
+    Pressure, for its own and for the next step, displacement, history, and the depths
     that pressures of the past cause.
     """
     depths = 0 if scene.solid.creep is None else len(scene.solid.creep.times)
-    return 4 + len(_history(scene)) + depths
+    return 3 + len(_history(scene)) + depths

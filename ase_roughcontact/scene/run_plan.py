@@ -120,14 +120,16 @@ def run_plan(scene: Scene, start: StartCosts | None = None) -> Plan:
         return plan.repeated(scene.path.expected_count(scene.bodies))
     pair = pair_timer(scene.problem.halfspace(scene.start.shape))
     found = [step.on_grid_of_run(pair) for step in trial.steps]
-    if _is_whole(scene):
-        missing = (scene.path.count(scene.bodies) or 0) - len(found)
-        if missing > 0:
-            found.append(replace(found[-1], count=missing))
-    else:
+    count, at_least = scene.path.count(scene.bodies), False
+    if not _is_whole(scene):
         found = _all_steps(plan, trial, found)
         plan = replace(plan, steps=tuple(found))
-    return replace(plan, run_steps=tuple(found), basis=str(trial))
+    elif count is None:
+        at_least = bool(trial.ended)
+    elif count > len(found):
+        found.append(replace(found[-1], count=count - len(found)))
+    basis = str(trial)
+    return replace(plan, run_steps=tuple(found), basis=basis, at_least=at_least)
 
 
 def trial_of(scene: Scene, plan: Plan) -> Trial | None:

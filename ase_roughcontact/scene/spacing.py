@@ -11,12 +11,11 @@ import numpy as np
 
 from ase_roughcontact._util.units import LENGTHS, QUANTITY
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.results.limits import LEAST_EDGE_ZONE
+from ase_roughcontact.results.limits import LEAST_EDGE_ZONE, narrowest_zone
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.random_fields import LENGTH_KEYS, RandomFieldConfig
 from ase_roughcontact.scene.solid import has_own_spacing
-from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.expected import contact_radius_on
 
 # Contact radius in spacings that resolves a smooth sphere.
@@ -127,13 +126,11 @@ def _edge_zone(scene: SceneFile, bodies: Bodies) -> float:
 
     Zero also if the range of the attraction follows from the spacing.
     """
-    wall, creep = bodies.wall, bodies.solid.creep
     both_named = scene.substrate.material and scene.tip_material
     given = both_named or "attraction_range" in scene.interaction.parameters
-    if not (wall.attractive and given):
+    if not (bodies.wall.attractive and given):
         return 0.0
-    modulus = bodies.contact_modulus * (creep.relaxed if creep else 1.0)
-    return edge_zone(modulus, wall.work_of_adhesion, wall.attraction_range)
+    return narrowest_zone(bodies.problem)
 
 
 def _lengths(scene: SceneFile) -> Iterator[tuple[str, Any, str]]:

@@ -217,6 +217,15 @@ def test_adhesive_zone_of_a_hard_wall_agrees_with_the_largest_local_work(
     )
 
 
+@pytest.mark.parametrize("thickness, outside", [(0.1, False), (1000.0, True)])
+def test_adhesive_zone_on_a_layer_has_the_modulus_at_the_surface(thickness, outside):
+    layer = Layer(0.2, thickness, base_modulus=1.0)  # zones: 9.8 and 2.0 a0
+    wall = rc.DugdaleWall(0.02, 0.5)
+    atoms = atoms_under(rc.RoughSphere(100.0), wall, (16, 16), solid=layer, fixed=True)
+    names = names_after(atoms, 0.1)
+    assert ("adhesive zone at the edge/a0" in names) == outside
+
+
 @cache
 def pull_off_force(radius, spacing, centre=0.0):
     """Return the pull-off force for a work of 0.003 E* a0, the axis beside an atom."""

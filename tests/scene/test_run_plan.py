@@ -4,11 +4,12 @@ import tracemalloc
 
 import pytest
 
+from ase_roughcontact._util.printing import plain
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.figures import write_view
 from ase_roughcontact.ensemble import product
 from ase_roughcontact.ensemble.ensemble_plan import EnsemblePlan
-from ase_roughcontact.paths.planned_steps import StartCosts
+from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, StartCosts
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import coarser_scene
 from ase_roughcontact.scene.run_plan import run_plan
@@ -51,6 +52,22 @@ def test_the_steps_of_a_loop_are_planned_within_a_third():
     scene = Scene.parse(LOOP)
     steps = list(scene.relax())
     assert 3 / 4 < run_plan(scene).count / len(steps) < 4 / 3
+
+
+def test_the_plan_of_a_loop_with_a_trial_that_ends_early_is_a_lower_bound(monkeypatch):
+    monkeypatch.setattr("ase_roughcontact.scene.run_plan._MAX_SECONDS", 0.0)
+    plan = run_plan(Scene.parse(LOOP))
+    assert (plan.count, plan.at_least) == (1, True)
+    assert " at least 0:00:01 of" in " ".join(plain(*plan.printed("", 1.0)).split())
+
+
+def test_the_restart_file_has_the_pressure_of_the_last_but_one_window(tmp_path):
+    text = STEPS.replace("40 nm", "1 um").replace('first = "2 nN"', 'first = "2 uN"')
+    scene = Scene.parse(text.replace("steps = 8", "steps = 2"))
+    steps = scene.run(tmp_path, validity="ignore")
+    planned = tuple(PlannedStep(1.0, window=step.window) for step in steps)
+    size = (tmp_path / "sweep.restart.npz").stat().st_size
+    assert 3 / 4 < Plan(planned, (), 1e9).restart / size < 4 / 3
 
 
 def test_the_time_grows_with_the_grid_by_the_pairs_of_the_trial():
