@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Generator, Iterator
 from functools import wraps
-from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from ase_roughcontact._util.callers import warn
@@ -45,8 +44,7 @@ class Lazy(Generator[T, None, None]):
         self._generator, self._name, self._begun = generator, name, False
 
     def __next__(self) -> T:
-        # the one of the base class is a frame outside of the package, to which warnings
-        # of the path would point
+        # warnings would point to the __next__ of the base class
         return self.send(None)
 
     def send(self, value: None) -> T:
@@ -54,15 +52,10 @@ class Lazy(Generator[T, None, None]):
         self._begun = True
         return self._generator.send(value)
 
-    def throw(
-        self,
-        kind: Any,
-        value: BaseException | object = None,
-        traceback: TracebackType | None = None,
-    ) -> T:
+    def throw(self, *error: Any) -> T:
         """Raise an exception where the generator waits."""
         self._begun = True
-        return self._generator.throw(kind if value is None else value)
+        return self._generator.throw(*error)
 
     def close(self) -> None:
         """End the generator."""
