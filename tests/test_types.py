@@ -114,7 +114,7 @@ def test_mypy_accepts_correct_code_and_finds_each_mistake(tmp_path, monkeypatch)
 
 @pytest.mark.slow
 def test_pyright_accepts_correct_code_and_finds_each_mistake(tmp_path):
-    pytest.importorskip("basedpyright", reason="has Pyright without a download")
+    pytest.importorskip("basedpyright", reason="needs the extra pyright")
     (tmp_path / "pyrightconfig.json").write_text(
         f"""{{
             "include": ["{SCRIPT.as_posix()}"],
