@@ -61,10 +61,11 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     >>> round(float(von_mises(np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]))), 3)
     1.732
     """
-    stress = np.asarray(stress, dtype=float)
+    stress = np.asarray(stress)
+    stress = stress.astype(np.result_type(stress, np.float32), copy=False)
     xx, yy, zz, *shears = stress.reshape(6, -1)
     # two arrays for all terms: new ones take longer than the arithmetic
-    total, term = np.empty(xx.shape), np.empty(xx.shape)
+    total, term = np.empty_like(xx), np.empty_like(xx)
     np.subtract(xx, yy, out=total)
     total *= total
     for first, second in ((yy, zz), (zz, xx)):

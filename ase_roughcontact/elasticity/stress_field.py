@@ -99,7 +99,9 @@ class StressField:
         self.solid, self.spacing, self.periodic = solid, float(spacing), periodic
         self._loads, self._fft = loads, fft
         self.shape = loads[0].shape
-        self._images = None if periodic else WindowImages(solid, self.spacing, loads)
+        self._images = None
+        if not periodic:
+            self._images = WindowImages(solid, self.spacing, loads, fft)
         grid = self.shape if self._images is None else self._images.padded
         self._waves = PeriodicField.of(solid, self.spacing, loads, grid, fft)
         if periodic:

@@ -26,7 +26,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from functools import cached_property
 from typing import NamedTuple
 
@@ -116,109 +115,98 @@ def uniform_strain(shear_modulus: float, poisson: float) -> np.ndarray:
     return np.diag([1.0, 1.0, uniaxial]) / shear_modulus
 
 
-class Load(Enum):
-    """Unit loads on the surface in the plane of a wave: ``n = 1`` and ``s = 1``."""
+class DirectedStress(NamedTuple):
+    """Amplitudes of the stress in the axes l along a wave, t across it, and z.
 
-    NORMAL = 0
-    ALONG = 1
-
-
-class _Sagittal(NamedTuple):
-    """Amplitudes in the plane of a wave; factors i are left out of l and lz.
+    Factors i are left out of lz and tz, which are zero without a load across the wave,
+    and then None. Amplitudes are pairs of their real and imaginary parts.
 
     Attributes
     ----------
-    ll, tt, zz, lz : ndarray
-        Stresses along the wave, across it, normal and shear (pressure).
+    ll, tt, zz, lz : ndarray, shape (2, ...)
+        Stresses in the plane of each wave (pressure).
+    tz, lt : ndarray, shape (2, ...), optional
+        Shear stresses across it (pressure).
     """
 
     ll: np.ndarray
     tt: np.ndarray
     zz: np.ndarray
     lz: np.ndarray
+    tz: np.ndarray | None = None
+    lt: np.ndarray | None = None
 
 
 class DirectedWaves(SubsurfaceWaves):
-    """Waves in isotropic solids: those along and across a wave are independent.
+    """Waves in isotropic solids: waves along and across a direction are independent.
 
     Amplitudes are pairs of their real and imaginary parts in this class, as NumPy takes
     less time for the products of two pairs of real arrays than of complex arrays.
+
+    Attributes
+    ----------
+    q : ndarray, shape (...)
+        Wave numbers (1/length).
+    normal : ndarray, shape (2, ...)
+        Amplitudes n of the normal traction (pressure).
+    along, across : ndarray, shape (2, ...), optional
+        Amplitudes s along each wave, and across it, of the tractions divided by i
+        (pressure); None for zero.
     """
 
     def __init__(self, tractions: Tractions) -> None:
         qx, qy, tz, tx, ty = tractions
         self.q = np.sqrt(qx * qx + qy * qy)
         self._cosine, self._sine = qx / self.q, qy / self.q
-        self._loads = {Load.NORMAL: _pair(tz)}
-        self._across: np.ndarray | None = None
+        self.normal = _pair(tz)
+        self.along: np.ndarray | None = None
+        self.across: np.ndarray | None = None
         if tx is not None and ty is not None:
-            x, y = _pair(tx), _pair(ty)
-            self._loads[Load.ALONG] = -_turned(self._cosine * x + self._sine * y)
-            self._across = self._cosine * y - self._sine * x
+            x, y = _pair(-1j * tx), _pair(-1j * ty)
+            self.along = self._cosine * x + self._sine * y
+            self.across = self._cosine * y - self._sine * x
 
     @abstractmethod
-    def _sagittal(self, depth: float, rows: slice, load: Load) -> _Sagittal:
-        """Return the stresses in the plane of each wave under a unit load."""
+    def _directed_stress(self, depth: float, rows: slice) -> DirectedStress:
+        """Return the stress in the axes of each wave."""
 
     @abstractmethod
-    def _moved(
-        self, depth: float, rows: slice, load: Load
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the displacements l, without its factor i, and z by a unit load."""
-
-    @abstractmethod
-    def _shear(
+    def _directed_displacement(
         self, depth: float, rows: slice
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return tz, lt without i, and the displacement t by a unit traction t."""
+    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+        """Return the displacements l and t, without factors i, and z."""
 
     def stress(self, depth: float, rows: slice = ALL) -> Iterator[np.ndarray]:
         """Yield the six components; see `SubsurfaceWaves`."""
         cosine, sine = self._cosine[rows], self._sine[rows]
-        ll, tt, zz, lz = self._in_plane(depth, rows)
-        # the tensor with the components ll, tt and lt, turned about z
-        first, second = cosine * ll, -sine * tt
+        ll, tt, zz, lz, tz, lt = self._directed_stress(depth, rows)
+        mean, difference = 0.5 * (ll + tt), 0.5 * (ll - tt)
+        # the tensor is turned about z by an angle, and its components xx and xy by two
+        double_cosine, double_sine = 2.0 * cosine * cosine - 1.0, 2.0 * sine * cosine
+        turned, xy = double_cosine * difference, double_sine * difference
         xz, yz = cosine * lz, sine * lz
-        if self._across is not None:
-            tz, lt, _ = (
-                each * self._across[:, rows] for each in self._shear(depth, rows)
-            )
-            lt = _turned(lt)
-            first -= sine * lt
-            second += cosine * lt
+        if tz is not None and lt is not None:
+            turned -= double_sine * lt
+            xy += double_cosine * lt
             xz -= sine * tz
             yz += cosine * tz
-        xx = cosine * first - sine * second
-        for each in xx, ll + tt - xx, zz, yz, xz, sine * first + cosine * second:
-            yield _complex(each)
-
-    def _in_plane(self, depth: float, rows: slice) -> _Sagittal:
-        """Return the stresses in the plane of each wave, with the factor i of lz."""
-        (load, amplitude), *others = self._loads.items()
-        stresses = [
-            each * amplitude[:, rows] for each in self._sagittal(depth, rows, load)
-        ]
-        for load, amplitude in others:
-            parts = self._sagittal(depth, rows, load)
-            for total, each in zip(stresses, parts, strict=True):
-                total += each * amplitude[:, rows]
-        ll, tt, zz, lz = stresses
-        return _Sagittal(ll, tt, zz, _turned(lz))
+        for each in mean + turned, mean - turned, zz:
+            yield _complex(*each)
+        for each in yz, xz:
+            yield _times_i(each)
+        yield _complex(*xy)
 
     def displacement(self, depth: float, rows: slice = ALL) -> Iterator[np.ndarray]:
         """Yield the three components; see `SubsurfaceWaves`."""
-        along, normal = np.zeros((2, 2, *self.q[rows].shape))
-        for load, amplitude in self._loads.items():
-            factors = self._moved(depth, rows, load)
-            along += factors[0] * _turned(amplitude[:, rows])
-            normal += factors[1] * amplitude[:, rows]
-        across = np.zeros_like(along)
-        if self._across is not None:
-            across = self._shear(depth, rows)[2] * self._across[:, rows]
         cosine, sine = self._cosine[rows], self._sine[rows]
-        yield _complex(cosine * along - sine * across)
-        yield _complex(sine * along + cosine * across)
-        yield _complex(normal)
+        along, across, normal = self._directed_displacement(depth, rows)
+        x, y = cosine * along, sine * along
+        if across is not None:
+            x -= sine * across
+            y += cosine * across
+        yield _times_i(x)
+        yield _times_i(y)
+        yield _complex(*normal)
 
 
 def _pair(values: np.ndarray) -> np.ndarray:
@@ -226,16 +214,16 @@ def _pair(values: np.ndarray) -> np.ndarray:
     return np.stack([values.real, values.imag])
 
 
-def _turned(pair: np.ndarray) -> np.ndarray:
-    """Return the real and imaginary part times i."""
-    return np.stack([-pair[1], pair[0]])
-
-
-def _complex(pair: np.ndarray) -> np.ndarray:
+def _complex(real: np.ndarray, imaginary: np.ndarray) -> np.ndarray:
     """Return the complex array of a real and an imaginary part."""
-    values = np.empty(pair.shape[1:], np.result_type(pair, np.complex64))
-    values.real, values.imag = pair
+    values = np.empty(real.shape, np.result_type(real, np.complex64))
+    values.real, values.imag = real, imaginary
     return values
+
+
+def _times_i(pair: np.ndarray) -> np.ndarray:
+    """Return the complex array of a real and an imaginary part, times i."""
+    return _complex(-pair[1], pair[0])
 
 
 class IsotropicWaves(DirectedWaves):
@@ -256,31 +244,35 @@ class IsotropicWaves(DirectedWaves):
         super().__init__(tractions)
         self._shear_modulus, self._poisson = shear_modulus, poisson
 
-    def _sagittal(self, depth: float, rows: slice, load: Load) -> _Sagittal:
+    def _directed_stress(self, depth: float, rows: slice) -> DirectedStress:
         tau = self.q[rows] * depth
         decay = np.exp(-tau)
-        slope, across = tau * decay, 2.0 * self._poisson * decay
-        if load is Load.NORMAL:
-            return _Sagittal(ll=decay - slope, tt=across, zz=decay + slope, lz=slope)
-        along, shear = slope - 2.0 * decay, decay - slope
-        return _Sagittal(ll=along, tt=-across, zz=-slope, lz=shear)
+        normal = decay * self.normal[:, rows]
+        difference = normal
+        if self.along is not None:
+            difference = normal - decay * self.along[:, rows]
+        zz = normal + tau * difference
+        lz, ll = zz - difference, 2.0 * difference - zz
+        tt = 2.0 * self._poisson * difference
+        if self.across is None:
+            return DirectedStress(ll, tt, zz, lz)
+        tz = decay * self.across[:, rows]
+        return DirectedStress(ll, tt, zz, lz, tz, -tz)
 
-    def _moved(
-        self, depth: float, rows: slice, load: Load
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _directed_displacement(
+        self, depth: float, rows: slice
+    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
         q, nu = self.q[rows], self._poisson
         tau = q * depth
         scale = 0.5 * np.exp(-tau) / (self._shear_modulus * q)
-        if load is Load.NORMAL:
-            return scale * (tau + 2.0 * nu - 1.0), scale * (tau + 2.0 - 2.0 * nu)
-        return scale * (2.0 - 2.0 * nu - tau), scale * (2.0 * nu - 1.0 - tau)
-
-    def _shear(
-        self, depth: float, rows: slice
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        q = self.q[rows]
-        decay = np.exp(-q * depth)
-        return decay, decay, decay / (self._shear_modulus * q)
+        n = scale * self.normal[:, rows]
+        along, normal = (tau + 2.0 * nu - 1.0) * n, (tau + 2.0 - 2.0 * nu) * n
+        if self.along is None or self.across is None:
+            return along, None, normal
+        s = scale * self.along[:, rows]
+        along += (2.0 - 2.0 * nu - tau) * s
+        normal += (2.0 * nu - 1.0 - tau) * s
+        return along, 2.0 * scale * self.across[:, rows], normal
 
 
 class LayeredWaves(DirectedWaves):
@@ -367,11 +359,44 @@ class LayeredWaves(DirectedWaves):
         loads[:, 0, 0] = loads[:, 1, 1] = 1.0
         return np.linalg.solve(matrix, loads)
 
-    def _at(
-        self, depth: float, rows: slice, load: Load, names: Sequence[str]
+    def _directed_stress(self, depth: float, rows: slice) -> DirectedStress:
+        ll, tt, zz, lz = self._in_plane(depth, rows, ("ll", "tt", "zz", "lz"))
+        if self.across is None:
+            return DirectedStress(ll, tt, zz, lz)
+        across = self.across[:, rows]
+        tz, lt, _ = self._shear(depth, rows)
+        return DirectedStress(ll, tt, zz, lz, tz * across, -lt * across)
+
+    def _directed_displacement(
+        self, depth: float, rows: slice
+    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+        scale = 0.5 / (self._shear_modulus * self.q[rows])
+        along, normal = (
+            scale * each for each in self._in_plane(depth, rows, ("l", "z"))
+        )
+        if self.across is None:
+            return along, None, normal
+        _, _, across = self._shear(depth, rows)
+        return along, across * self.across[:, rows], normal
+
+    def _in_plane(
+        self, depth: float, rows: slice, names: Sequence[str]
     ) -> list[np.ndarray]:
-        """Return components at a depth, displacements times twice mu q."""
-        c, q = self._coefficients[rows, ..., load.value], self.q[rows]
+        """Return components in the plane of each wave, displacements times 2 mu q."""
+        normal = self.normal[:, rows]
+        totals = [each * normal for each in self._by_load(depth, rows, 0, names)]
+        if self.along is not None:
+            along = self.along[:, rows]
+            parts = self._by_load(depth, rows, 1, names)
+            for total, each in zip(totals, parts, strict=True):
+                total += each * along
+        return totals
+
+    def _by_load(
+        self, depth: float, rows: slice, load: int, names: Sequence[str]
+    ) -> list[np.ndarray]:
+        """Return components under unit n (load 0) or s (load 1)."""
+        c, q = self._coefficients[rows, ..., load], self.q[rows]
         if depth <= self._thickness:
             down = _parts(q * depth, self._poisson, 1.0, True)
             height = q * (self._thickness - depth)
@@ -384,19 +409,10 @@ class LayeredWaves(DirectedWaves):
         down = _parts(below, self._base[1], ratio, True)
         return [_sum(down[k], c[..., 4:]) for k in names]
 
-    def _sagittal(self, depth: float, rows: slice, load: Load) -> _Sagittal:
-        return _Sagittal(*self._at(depth, rows, load, _Sagittal._fields))
-
-    def _moved(
-        self, depth: float, rows: slice, load: Load
-    ) -> tuple[np.ndarray, np.ndarray]:
-        scale = 0.5 / (self._shear_modulus * self.q[rows])
-        along, normal = self._at(depth, rows, load, ("l", "z"))
-        return scale * along, scale * normal
-
     def _shear(
         self, depth: float, rows: slice
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return tz, lt without i, and the displacement t by a unit traction t."""
         reflected, q = self._reflected, self.q[rows]
         far = np.exp(-q * self._thickness)
         scale = 1.0 / (self._shear_modulus * q)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -51,6 +52,8 @@ class WindowImages:
         Distance of grid points (length).
     loads : list of ndarray, shape (n, m)
         Tractions, see `PeriodicField`.
+    fft : dict
+        Options of `RealFFT2`.
 
     Attributes
     ----------
@@ -59,7 +62,11 @@ class WindowImages:
     """
 
     def __init__(
-        self, solid: ElasticSolid, spacing: float, loads: list[np.ndarray]
+        self,
+        solid: ElasticSolid,
+        spacing: float,
+        loads: list[np.ndarray],
+        fft: dict[str, Any],
     ) -> None:
         self._block, (n, m) = _padded_blocks(loads[0].shape)
         self.padded = self._block * n, self._block * m
@@ -67,8 +74,9 @@ class WindowImages:
         side = fast_length(_PERIODS * max(n, m))
         fields = []
         for grid in ((n, m), (side, side)):
-            field = PeriodicField.of(solid, self._block * spacing, coarse, grid, {})
-            field.loads = [each * _smoothing(grid) for each in field.loads]
+            field = PeriodicField.of(solid, self._block * spacing, coarse, grid, fft)
+            for each in field.loads:
+                each *= _smoothing(grid)
             fields.append(field)
         self._near, self._far = fields
         self._far.mean_response = partial(_long_waves, self._far_long_waves())
