@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ase_roughcontact import FrictionLaw, SlipWeakening
+from ase_roughcontact import FrictionLaw, SlipWeakening, Tresca
 from ase_roughcontact.contact.support import LateralSupport
 from ase_roughcontact.elasticity import Isotropic, cerruti_kernel
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
@@ -160,3 +160,22 @@ def test_an_instability_releases_the_energy_that_a_dense_solution_loses():
             above, upper = moved, slip
     ends = [energy(stiffness, peak, below, slip) for slip in (lower, upper)]
     assert step.released == pytest.approx(ends[0] - ends[1], rel=0.02)
+
+
+@pytest.mark.parametrize("residual", [0.5, 0.9])
+def test_a_block_on_a_soft_spring_releases_energy_however_little_friction_falls(
+    residual,
+):
+    half, none = LateralHalfSpace((1, 1), 1.0, Isotropic(1e6, 0.3)), np.zeros((2, 1, 1))
+    law, distance, spring = SlipWeakening(Tresca(1.0), residual, 0.1), 0.1, 0.02
+    one = np.ones((1, 1))
+    friction = LocalFriction(law, one, one > 0.0, 1.0, (0.0, 0.0))
+    supports = LateralSupport((0.0, 0.0), spring), LateralSupport((1.02, 0.0), spring)
+    step = follow_slip(half, friction, none, Drive(none, supports))
+    assert step.instabilities == 1
+    # the spring relaxes by the fall of friction
+    moved = (1.0 - residual) / spring
+    expected = 0.5 * (1.0 - residual) * (moved - distance)
+    # located to a thousandth of the step, a hundredth of the smaller slip
+    assert step.released == pytest.approx(expected, rel=0.02)
+    assert step.solution.shift[0] == pytest.approx((1.02 - residual) / spring, rel=1e-4)

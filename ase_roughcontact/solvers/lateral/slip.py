@@ -3,10 +3,15 @@ r"""Steps of a contact with friction that depends on slip, and their instabiliti
 A step is divided into parts. Its end is a stable state, see `weakening`, and mostly the
 state that the contact reaches without inertia. If friction weakens by slip, the slip
 may also grow without further load, from the end of a stable branch to another
-equilibrium. Energy is released then, which neither the surface stores nor friction
-consumes: a part in which bounds fall and energies do not balance is divided, until it
-is so short that the load hardly changes. If they still do not balance, it has an
-instability. The contact goes on at the next equilibrium, if there is one.
+equilibrium. Elastic tractions fall linearly then, from the bounds at most, and the
+energy that neither the surface stores nor friction consumes is released,
+
+.. math:: R \le \sum \left[\tfrac{1}{2} (r_0 + r_1) s - \int_0^s r \, ds\right]
+
+for the bounds before and after the slip s. A part in which R may exceed 1 % of the work
+is divided, until it is so short that the load hardly changes. If energies do not
+balance in it, it has an instability. The contact goes on at the next equilibrium, if
+there is one.
 
 References
 ----------
@@ -31,12 +36,9 @@ from ase_roughcontact.solvers.lateral.friction import (
 from ase_roughcontact.solvers.lateral.weakening import solve_weakening
 from ase_roughcontact.solvers.status import CONVERGED, Status
 
-# Largest decrease of a bound in a part without an instability, relative to the bound.
-_LARGEST_FALL = 0.2
-# Largest energy that is missing in a part with a larger decrease, relative to the
-# energy by which such bounds fall, and to the work of the part.
-_MAX_IMBALANCE = 0.1
-_MAX_MISSING = 0.01
+# Largest energy that may be released in a part without an instability, relative to the
+# work of the part.
+_MAX_RELEASED = 0.01
 # Length of the part of a step in which an instability is located.
 _LOCATED = 1e-3
 
@@ -132,16 +134,15 @@ def follow_slip(
     )
     at, done, end, failed = SlipStep(friction, begun), 0.0, 1.0, 1.0
     while done < 1.0:
-        moved, located = path.moved(at, done, end), end - done <= _LOCATED
+        moved, uncertain = path.moved(at, done, end)
+        located = end - done <= _LOCATED
         if located and not moved.solution.converged:
-            moved = path.moved(at, done, end, beyond=True)
+            moved, _ = path.moved(at, done, end, beyond=True)
             if not moved.solution.converged:
                 status = moved.solution.status
                 at = replace(at, solution=replace(at.solution, status=status))
                 break
-        unstable = moved.instabilities > at.instabilities
-        converged = moved.solution.converged
-        if located or (converged and not unstable):
+        if located or (moved.solution.converged and not uncertain):
             at, done = moved, end
             end = failed if failed > done else 1.0
         else:
@@ -200,8 +201,10 @@ class _SlipPath:
 
     def moved(
         self, at: SlipStep, begin: float, end: float, beyond: bool = False
-    ) -> SlipStep:
-        """Return the contact after a part of the step.
+    ) -> tuple[SlipStep, bool]:
+        """Return the contact after a part of the step, and whether it may be unstable.
+
+        Energies balance in short parts only: elsewhere its instabilities do not count.
 
         Parameters
         ----------
@@ -229,16 +232,15 @@ class _SlipPath:
         before = float((old.tractions * old.displacement).sum())
         after = float((new.tractions * new.displacement).sum())
         missing = work - 0.5 * (after - before) - lost
-        bounds = at.friction.bounds()
-        falls = bounds - at.friction.bounds(slipped)
-        fallen = falls > _LARGEST_FALL * bounds
-        weakened = float((falls * slipped)[fallen].sum())
-        limit = max(_MAX_IMBALANCE * weakened, _MAX_MISSING * max(abs(work), lost))
-        unstable = bool(weakened) and abs(missing) > limit
-        return SlipStep(
+        sums = at.friction.bounds() + at.friction.bounds(slipped)
+        limit = _MAX_RELEASED * max(abs(work), lost)
+        uncertain = 0.5 * float((sums * slipped).sum()) - lost > limit
+        unstable = uncertain and missing > limit
+        step = SlipStep(
             at.friction.slipped_further(slipped),
             replace(new, shift=old.shift + new.shift),
             at.lost + lost,
             at.released + (missing if unstable else 0.0),
             at.instabilities + unstable,
         )
+        return step, uncertain

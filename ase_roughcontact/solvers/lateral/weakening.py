@@ -135,7 +135,7 @@ def solve_weakening(
     if support is not None:
         force = np.array(support.force)
         problem = replace(problem, force=force, spring=unit * support.stiffness)
-    tractions = problem.feasible(start, problem.force)
+    tractions = problem.feasible(_raised(start, peak, tolerance), problem.force)
     weakening = _Weakening(friction, peak, unit, support)
     state = problem.at(tractions, np.zeros(2))
     iterate = weakening.iterate(state, np.zeros(peak.shape))
@@ -164,6 +164,16 @@ def solve_weakening(
         (halfspace.transformed - before) / math.prod(halfspace.grid),
     )
     return Equilibrium(solution, unit * iterate.slip)
+
+
+def _raised(tractions: np.ndarray, bound: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return tractions at their bounds where they are nearly, within a tolerance.
+
+    Otherwise an atom that slips further could solve the problem without weakening.
+    """
+    size = np.hypot(*tractions)
+    near = (size > 0.0) & (bound - size < tolerance * bound.max(initial=0.0))
+    return tractions * np.divide(bound, size, out=np.ones_like(size), where=near)
 
 
 @dataclass(frozen=True, eq=False)
