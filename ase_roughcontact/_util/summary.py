@@ -61,7 +61,7 @@ def html_table(
     heads : sequence of str
         Headings of the columns; empty without a line of headings.
     rows : iterable of sequences
-        Entries of each row, of which the first one is its heading.
+        Entries of each row; the first one is its heading.
     """
     lines = [f"<table><caption>{escape(title)}</caption>"]
     if heads:

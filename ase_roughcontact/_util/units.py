@@ -186,7 +186,7 @@ _UNITS_BY_SIZE = (
     ("mN/m", "N/m"),
     ("\u00b5s", "ms", "s"),
 )
-# Values between these in the usual unit have this unit.
+# Smallest and largest value that is printed in the usual unit.
 _MIN_USUAL, _MAX_USUAL = 0.01, 1e4
 
 

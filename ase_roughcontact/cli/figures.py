@@ -174,7 +174,7 @@ def _has_stress(scene: Scene) -> bool:
 
 
 def _with_frames(steps: Sequence[LoadStep], folder: Path) -> list[LoadStep]:
-    """Return the steps of which the trajectory has a frame."""
+    """Return the steps that have a frame in the trajectory."""
     numbers = steps_with_frames(folder / "sweep.traj")
     return [step for step in steps if step.step in numbers]
 

@@ -88,7 +88,7 @@ def page(
     folder : path
         Folder with ``scene.toml`` and the figures, which become part of the page.
     stresses : sequence of DepthPicture, optional
-        Pictures of the stress at some depths, one of which is shown at a time.
+        Pictures of the stress at some depths, shown one at a time.
 
     Returns
     -------

@@ -65,7 +65,7 @@ class EnsemblePlan:
         workers : int, optional
             Number of processes; by default as for `run_ensemble`.
         start : StartCosts, optional
-            Costs of the process when the command began; by default none.
+            Costs of the process when the command began; by default zero.
         places : bool
             Whether the results are places of a scan.
         """

@@ -209,7 +209,7 @@ class Plan(Summarized):
 
     @property
     def frames(self) -> float:
-        """Size of the frames, including the ones for viewing (bytes)."""
+        """Size of the frames, including frames for viewing (bytes)."""
         if not self.count:
             return 0.0
         atoms = views = 0.0

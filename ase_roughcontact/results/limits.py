@@ -235,7 +235,7 @@ def _edge_zone(step: RelaxedStep) -> float:
 def narrowest_zone(problem: Problem, relative_work: float = 1.0) -> float:
     """Return the smallest width of Dugdale's zone at the edge of a contact (length).
 
-    Its modulus is the one of waves of its own width, in the relaxed solid.
+    Its modulus is the modulus for waves of its width in the relaxed solid.
 
     Parameters
     ----------

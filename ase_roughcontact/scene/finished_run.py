@@ -390,7 +390,7 @@ class Results(Summarized, Sequence[LoadStep]):
 
 @dataclass(frozen=True)
 class ResultsDifference(Summarized):
-    """Differences of results from other results; it is false if there are none.
+    """Differences of results from other results; false if nothing differs.
 
     Attributes
     ----------
@@ -423,7 +423,7 @@ class ResultsDifference(Summarized):
 
 
 def _largest_change(values: np.ndarray, others: np.ndarray) -> float:
-    """Return the largest difference of two columns; rounding errors are none."""
+    """Return the largest difference of two columns beyond rounding errors."""
     if values.dtype.kind not in "fiub" or others.dtype.kind not in "fiub":
         return math.inf if (values != others).any() else 0.0
     first, second = values.astype(float), others.astype(float)

@@ -1,7 +1,7 @@
 r"""Plan of a run: a trial on a coarser grid gives the number and the cost of its steps.
 
 The number of steps of loops and paths in time, the windows and the FFT pairs of each
-step are the ones of the trial. A step of the run takes longer than the trial's step by
+step are taken from the trial. A step of the run takes longer than the trial's step by
 
 .. math:: \Delta t = (n + 40) (t_\mathrm{pair} - t_\mathrm{pair}')
 
@@ -107,7 +107,7 @@ def run_plan(scene: Scene, start: StartCosts | None = None) -> Plan:
     ----------
     scene : Scene
     start : StartCosts, optional
-        Costs of the process before the first step; by default none.
+        Costs of the process before the first step; by default zero.
 
     Returns
     -------

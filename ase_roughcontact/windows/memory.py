@@ -33,8 +33,8 @@ _FIGURE_BYTES, _FIGURE_ATOM_BYTES = 22e6, 280
 _SYNTHESIS_BYTES = 30
 # Memory for each point of a roughness afterwards.
 _ROUGHNESS_BYTES = 11
-#: Memory of Python and its libraries, including the ones for figures: up to 60 MB less
-#: in some installations.
+#: Memory of Python and its libraries, including the libraries for figures: up to
+#: 60 MB less in some installations.
 LIBRARY_BYTES = 165e6
 #: Memory of the libraries for figures.
 DRAWING_BYTES = 27e6

@@ -91,7 +91,7 @@ class LateralPath(PathKind):
         Raises
         ------
         ValueError
-            If there is none, or one is invalid.
+            If there is no target, or one is invalid.
         """
         control = self.controlled
         if self.values is None:

@@ -22,7 +22,7 @@ _KEPT_HALFSPACES = 3
 
 
 class SlidingSurface:
-    """Surface with friction, of which only a box around the contact has tractions.
+    """Surface with friction, with tractions only in a box around the contact.
 
     Parameters
     ----------

@@ -45,7 +45,8 @@ class TimedSlidingSpecification:
         If a number is not finite, a name is unknown, the spring is missing, or the
         schedule has a sudden change or takes no time.
     TypeError
-        If the friction does not depend on the slip rate, or the schedule is none.
+        If the friction does not depend on the slip rate, or the targets are not a
+        `Schedule`.
     """
 
     target: float

@@ -309,7 +309,7 @@ class _Iterate:
         return self.state.residual <= _BALANCED * self.change
 
     def following(self, options: FrictionOptions, beyond: bool) -> _Iterate | Status:
-        """Return the next iterate, or why there is none; see `solve_weakening`."""
+        """Return the next iterate, or the reason for the end; see `solve_weakening`."""
         if self.growth:
             if not self.balanced:
                 return self._relaxed(options)
