@@ -17,11 +17,14 @@ from ase_roughcontact.scene.run_plan import run_plan
 from ase_roughcontact.windows.memory import DRAWING_BYTES
 
 # Size of a row of a database (bytes).
-_ROW_SIZE = 12_000
+_ROW_SIZE = 10_000
 # Size of a row of places, with what is written beside them (bytes).
 _PLACE_SIZE = 300
 # Size of the figure of places (bytes).
 _FIGURE_SIZE = 100_000
+# Processor time of start and end of a process, of the checks of a case, and of writing
+# a row of a database, over the time of the start of the program.
+_PROCESS_TIME, _CASE_TIME, _ROW_TIME = 1.4, 0.05, 0.0025
 
 
 @dataclass(frozen=True)
@@ -38,15 +41,15 @@ class EnsemblePlan:
         Costs of all cases over the cost of this one.
     workers : int
         Number of processes.
-    files : float
-        Size of the files (bytes).
+    rows : int
+        Number of rows of the database; zero for places.
     """
 
     cases: int
     plan: Plan
     costs: float
     workers: int
-    files: float
+    rows: int
 
     @classmethod
     def of(
@@ -73,12 +76,15 @@ class EnsemblePlan:
         if start is not None:  # the solids are made for this
             start = start.with_scene()
         middle = int(np.argsort(costs)[len(costs) // 2])
-        plan = replace(run_plan(scenes[middle], start), figures=0)
+        plan = run_plan(scenes[middle], start, scan_errors=not places)
         count = len(scenes)
-        rows = count * (plan.count + 1) * _ROW_SIZE
-        files = count * _PLACE_SIZE + _FIGURE_SIZE if places else rows
-        processes = min(number_of_workers(workers), count)
-        return cls(count, plan, sum(costs) / costs[middle], processes, files)
+        return cls(
+            cases=count,
+            plan=replace(plan, figures=0),
+            costs=sum(costs) / costs[middle],
+            workers=min(number_of_workers(workers), count),
+            rows=0 if places else count * (plan.count + 1),
+        )
 
     @property
     def steps(self) -> int:
@@ -88,8 +94,18 @@ class EnsemblePlan:
     @property
     def seconds(self) -> float:
         """Processor time of all cases and processes (s)."""
-        start = self.plan.start.program_seconds + self.plan.start.scene
-        return (1 + self.workers) * start + self.costs * self.plan.step_seconds
+        start, processes = self.plan.start, 1 + self.workers
+        relative = _PROCESS_TIME * processes
+        relative += _CASE_TIME * self.cases + _ROW_TIME * self.rows
+        begun = relative * start.program_seconds + processes * start.scene
+        return begun + self.costs * self.plan.step_seconds
+
+    @property
+    def files(self) -> float:
+        """Size of the files (bytes)."""
+        if self.rows:
+            return self.rows * _ROW_SIZE
+        return self.cases * _PLACE_SIZE + _FIGURE_SIZE
 
     @property
     def memory(self) -> float:

@@ -100,7 +100,9 @@ class Trial:
         return text
 
 
-def run_plan(scene: Scene, start: StartCosts | None = None) -> Plan:
+def run_plan(
+    scene: Scene, start: StartCosts | None = None, scan_errors: bool = True
+) -> Plan:
     """Return the plan of a run, with the costs that a trial shows.
 
     Parameters
@@ -108,6 +110,8 @@ def run_plan(scene: Scene, start: StartCosts | None = None) -> Plan:
     scene : Scene
     start : StartCosts, optional
         Costs of the process before the first step; by default zero.
+    scan_errors : bool
+        Whether the run estimates the errors by pixels and noise of a scan.
 
     Returns
     -------
@@ -115,7 +119,7 @@ def run_plan(scene: Scene, start: StartCosts | None = None) -> Plan:
     """
     plan = with_files_of(scene, scene.planned.plan())
     plan = replace(plan, start=start or StartCosts())
-    trial = trial_of(scene, plan)
+    trial = trial_of(scene, plan, scan_errors)
     if trial is None:
         return plan.repeated(scene.path.expected_count(scene.bodies))
     pair = pair_timer(scene.problem.halfspace(scene.start.shape))
@@ -132,7 +136,7 @@ def run_plan(scene: Scene, start: StartCosts | None = None) -> Plan:
     return replace(plan, run_steps=tuple(found), basis=basis, at_least=at_least)
 
 
-def trial_of(scene: Scene, plan: Plan) -> Trial | None:
+def trial_of(scene: Scene, plan: Plan, scan_errors: bool = True) -> Trial | None:
     """Relax the path of a scene, or some of its steps, on a coarser grid.
 
     Parameters
@@ -140,6 +144,8 @@ def trial_of(scene: Scene, plan: Plan) -> Trial | None:
     scene : Scene
     plan : Plan
         Plan of the scene.
+    scan_errors : bool
+        See `run_plan`.
 
     Returns
     -------
@@ -173,7 +179,11 @@ def trial_of(scene: Scene, plan: Plan) -> Trial | None:
     end = last + _MAX_SECONDS
     with tempfile.TemporaryDirectory() as folder:
         try:
-            for record in coarse.run(Path(folder) / "trial", validity="ignore"):
+            if scan_errors:
+                records = coarse.run(Path(folder) / "trial", validity="ignore")
+            else:
+                records = coarse.relax(validity="ignore", scan_errors=False)
+            for record in records:
                 now = process_time()
                 like = tried[min(len(steps), len(tried) - 1)]
                 steps.append(TrialStep(*like, record, now - last))

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import read_places, run_places
-from ase_roughcontact.ensemble.places import Place, as_map
+from ase_roughcontact.ensemble.ensemble_plan import EnsemblePlan
+from ase_roughcontact.ensemble.places import Place, as_map, places_of
 from ase_roughcontact.scene import Scene, relax_loop
 from ase_roughcontact.scene.results import write_inputs
 
@@ -59,6 +60,14 @@ def scene_of(tmp_path):
         return Scene.read(tmp_path / "scene.toml")
 
     return write
+
+
+def test_a_plan_of_places_has_no_time_for_errors_by_the_pixels_of_the_scan(scene_of):
+    scenes = places_of(scene_of(STEPS), (2, 1))
+    run, place = (
+        EnsemblePlan.of(scenes, 1, places=places).plan for places in (False, True)
+    )
+    assert place.step_seconds < 0.5 * run.step_seconds
 
 
 @pytest.mark.parametrize("role", ["substrate", "indenter"])

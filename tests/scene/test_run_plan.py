@@ -114,6 +114,7 @@ def test_cases_of_an_ensemble_are_planned_with_their_workers():
     assert (plan.cases, plan.steps, plan.workers) == (3, 24, 2)
     assert plan.seconds == pytest.approx(plan.costs * plan.plan.step_seconds)
     assert 2.0 < plan.costs < 4.0
+    assert plan.rows == 27  # steps, and a row of each case
 
 
 def test_frames_for_viewing_are_made_one_after_another(tmp_path):
