@@ -10,7 +10,8 @@ from ase_roughcontact.results.column import Range, column, column_on_request
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.windows.memory import friction_memory
 
-_WITH_SPRING = Range(
+#: Paths that move the base of a spring.
+WITH_SPRING = Range(
     "paths with a spring", lambda s: not np.isnan(s.lateral.base).any(), constant=True
 )
 _WITH_WEAKENING = Range(
@@ -50,13 +51,13 @@ class SlidingStep(LoadStep):
         "displacement along x of the base of the spring",
         "Å",
         "base",
-        _WITH_SPRING,
+        WITH_SPRING,
     )
     base_y: float = column(
         lambda s: float(s.lateral.base[1]),
         "displacement along y of the base of the spring",
         "Å",
-        where=_WITH_SPRING,
+        where=WITH_SPRING,
     )
     largest_friction: float = column(
         lambda s: s.lateral.bound,

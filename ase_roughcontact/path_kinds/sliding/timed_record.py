@@ -8,7 +8,7 @@ import numpy as np
 
 from ase_roughcontact.interactions.rate_and_state import STATE
 from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
-from ase_roughcontact.path_kinds.sliding.record import SlidingStep
+from ase_roughcontact.path_kinds.sliding.record import WITH_SPRING, SlidingStep
 from ase_roughcontact.results.column import Range, column
 
 _WITH_BOUNDS = Range(
@@ -16,11 +16,10 @@ _WITH_BOUNDS = Range(
     lambda s: False,
     constant=True,
 )
-_WITH_SPRING = Range(
-    "paths with a spring", lambda s: not np.isnan(s.lateral.base).any(), constant=True
-)
+_IN_CONTACT = Range("contacts with friction", lambda s: s.lateral.slipping > 0)
 _WITH_STATE = Range(
-    "rate and state friction", lambda s: STATE in s.lateral.friction.law.histories, True
+    "contacts with rate and state friction",
+    lambda s: _IN_CONTACT.includes(s) and STATE in s.lateral.friction.law.histories,
 )
 
 
@@ -51,17 +50,13 @@ class TimedLateralState(LateralState):
     @property
     def slip_rate(self) -> float:
         """Mean slip rate of the atoms with friction (Å/s)."""
-        sizes = np.hypot(*self.rates)[self.bounds > 0.0]
-        return float(sizes.mean()) if sizes.size else 0.0
+        return float(np.hypot(*self.rates)[self.solution.slipping].mean())
 
     @property
     def mean_state(self) -> float:
         """Mean state of friction of the atoms with friction, see `STATE`."""
-        state = self.friction.history.get(STATE.name)
-        touching = self.bounds > 0.0
-        if state is None or not touching.any():
-            return 0.0
-        return float(state[touching].mean())
+        state = self.friction.history[STATE.name]
+        return float(state[self.solution.slipping].mean())
 
     @property
     def spring_energy(self) -> float:
@@ -88,6 +83,7 @@ class TimedSlidingStep(SlidingStep):
         "mean slip rate of the atoms with friction",
         "Å/s",
         "rate",
+        _IN_CONTACT,
     )
     friction_state: float = column(
         lambda s: s.lateral.mean_state,
@@ -107,7 +103,7 @@ class TimedSlidingStep(SlidingStep):
         lambda s: s.lateral.spring_energy,
         "elastic energy of the lateral spring",
         "eV",
-        where=_WITH_SPRING,
+        where=WITH_SPRING,
     )
     time_error: float = column(
         lambda s: s.lateral.time_error,

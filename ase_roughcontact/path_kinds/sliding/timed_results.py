@@ -54,10 +54,12 @@ RESULTS = {
         includes=lambda done: _touches(done) and not math.isnan(_last_hold(done)),
     ),
     "largest_slip_rate": PathResult(
-        lambda done: max(step.slip_rate for step in done.steps),
+        lambda done: float(np.nanmax([step.slip_rate for step in done.steps])),
         "largest mean slip rate",
         "Å/s",
         "largest rate",
+        "paths in contact",
+        _touches,
     ),
     "total_dissipated_energy": PathResult(
         lambda done: done.steps[-1].dissipated_energy,

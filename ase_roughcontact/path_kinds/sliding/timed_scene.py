@@ -8,6 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ase_roughcontact._util.units import FORCES, UNITS, with_unit
 from ase_roughcontact._util.validation import finite_array, positive
 from ase_roughcontact.analysis.path_values import friction_coefficients
@@ -183,7 +185,7 @@ class TimedSliding(LateralPath):
         if not any(step.repulsive_atoms for step in steps):
             return {"friction": "none: no atom is in contact"}
         last, coefficients = steps[-1], friction_coefficients(steps)
-        fastest = max(step.slip_rate for step in steps)
+        fastest = float(np.nanmax([step.slip_rate for step in steps]))
         return {
             "time steps": f"{len(steps) - 1}, all in curve.csv",
             "largest friction": f"{coefficients.max():.4g} times the normal force",

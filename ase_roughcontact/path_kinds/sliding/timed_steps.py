@@ -19,7 +19,8 @@ import numpy as np
 from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.contact.support import LateralSupport
-from ase_roughcontact.elasticity.lattice import carried
+from ase_roughcontact.elasticity.lattice import Box, carried
+from ase_roughcontact.interactions.local_friction import LocalFriction
 from ase_roughcontact.interactions.rate_and_state import SLIP_RATES
 from ase_roughcontact.path_kinds.sliding.surface import (
     SlidingSurface,
@@ -130,7 +131,7 @@ class TimedSlidingSteps(PathSteps):
         """Return the state at the start, of a contact at rest or of a given one."""
         begun, given = perf_counter(), self.given
         relaxed = relax_in_contact(self.stepper, at.state, given.target)
-        contact = self._contact(at, relaxed)[1]
+        friction, box, contact = self._contact(at, relaxed)
         target = given.schedule.first * given.towards
         force = relaxed.fields.cell_area * contact.tractions.sum(axis=(1, 2))
         displacement = target if given.control.held else np.zeros(2)
@@ -144,8 +145,15 @@ class TimedSlidingSteps(PathSteps):
                 f"forces must begin at the lateral force of the contact, {held:g} eV/Å "
                 f"({held / UNITS['nN']:g} nN), got {given.schedule.first:g} eV/Å"
             )
+        if given.control.free and not contact.pressure.any():
+            raise ValueError(
+                "no atom in contact can carry lateral forces: press the indenter on "
+                "the surface, or give displacements"
+            )
         step = RateStep(contact, np.zeros(2), np.zeros(2), 0.0, 0.0, 0.0, 0, 0.0)
-        lateral = self._lateral(at, relaxed, step, displacement, target, 0.0, 0.0)
+        lateral = self._lateral(
+            at, relaxed, friction, box, step, displacement, target, 0.0, 0.0
+        )
         return self._accepted(at.position, record, relaxed, lateral, begun)
 
     def _next(
@@ -159,8 +167,8 @@ class TimedSlidingSteps(PathSteps):
         """Return the next state in a part of the schedule."""
         begun, given = perf_counter(), self.given
         relaxed = relax_in_contact(self.stepper, at.state, given.target, at.number + 1)
-        contact = self._contact(at, relaxed)[1]
-        halfspace = self._surface.halfspace(contact.pressure.shape)
+        friction, box, contact = self._contact(at, relaxed)
+        halfspace = self._surface.halfspace(box.shape)
         position = at.position.grown(_least_level(part))
         while True:
             fractions = position.fractions
@@ -181,12 +189,16 @@ class TimedSlidingSteps(PathSteps):
         displacement = after if given.control.held else old + step.shift
         driven = displacement - old if given.control.free else after - before
         work = relaxed.fields.cell_area * float(step.mean_force @ driven)
-        lateral = self._lateral(at, relaxed, step, displacement, after, time, work)
+        lateral = self._lateral(
+            at, relaxed, friction, box, step, displacement, after, time, work
+        )
         position = position.advanced(step.error, given.tolerance)
         return self._accepted(position, record, relaxed, lateral, begun)
 
-    def _contact(self, at: PathStep, relaxed: RelaxedStep) -> tuple[Any, RateContact]:
-        """Return the box of the tractions with its friction, and the contact on it."""
+    def _contact(
+        self, at: PathStep, relaxed: RelaxedStep
+    ) -> tuple[LocalFriction, Box, RateContact]:
+        """Return friction, the box of all tractions, and the contact on it."""
         before = at.state
         friction, box, tractions = self._surface.on_box(relaxed, before)
         none = np.zeros(before.window.shape)
@@ -203,7 +215,7 @@ class TimedSlidingSteps(PathSteps):
             carried_vectors(rates, before.window, box),
             history,
         )
-        return (friction, box), contact
+        return friction, box, contact
 
     def _drive(
         self,
@@ -235,6 +247,8 @@ class TimedSlidingSteps(PathSteps):
         self,
         at: PathStep,
         relaxed: RelaxedStep,
+        friction: LocalFriction,
+        box: Box,
         step: RateStep,
         displacement: np.ndarray,
         target: np.ndarray,
@@ -243,20 +257,16 @@ class TimedSlidingSteps(PathSteps):
     ) -> TimedLateralState:
         """Return the lateral state after a step."""
         given, last, contact = self.given, at.record, step.contact
-        friction, box = self._contact(at, relaxed)[0]
         halfspace = self._surface.halfspace(box.shape)
-        area = relaxed.fields.cell_area
-        bounds = contact.friction
+        area, touching = relaxed.fields.cell_area, contact.pressure > 0.0
         history = {
-            entry.name: np.where(
-                bounds > 0.0, contact.history[entry.name], entry.entering
-            )
+            entry.name: np.where(touching, contact.history[entry.name], entry.entering)
             for entry in friction.law.histories
         }
         origin = given.schedule.first * given.towards if given.control.held else 0.0
         solution = FrictionSolution(
             contact.tractions,
-            contact.pressure > 0.0,
+            touching,
             halfspace.displacement(contact.tractions),
             step.shift,
             step.residual,
@@ -268,7 +278,7 @@ class TimedSlidingSteps(PathSteps):
             box=box,
             halfspace=halfspace,
             friction=replace(friction, history=history),
-            bounds=bounds,
+            bounds=contact.friction,
             displacement=displacement,
             moved=displacement - origin,
             base=target if given.spring else np.full(2, np.nan),

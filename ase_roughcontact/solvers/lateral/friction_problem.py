@@ -111,9 +111,9 @@ def balancing_shift(
         slope = (np.count_nonzero(part == 1.0) + spring) * np.eye(2)
         least = _MIN_SLOPE * (part.sum() + spring) * np.eye(2)
         move = np.linalg.solve(slope + (part * across) @ across.T + least, missing)
-        # beyond this length all atoms slip along the move
-        longest = size.max(initial=0.0) + bound.max(initial=0.0)
-        move *= min(1.0, longest / max(np.hypot(*move), longest))
+        if size.size:  # beyond this length all atoms slip along the move
+            longest = float(size.max() + bound.max())
+            move *= min(1.0, longest / max(np.hypot(*move), longest))
     return shift
 
 

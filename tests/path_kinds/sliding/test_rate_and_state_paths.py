@@ -32,10 +32,12 @@ MU, A, B, LENGTH, RATE = 0.3, 0.01, 0.015, 0.5, 1.0
 LAW = RateAndState(MU, A, B, LENGTH, RATE)
 
 
-def in_time(schedule, law=LAW, *, tolerance=1e-3, n=8, **options):
+def in_time(schedule, law=LAW, *, target=0.3, tolerance=1e-3, n=8, **options):
     steps = TimedSlidingSteps(
         stepper_of(n, solid=SOLID),
-        TimedSlidingSpecification(0.3, law, schedule, tolerance=tolerance, **options),
+        TimedSlidingSpecification(
+            target, law, schedule, tolerance=tolerance, **options
+        ),
     )
     return [step for step, _ in paths.follow_states(steps)]
 
@@ -78,6 +80,23 @@ def test_static_friction_grows_with_the_logarithm_of_the_hold_time():
     # less the state that is lost until the peak
     assert peaks[0] - MU == pytest.approx(B * math.log(101.0), rel=0.1)
     assert peaks[1] - peaks[0] == pytest.approx(B * math.log(10.0), rel=0.03)
+
+
+def test_a_contact_ages_before_it_slides():
+    steps = in_time(Schedule(0.0).hold(100.0).ramp(0.3, rate=RATE))
+    (rested,) = (step for step in steps if step.time == 100.0)
+    assert rested.friction_state == pytest.approx(math.log(1.0 + 100.0 * RATE / LENGTH))
+    assert max(friction(step) for step in steps) > MU + 0.8 * B * rested.friction_state
+
+
+def test_without_contact_rate_and_state_are_not_known():
+    schedule = Schedule(0.0).ramp(0.1, rate=RATE)
+    last = in_time(schedule, target=-1.0)[-1]
+    assert last.converged
+    assert math.isnan(last.slip_rate)
+    assert math.isnan(last.friction_state)
+    with pytest.raises(ValueError, match="no atom in contact"):
+        in_time(schedule, target=-1.0, control="forces")
 
 
 def test_nothing_sticks_by_definition():

@@ -115,6 +115,14 @@ def test_slip_is_added_up_there_and_back_and_starts_anew_without_contact():
     assert not slips[3][~contact].any()
 
 
+@pytest.mark.parametrize("law", [LAW, Coulomb(0.5)])
+def test_a_spring_pulls_an_indenter_without_contact_to_its_base(law):
+    lifted = follow(stepper_of(8), [0.2, 0.2, -1.0], law, BASES, "bases", spring=0.5)
+    assert lifted[2].converged
+    assert lifted[2].lateral_x == pytest.approx(BASES[2])
+    assert lifted[2].lateral_force_x == pytest.approx(0.0, abs=1e-9)
+
+
 def test_coupled_motion_weakens_too():
     steps = follow(
         stepper_of(16, solid=SOLID), 0.5, LAW, [0.0, 0.5, 1.0], coupling="solved"
