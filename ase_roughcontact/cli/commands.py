@@ -12,7 +12,7 @@ from ase_roughcontact.cli.common import checked_scene, json_line
 from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.optimize.names import optimizer_names
-from ase_roughcontact.paths.planned_steps import StartCosts
+from ase_roughcontact.paths.planned_steps import TOTAL_UNITS, StartCosts
 from ase_roughcontact.results.record import units_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.optimizers import compare_on
@@ -38,7 +38,7 @@ def plan(options: argparse.Namespace) -> int:
     several threads less passes. For a step that can't be calculated the reason is
     printed. Windows in the table are those that are expected; when "run" refuses a
     step it prints a lower bound. Of a loop and of a path in time the table has the
-    deepest state.
+    deepest state. With --json the last line has the numbers of the whole run.
 
     Exit status, as for "run": 0 all steps can run in the free memory, 2 some can't, or
     the scene is invalid.
@@ -52,6 +52,7 @@ def plan(options: argparse.Namespace) -> int:
         units = {**units_of(), "target": unit}
         for step in planned.steps:
             write(json_line(asdict(step), units))
+        write(json_line(planned.totals, TOTAL_UNITS))
     elif not options.quiet:
         steps = planned.printed(*_heading(scene, unit))
         about = [described, ""] if described else []

@@ -14,8 +14,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ase_roughcontact._util.printing import show, terminal
+from ase_roughcontact._util.printing import show, terminal, write
 from ase_roughcontact.ensemble.ensemble_plan import EnsemblePlan
+from ase_roughcontact.paths.planned_steps import TOTAL_UNITS
 from ase_roughcontact.results.record import LoadStep, units_of
 from ase_roughcontact.scene import Scene, default_text
 
@@ -129,7 +130,10 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def show_plan(plan: EnsemblePlan) -> int:
+def show_plan(plan: EnsemblePlan, options: argparse.Namespace) -> int:
     """Print the plan of many cases; return the exit status."""
-    show(plan.printed())
+    if options.json:
+        write(json_line(plan.totals, TOTAL_UNITS))
+    elif not options.quiet:
+        show(plan.printed())
     return 0 if plan.fits else 2

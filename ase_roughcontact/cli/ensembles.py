@@ -104,7 +104,8 @@ def ensemble(options: argparse.Namespace) -> int:
                 "--set roughness.seed=0:9:10, for instance"
             )
         scenes = [scene for _, scene in variants]
-        return show_plan(EnsemblePlan.of(scenes, options.workers, start))
+        plan = EnsemblePlan.of(scenes, options.workers, start)
+        return show_plan(plan, options)
     pool: dict[str, Any] = {"workers": options.workers}
     with ExitStack() as stack:
         if options.scheduler is not None:

@@ -71,7 +71,8 @@ def places(options: argparse.Namespace) -> int:
     start, scene = StartCosts.now(), checked_scene(options)
     if options.plan:
         scenes = places_of(scene, options.grid)
-        return show_plan(EnsemblePlan.of(scenes, options.workers, start, places=True))
+        plan = EnsemblePlan.of(scenes, options.workers, start, places=True)
+        return show_plan(plan, options)
     found: list[Place] = []
     failed = 0
     limits: set[str] = set()

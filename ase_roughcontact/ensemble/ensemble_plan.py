@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -116,6 +117,19 @@ class EnsemblePlan:
     def fits(self) -> bool:
         """Whether the free memory suffices for all workers."""
         return self.workers * self.memory < self.plan.available
+
+    @property
+    def totals(self) -> dict[str, Any]:
+        """Numbers of all cases; see `Plan.totals`. The memory is a worker's."""
+        return {
+            **self.plan.totals,
+            "cases": self.cases,
+            "workers": self.workers,
+            "steps": self.steps,
+            "seconds": self.seconds,
+            "memory": self.memory,
+            "files": self.files,
+        }
 
     def printed(self) -> Table:
         """Return the plan as names and values, for a terminal."""

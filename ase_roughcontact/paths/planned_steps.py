@@ -32,10 +32,10 @@ _DESCRIPTION_SIZE = 3_000
 _STATE_NUMBER_SIZE = 8
 # Size of the results of a step in all tables (bytes).
 _COLUMNS_SIZE = 1_500
-# Size of a frame for viewing, for each atom that it shows (bytes).
-_VIEW_ATOM_SIZE = 85
+# Size of a frame for viewing, for each surface atom that it shows (bytes).
+_VIEW_ATOM_SIZE = 98
 # Size of the description of a frame for viewing (bytes).
-_VIEW_DESCRIPTION_SIZE = 4_000
+_VIEW_DESCRIPTION_SIZE = 1_000
 # Largest number of rows of atoms in a frame for viewing.
 _VIEW_ROWS = 48
 # Size of a figure (bytes).
@@ -52,6 +52,13 @@ _TRIAL_UNCERTAINTY, _UNCERTAINTY = 1.3, 3.0
 # path.
 _MAX_LISTED = 500
 
+#: Units of the totals of a plan.
+TOTAL_UNITS = {
+    "seconds": "s",
+    "memory": "bytes",
+    "files": "bytes",
+    "available": "bytes",
+}
 # Time of a step by kind of wall, in units of an exact convolution on the full grid.
 _CONVOLUTIONS = {"hard": 150, "soft": 180, "attractive": 320}
 # Time of a step with hardly any atoms (s).
@@ -286,6 +293,19 @@ class Plan(Summarized):
     def runs(self) -> bool:
         """Whether all steps can be calculated."""
         return self.fits and not any(step.problem for step in self.steps)
+
+    @property
+    def totals(self) -> dict[str, Any]:
+        """Numbers of the whole run, with the units of `TOTAL_UNITS`."""
+        return {
+            "steps": self.count,
+            "seconds": self.seconds,
+            "memory": self.memory,
+            "files": self.files,
+            "available": self.available,
+            "at_least": self.at_least,
+            "basis": self.basis,
+        }
 
     def printed(self, heading: str, unit: float) -> list[Any]:
         """Return the plan as texts and a table.

@@ -123,7 +123,10 @@ def test_plan_prints_every_step_and_the_memory(scene, capsys):
     text = capsys.readouterr().out
     assert text.count("32x30") == 2 and "GB" in text and "Left out" in text
     assert main(["plan", str(scene), "--json"]) == 0
-    assert len(capsys.readouterr().out.splitlines()) == 2
+    *steps, totals = map(json.loads, capsys.readouterr().out.splitlines())
+    assert (len(steps), totals["steps"], totals["at_least"]) == (2, 2, False)
+    assert steps[0]["memory"] <= totals["memory"] < totals["available"]
+    assert totals["units"]["files"] == "bytes"
 
 
 def test_plan_marks_steps_that_can_not_run(scene, capsys):

@@ -159,7 +159,7 @@ def test_memory_is_printed_in_gigabytes_and_residual_forces_in_ase_s_unit(case):
         unit = UNITS["GB"] if name == "memory" else 1.0
         found = numbers_of(re.findall(pattern, " ".join(text.split()))) * unit
         np.testing.assert_allclose(found, case.column(name), rtol=0.05)
-    planned = [line["memory"] for line in lines_of_json("plan", file)]
+    planned = [line["memory"] for line in lines_of_json("plan", file)[:-1]]
     shown = next(v for k, v in table_of(printed("plan", file)).items() if "GB" in k)
     np.testing.assert_allclose(numbers_of(shown) * UNITS["GB"], planned, atol=6e6)
 
@@ -172,7 +172,7 @@ def test_targets_of_a_plan_agree_with_the_path(case):
     assert unit_of(name) == (control, unit)
     np.testing.assert_allclose(numbers_of(texts), given)
     label = {"load": "eV/Å"}.get(control, "Å")
-    for line, value in zip(lines_of_json("plan", file), given, strict=True):
+    for line, value in zip(lines_of_json("plan", file)[:-1], given, strict=True):
         assert line["units"]["target"] == label
         assert line["target"] == pytest.approx(value * UNITS[unit])
 
@@ -223,7 +223,7 @@ def test_values_in_json_scale_as_their_units(wall, control, tmp_path):
         file.write_text(text.replace("= 0.5", f"= {0.5 * modulus * length}"))
         out = tmp_path / f"out-{length}"
         for command in (["run", file, "--out", out], ["plan", file]):
-            found += lines_of_json(*command)
+            found += lines_of_json(*command)[:1]
     run, plan, *scaled = found
     assert_scales(run, scaled[0], length, modulus * length**3)
     assert_scales(plan, scaled[1], length, modulus * length**3)

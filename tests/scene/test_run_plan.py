@@ -1,5 +1,6 @@
 """Plans of runs, by a trial on a coarser grid, against what is then measured."""
 
+import json
 import tracemalloc
 
 import pytest
@@ -115,6 +116,23 @@ def test_cases_of_an_ensemble_are_planned_with_their_workers():
     assert plan.seconds == pytest.approx(plan.costs * plan.plan.step_seconds)
     assert 2.0 < plan.costs < 4.0
     assert plan.rows == 27  # steps, and a row of each case
+
+
+def test_a_plan_of_an_ensemble_calculates_no_case(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(STEPS)
+    radii = "sphere.radius=40 nm,60 nm"
+    assert main(["ensemble", "scene.toml", "--set", radii, "--plan", "--json"]) == 0
+    totals = json.loads(capsys.readouterr().out)
+    assert (totals["cases"], totals["steps"]) == (2, 16)
+    assert [each.name for each in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_the_number_of_cases_of_a_plan_must_be_known(tmp_path, capsys):
+    (tmp_path / "scene.toml").write_text(STEPS)
+    error = ["--error", "0.1", "--plan"]
+    assert main(["ensemble", str(tmp_path / "scene.toml"), *error]) == 2
+    assert "--set roughness.seed=0:9:10" in capsys.readouterr().err
 
 
 def test_frames_for_viewing_are_made_one_after_another(tmp_path):
