@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,7 @@ class LocalFriction:
             If `FrictionLaw.bound` does not return a number for each atom in contact.
         """
         values = np.asarray(bound_of(self.law, *self._arguments(slipped)), dtype=float)
-        count = np.count_nonzero(self.contact)
+        count = len(self._touching[0])
         if values.shape not in ((), (count,)) or np.isnan(values).any():
             slip = (
                 "" if self.law.weakens else "; slip is known with histories = (SLIP,)"
@@ -119,8 +120,9 @@ class LocalFriction:
             self.law, self.pressure, self.contact, self.spacing, self.origin, history
         )
 
-    def _arguments(self, slipped: np.ndarray | float) -> tuple[Any, ...]:
-        """Return the arguments of `FrictionLaw.bound`."""
+    @cached_property
+    def _touching(self) -> tuple[Any, ...]:
+        """Pressure, histories, and places along x and y of the atoms in contact."""
         contact = self.contact
         i, j = contact.nonzero()
         x, y = (o + self.spacing * k for o, k in zip(self.origin, (i, j), strict=True))
@@ -130,9 +132,13 @@ class LocalFriction:
             if known is None:
                 known = np.full(contact.shape, entry.first)
             history[entry.name] = known[contact]
-        unknown = np.full(i.size, np.nan)
-        slip = unknown
+        return self.pressure[contact], history, x, y
+
+    def _arguments(self, slipped: np.ndarray | float) -> tuple[Any, ...]:
+        """Return the arguments of `FrictionLaw.bound`."""
+        pressure, history, x, y = self._touching
+        slip = unknown = np.full(pressure.size, np.nan)
         if self.law.weakens:
-            way = np.broadcast_to(slipped, contact.shape)[contact]
+            way = np.broadcast_to(slipped, self.contact.shape)[self.contact]
             slip = history[SLIP.name] + way
-        return self.pressure[contact], slip, unknown, np.nan, history, x, y
+        return pressure, slip, unknown, np.nan, history, x, y
