@@ -12,12 +12,11 @@ from ase.io import write
 
 from ase_roughcontact import plot
 from ase_roughcontact._util.files import replaced
-from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.view import with_indenter
-from ase_roughcontact.cli.report import printed_times, units_of
+from ase_roughcontact.cli.report import units_of
 from ase_roughcontact.cli.stress_figures import (
     DepthPicture,
     StressView,
@@ -68,16 +67,14 @@ def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
     folder : path
         Folder with the ``sweep.traj`` of the run.
     """
-    surface, times, kept = scene.sampled_surface, printed_times(scene), None
-    if times.size:
-        reached = [step.time * (1.0 + ROUNDING) for step in steps]
-        kept = set(np.searchsorted(reached, times).tolist())
+    surface, schedule = scene.sampled_surface, scene.path.schedule(scene.bodies)
     file = folder / "sweep.traj"
     # a run that was killed may have left the frame of a step that is not finished
     shown = [n for n in steps_with_frames(file) if n < len(steps)]
     if not shown:
         return
-    if kept is not None:
+    if schedule:
+        kept = schedule.sampled_steps([step.time for step in steps])
         shown = sorted({min(shown, key=lambda n: abs(n - step)) for step in kept})
     views = [with_indenter(frame, surface) for frame in frames_of_steps(file, shown)]
     with replaced(folder / "view.traj") as name:

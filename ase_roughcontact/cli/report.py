@@ -18,7 +18,6 @@ from ase_roughcontact._util.printing import entries, note, number
 from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.tables import TableRows
 from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
-from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
 from ase_roughcontact.contact.control import HEIGHT, LOAD
 from ase_roughcontact.results.limits import failed_checks
@@ -38,10 +37,6 @@ _RESTORED = "restored"
 _MIN_PRINTED_VALUE = 1e-12
 # Share of the largest friction below which a lateral force is a rounding error.
 _MIN_FRICTION_SHARE = 1e-9
-# Number of rows of a path in time.
-_ROWS_IN_TIME = 30
-# Least number of rows of a part of the schedule of a path in time.
-_MIN_ROWS_OF_PART = 3
 # Time after which the next step of a path in time has a row (s).
 _MAX_PAUSE = 10.0
 # Labels of columns in the table of steps, where they differ from the labels in files.
@@ -99,7 +94,8 @@ class StepTable:
         self._rows = TableRows([*heads, ""], [*widths, 1])
         self._reached = 0  # times of rows up to the last step
         self._last = time.monotonic()
-        self._times = printed_times(self._scene)
+        schedule = self._scene.path.schedule(self._scene.bodies)
+        self._times = schedule.sample_times() if schedule else np.zeros(0)
         self._limits: set[str] = set()
 
     def parts(self, step: LoadStep, restored: bool = False) -> list[Any]:
@@ -147,17 +143,6 @@ class StepTable:
         self._reached = int(np.searchsorted(self._times, now, side="right"))
         is_due = self._reached > before
         return is_due or time.monotonic() - self._last > _MAX_PAUSE
-
-
-def printed_times(scene: Scene) -> FloatArray:
-    """Return the times (s) of the rows of a path in time; none for all states."""
-    schedule = scene.path.schedule(scene.bodies)
-    if schedule is None:
-        return np.zeros(0)
-    parts = list(schedule.timed_parts())
-    count = max(_ROWS_IN_TIME // len(parts), _MIN_ROWS_OF_PART) + 1
-    times = [np.linspace(t, t + part.duration, count) for t, _, part in parts]
-    return np.unique(times)
 
 
 def table_columns(reference: Reference) -> list[TableColumn]:

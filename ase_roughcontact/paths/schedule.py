@@ -8,7 +8,15 @@ from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from ase_roughcontact._util.validation import finite, integer, positive
+import numpy as np
+
+from ase_roughcontact._util.rounding import ROUNDING
+from ase_roughcontact._util.validation import FloatArray, finite, integer, positive
+
+# Number of times of a schedule at which results are shown.
+_SAMPLES = 30
+# Least number of these times in a part.
+_MIN_SAMPLES_OF_PART = 3
 
 
 class Part(NamedTuple):
@@ -178,6 +186,24 @@ class Schedule:
         for part in self.parts:
             yield begin, start, part
             begin, start = begin + part.duration, part.end
+
+    def sample_times(self) -> FloatArray:
+        """Return about thirty times, of which results are shown, even in each part."""
+        parts = list(self.timed_parts())
+        count = max(_SAMPLES // len(parts), _MIN_SAMPLES_OF_PART) + 1
+        times = [np.linspace(t, t + part.duration, count) for t, _, part in parts]
+        return np.unique(times)
+
+    def sampled_steps(self, times: Sequence[float]) -> list[int]:
+        """Return the numbers of the first steps that reach each of `sample_times`.
+
+        Parameters
+        ----------
+        times : sequence of float
+            Times at the ends of all steps.
+        """
+        reached = np.array(times) * (1.0 + ROUNDING)
+        return np.unique(np.searchsorted(reached, self.sample_times())).tolist()
 
     def todict(self) -> dict[str, Any]:
         """Return the numbers that identify the schedule in files."""

@@ -36,8 +36,6 @@ _MIN_ZONE_SHARE = 0.25
 _MAX_POINTS_PER_RADIUS = 240
 # Points of the advised grid on the shortest wavelength.
 _POINTS_PER_WAVE = 4
-# Largest number of frames for viewing of a path in time.
-_VIEWS_IN_TIME = 40
 # Approximation of paths with friction.
 _SLIDING_LEFT_OUT = (
     "changes of the heights by sliding, which must be small compared to the roughness"
@@ -202,13 +200,14 @@ def _plan_without_advice(scene: Any) -> Plan:
 
 def with_files_of(scene: Any, plan: Plan) -> Plan:
     """Return a plan with the sizes of the files that a `Scene` writes."""
+    schedule = scene.path.schedule(scene.bodies)
     return replace(
         plan,
         keep=scene.output.keep,
         fields_of_frame=_fields_of_frame(scene),
         fields_of_state=_fields_of_state(scene),
         figures=_number_of_figures(scene),
-        views=_VIEWS_IN_TIME if scene.path.in_time else 0,
+        views=schedule.sample_times().size if schedule else 0,
     )
 
 

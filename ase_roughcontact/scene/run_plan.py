@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from ase_roughcontact.paths.planned_steps import (
     StartCosts,
     pair_timer,
 )
-from ase_roughcontact.results.record import LoadStep, shape_of, size_of
+from ase_roughcontact.results.record import shape_of, size_of
 from ase_roughcontact.scene.path_kind import Steps
 from ase_roughcontact.scene.plan import with_files_of
 from ase_roughcontact.scene.preview import coarser_scene
@@ -61,7 +62,7 @@ class TrialStep:
     number: int
     expected: PlannedStep
     coarse: PlannedStep
-    record: LoadStep
+    record: Any
     seconds: float
 
     def on_grid_of_run(self, pair: Callable[[tuple[int, int]], float]) -> PlannedStep:
@@ -132,6 +133,9 @@ def run_plan(
         at_least = bool(trial.ended)
     elif count > len(found):
         found.append(replace(found[-1], count=count - len(found)))
+    if schedule := scene.path.schedule(scene.bodies):
+        times = [step.record.time for step in trial.steps]
+        plan = replace(plan, views=len(schedule.sampled_steps(times)))
     basis = str(trial)
     return replace(plan, run_steps=tuple(found), basis=basis, at_least=at_least)
 

@@ -308,8 +308,7 @@ def test_a_plan_counts_steps_and_the_files_of_a_run(run, capsys):
     assert "Path of 2 s" in planned
     [(count, size)] = re.findall(r"for (\d+) steps, ([\d.]+) MB of files", planned)
     assert 1 / 1.3 < int(count) / steps < 1.3
-    # windows of the trial have 10 x 10 points, the ones of the run 30 x 30 or 45 x 45
-    assert 1 / 1.5 < 1e6 * float(size) / files < 1.5
+    assert 1 / 1.3 < 1e6 * float(size) / files < 1.3
 
 
 def test_a_run_is_printed_drawn_and_continued(run):
