@@ -228,7 +228,9 @@ def read_steps(file: PathName, record: type[LoadStep] = LoadStep) -> list[LoadSt
     """
     restart = read_restart(file)
     if restart is None:
-        raise ValueError(f"there is no file {os.fspath(file)}: run the path first")
+        raise ValueError(
+            f"there is no file {os.fspath(file)}, as no step is finished: run the path"
+        )
     return restart.records(record)
 
 

@@ -334,9 +334,9 @@ class Results(Summarized, Sequence[LoadStep]):
             other = Results(other)
         count = min(len(self), len(other))
         largest: dict[str, float] = {}
-        both = columns_of(self.scene.record).keys() & columns_of(other.scene.record)
+        others = columns_of(other.scene.record)
         for name in columns_of(self.scene.record):
-            if name in both and name not in _COSTS:
+            if name in others and name not in _COSTS:
                 change = _largest_change(self[name][:count], other[name][:count])
                 if change:
                     largest[name] = change
@@ -348,14 +348,16 @@ class Results(Summarized, Sequence[LoadStep]):
         )
 
     def _summary(self) -> dict[str, str]:
-        scene, found = self.scene, {"folder": repr(str(self.folder))}
-        found |= {"kind": repr(scene.path.kind), "steps": str(len(self))}
-        if self._steps:
-            force = self["normal_force"]
-            lowest, highest = short_text(force.min()), short_text(force.max(), "eV/Å")
-            found["normal_force"] = f"{lowest} to {highest}"
-            if not self["converged"].all():
-                found["not_converged"] = str(int((~self["converged"]).sum()))
+        force = self["normal_force"]
+        lowest, highest = short_text(force.min()), short_text(force.max(), "eV/Å")
+        found = {
+            "folder": repr(str(self.folder)),
+            "kind": repr(self.scene.path.kind),
+            "steps": str(len(self)),
+            "normal_force": f"{lowest} to {highest}",
+        }
+        if not self["converged"].all():
+            found["not_converged"] = str(int((~self["converged"]).sum()))
         return found
 
     def _repr_html_(self) -> str:

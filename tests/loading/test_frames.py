@@ -1,5 +1,8 @@
 """Frames of load paths: what they have, and that files return it."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from built import atoms_under
@@ -45,6 +48,19 @@ def test_frames_of_a_path_are_snapshots_of_its_atoms(tmp_path, wall, path, optio
     assert len(frames) == len(snapshots) == 3
     for frame, expected in zip(frames, snapshots, strict=True):
         assert_is_snapshot(frame, expected)
+
+
+def test_a_frame_is_freed_without_a_collection_of_garbage(tmp_path):
+    atoms = atoms_under(SPHERE, shape=(16, 14), modulus=0.8, spacing=2.5)
+    list(load_path(atoms, [0.1], output=Output(trajectory=tmp_path / "a.traj")))
+    gc.disable()
+    try:
+        (frame,) = read_frames(tmp_path / "a.traj")
+        calculator = weakref.ref(frame.calc)
+        del frame
+        assert calculator() is None
+    finally:
+        gc.enable()
 
 
 SCENE = """

@@ -2,7 +2,7 @@
 
 import sys
 import warnings
-from shutil import copytree
+from shutil import copy, copytree
 
 import numpy as np
 import pytest
@@ -313,6 +313,12 @@ def test_the_middle_of_a_long_table_is_left_out(tmp_path):
 
 def test_another_folder_is_refused(tmp_path):
     with pytest.raises(ValueError, match="not the folder of a run"):
+        Results(tmp_path)
+
+
+def test_a_run_without_a_finished_step_has_no_results(run, tmp_path):
+    copy(run[0] / "scene.toml", tmp_path)
+    with pytest.raises(ValueError, match="no step is finished"):
         Results(tmp_path)
 
 
