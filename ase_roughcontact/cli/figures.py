@@ -24,7 +24,11 @@ from ase_roughcontact.cli.stress_figures import (
     draw_stress,
 )
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.loading.trajectory import frames_of_steps, steps_with_frames
+from ase_roughcontact.loading.trajectory import (
+    frame_of_step,
+    frames_of_steps,
+    places_of_steps,
+)
 from ase_roughcontact.optimize.comparison_result import OptimizerComparison
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import (
@@ -70,7 +74,7 @@ def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
     surface, schedule = scene.sampled_surface, scene.path.schedule(scene.bodies)
     file = folder / "sweep.traj"
     # a run that was killed may have left the frame of a step that is not finished
-    shown = [n for n in steps_with_frames(file) if n < len(steps)]
+    shown = [n for n in places_of_steps(file) if n < len(steps)]
     if not shown:
         return
     if schedule:
@@ -172,7 +176,7 @@ def _has_stress(scene: Scene) -> bool:
 
 def _with_frames(steps: Sequence[LoadStep], folder: Path) -> list[LoadStep]:
     """Return the steps that have a frame in the trajectory."""
-    numbers = steps_with_frames(folder / "sweep.traj")
+    numbers = places_of_steps(folder / "sweep.traj")
     return [step for step in steps if step.step in numbers]
 
 
@@ -182,8 +186,7 @@ def _of_largest_load(steps: Sequence[LoadStep]) -> LoadStep:
 
 def _contact_map(step: LoadStep, folder: Path) -> ContactMap:
     """Return the map of a step that has a frame."""
-    (frame,) = frames_of_steps(folder / "sweep.traj", [step.step])
-    return ContactMap.from_frame(frame)
+    return ContactMap.from_frame(frame_of_step(folder / "sweep.traj", step.step))
 
 
 def _column(steps: Sequence[LoadStep], name: str) -> FloatArray:

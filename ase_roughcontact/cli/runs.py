@@ -26,7 +26,11 @@ from ase_roughcontact.cli.common import (
 from ase_roughcontact.cli.messages import ERRORS, print_error
 from ase_roughcontact.ensemble import read_places
 from ase_roughcontact.ensemble.progress import ProgressMeter, TimeMeter, step_costs
-from ase_roughcontact.loading.trajectory import read_frames, steps_with_frames
+from ase_roughcontact.loading.trajectory import (
+    frames_of_steps,
+    places_of_steps,
+    steps_with_frames,
+)
 from ase_roughcontact.paths.restart import read_restart, read_steps
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import Reaction
@@ -262,10 +266,8 @@ def write_maps(options: argparse.Namespace) -> int:
     depths = _depths(options.depths, scene, folder)
     refuse_link(folder / "maps")
     (folder / "maps").mkdir(exist_ok=True)
-    for frame in read_frames(folder / "sweep.traj"):
+    for frame in frames_of_steps(folder / "sweep.traj", wanted):
         number = frame.info["load_step"]["step"]
-        if number not in wanted:
-            continue
         name = folder / "maps" / f"step-{number:04d}.{options.format}"
         contact_map = ContactMap.from_frame(frame, surface)
         write_map(contact_map, name)
@@ -354,7 +356,7 @@ def _steps_at_times(
         raise ValueError(
             f'--times needs a path of kind = "time", got kind = "{scene.path.kind}"'
         )
-    numbers = set(steps_with_frames(folder / "sweep.traj"))
+    numbers = places_of_steps(folder / "sweep.traj")
     with_frame = [step for step in steps if step.step in numbers]
     times = np.array([step.time for step in with_frame])
     found = set()

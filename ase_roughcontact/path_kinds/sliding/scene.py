@@ -19,7 +19,7 @@ from ase_roughcontact._util.validation import (
 )
 from ase_roughcontact.analysis.path_values import loop_energies, static_friction
 from ase_roughcontact.interactions.rate_and_state import check_without_rate
-from ase_roughcontact.loading.trajectory import frames_of_steps, steps_with_frames
+from ase_roughcontact.loading.trajectory import frames_of_steps, places_of_steps
 from ase_roughcontact.path_kinds.sliding.lateral_path import LateralPath
 from ase_roughcontact.path_kinds.sliding.record import SlidingStep
 from ase_roughcontact.path_kinds.sliding.results import RESULTS
@@ -184,7 +184,7 @@ class Sliding(LateralPath):
         figures.draw_friction(folder / "friction.png", states, self.towards)
         yield "friction.png"
         file = folder / "sweep.traj"
-        with_frame = steps_with_frames(file)
+        with_frame = places_of_steps(file)
         shown = self.partly_slipping([s for s in states if s.step in with_frame])
         if shown:
             frames = list(frames_of_steps(file, [state.step for state in shown]))
