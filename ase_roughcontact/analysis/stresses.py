@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -92,7 +92,9 @@ class FirstYield:
     y: float = math.nan
 
 
-def stress_field(contact_map: ContactMap, solid: ElasticSolid) -> StressField:
+def stress_field(
+    contact_map: ContactMap, solid: ElasticSolid, **fft: Any
+) -> StressField:
     """Return the stress below a contact map.
 
     Parameters
@@ -102,6 +104,8 @@ def stress_field(contact_map: ContactMap, solid: ElasticSolid) -> StressField:
     solid : ElasticSolid
         The solid: `Isotropic` with Poisson's ratio, `Layer`, `Cubic`, `Crystal`, or one
         of them with creep.
+    **fft
+        Options of `StressField`, such as its precision.
 
     Returns
     -------
@@ -128,7 +132,7 @@ def stress_field(contact_map: ContactMap, solid: ElasticSolid) -> StressField:
     if TRACTIONS[0] in contact_map.lateral:
         tractions = np.stack([contact_map.lateral[name] for name in TRACTIONS])
     pressure, spacing = contact_map.pressure, contact_map.spacing
-    return StressField(solid, spacing, pressure, tractions, contact_map.periodic)
+    return StressField(solid, spacing, pressure, tractions, contact_map.periodic, **fft)
 
 
 def stress_planes(

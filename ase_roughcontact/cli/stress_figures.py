@@ -22,7 +22,13 @@ from ase_roughcontact.analysis import (
     stress_planes,
     stress_section,
 )
-from ase_roughcontact.elasticity.largest_stress import largest_stress, von_mises
+from ase_roughcontact.contact.state import TRACTIONS
+from ase_roughcontact.elasticity.largest_stress import (
+    LargestStress,
+    largest_stress,
+    von_mises,
+)
+from ase_roughcontact.elasticity.window_images import block_means
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, style
 from ase_roughcontact.scene import Scene
@@ -34,6 +40,8 @@ _PICTURES = 10
 _RELATIVE_DEPTH = 2.0
 # Resolution of these pictures (dots per inch), and largest number of their colours.
 _DPI, _COLOURS = 130, 64
+# Largest number of points along a side of the maps in them.
+_MAX_POINTS = 512
 # Size of a map relative to the contact.
 _MARGIN = 1.6
 
@@ -95,7 +103,7 @@ def draw_stress(
     view : StressView
         Section and depth.
     """
-    largest = largest_stress(stress_field(seen, scene.solid))
+    largest = _largest(scene, seen)
     along_x = view.along == "x"
     at, depth = view.at, view.depth
     if at is None:
@@ -137,31 +145,62 @@ def draw_stress(
 def depth_pictures(scene: Scene, seen: ContactMap) -> Iterator[DepthPicture]:
     """Yield pictures of the stress from near the surface to below the contact.
 
-    All have the same scale. They are small, to be part of a page.
+    All have the same scale. They are small, to be part of a page: maps of many points
+    show the stress by the mean pressure on blocks of points.
 
     Parameters
     ----------
     scene, seen
         See `draw_stress`.
     """
-    largest = largest_stress(stress_field(seen, scene.solid))
+    largest = _largest(scene, seen)
     deepest = _RELATIVE_DEPTH * math.sqrt(seen.contact_area / math.pi)
     deepest = max(deepest, 2.0 * seen.spacing)
     depths = np.geomspace(seen.spacing, deepest, _PICTURES)
     nearest = abs(np.log(depths / largest.depth)).argmin()
     depths[nearest] = largest.depth
     scale = _scale(scene, largest.value)
-    planes = stress_planes(seen, scene.solid, depths)
+    coarse = _coarse(seen)
+    planes = stress_planes(coarse, scene.solid, depths)
     for number, plane in enumerate(planes):
         with style():
             figure = Figure(figsize=(3.4, 2.8))
             figure.set_layout_engine("none")  # axes have one place in all pictures
             axes = figure.subplots()
-            image = _draw_map(scene, axes, plane, seen, scale)
+            image = _draw_map(scene, axes, plane, coarse, scale)
             figure.colorbar(image, label=f"von Mises stress ({scale['unit']})")
             png = _small_png(figure)
         depth = f"{plane.depth / _NM:.3g} nm"
         yield DepthPicture(depth, number == nearest, png)
+
+
+def _largest(scene: Scene, seen: ContactMap) -> LargestStress:
+    """Return the largest von Mises stress, in single precision."""
+    return largest_stress(stress_field(seen, scene.solid, dtype=np.float32))
+
+
+def _coarse(seen: ContactMap) -> ContactMap:
+    """Return the map of blocks of points, with at most `_MAX_POINTS` along a side.
+
+    A periodic map consists of whole blocks, or stays as it is.
+    """
+    block = -(-max(seen.pressure.shape) // _MAX_POINTS)
+    if seen.periodic:
+        common = math.gcd(*seen.pressure.shape)
+        sizes = range(block, common + 1)
+        block = next((size for size in sizes if common % size == 0), 1)
+    if block == 1:
+        return seen
+    shift = 0.5 * (block - 1) * seen.spacing
+    tractions = {name: seen.lateral[name] for name in TRACTIONS if name in seen.lateral}
+    return ContactMap(
+        pressure=block_means(seen.pressure, block),
+        contact=block_means(seen.contact, block) >= 0.5,
+        spacing=block * seen.spacing,
+        origin=(seen.origin[0] + shift, seen.origin[1] + shift),
+        periodic=seen.periodic,
+        lateral={name: block_means(each, block) for name, each in tractions.items()},
+    )
 
 
 def _scale(scene: Scene, largest: float) -> dict[str, Any]:

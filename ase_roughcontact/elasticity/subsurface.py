@@ -115,11 +115,11 @@ def uniform_strain(shear_modulus: float, poisson: float) -> np.ndarray:
     return np.diag([1.0, 1.0, uniaxial]) / shear_modulus
 
 
-class DirectedStress(NamedTuple):
+class _DirectedStress(NamedTuple):
     """Amplitudes of the stress in the axes l along a wave, t across it, and z.
 
-    Factors i are left out of lz and tz, which are zero without a load across the wave,
-    and then None. Amplitudes are pairs of their real and imaginary parts.
+    Factors i are left out of lz and tz. Without a traction across the wave tz and lt
+    are zero, and None. Amplitudes are pairs of their real and imaginary parts.
 
     Attributes
     ----------
@@ -167,7 +167,7 @@ class DirectedWaves(SubsurfaceWaves):
             self.across = self._cosine * y - self._sine * x
 
     @abstractmethod
-    def _directed_stress(self, depth: float, rows: slice) -> DirectedStress:
+    def _directed_stress(self, depth: float, rows: slice) -> _DirectedStress:
         """Return the stress in the axes of each wave."""
 
     @abstractmethod
@@ -244,7 +244,7 @@ class IsotropicWaves(DirectedWaves):
         super().__init__(tractions)
         self._shear_modulus, self._poisson = shear_modulus, poisson
 
-    def _directed_stress(self, depth: float, rows: slice) -> DirectedStress:
+    def _directed_stress(self, depth: float, rows: slice) -> _DirectedStress:
         tau = self.q[rows] * depth
         decay = np.exp(-tau)
         normal = decay * self.normal[:, rows]
@@ -255,9 +255,9 @@ class IsotropicWaves(DirectedWaves):
         lz, ll = zz - difference, 2.0 * difference - zz
         tt = 2.0 * self._poisson * difference
         if self.across is None:
-            return DirectedStress(ll, tt, zz, lz)
+            return _DirectedStress(ll, tt, zz, lz)
         tz = decay * self.across[:, rows]
-        return DirectedStress(ll, tt, zz, lz, tz, -tz)
+        return _DirectedStress(ll, tt, zz, lz, tz, -tz)
 
     def _directed_displacement(
         self, depth: float, rows: slice
@@ -359,13 +359,13 @@ class LayeredWaves(DirectedWaves):
         loads[:, 0, 0] = loads[:, 1, 1] = 1.0
         return np.linalg.solve(matrix, loads)
 
-    def _directed_stress(self, depth: float, rows: slice) -> DirectedStress:
+    def _directed_stress(self, depth: float, rows: slice) -> _DirectedStress:
         ll, tt, zz, lz = self._in_plane(depth, rows, ("ll", "tt", "zz", "lz"))
         if self.across is None:
-            return DirectedStress(ll, tt, zz, lz)
+            return _DirectedStress(ll, tt, zz, lz)
         across = self.across[:, rows]
         tz, lt, _ = self._shear(depth, rows)
-        return DirectedStress(ll, tt, zz, lz, tz * across, -lt * across)
+        return _DirectedStress(ll, tt, zz, lz, tz * across, -lt * across)
 
     def _directed_displacement(
         self, depth: float, rows: slice

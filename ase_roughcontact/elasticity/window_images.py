@@ -70,7 +70,7 @@ class WindowImages:
     ) -> None:
         self._block, (n, m) = _padded_blocks(loads[0].shape)
         self.padded = self._block * n, self._block * m
-        coarse = [_block_means(each, self._block) for each in loads]
+        coarse = [_framed(block_means(each, self._block)) for each in loads]
         side = fast_length(_PERIODS * max(n, m))
         fields = []
         for grid in ((n, m), (side, side)):
@@ -129,15 +129,20 @@ def _padded_blocks(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
     return block, (numbers[0], numbers[1])
 
 
-def _block_means(values: np.ndarray, block: int) -> np.ndarray:
-    """Return the means of square blocks, in a frame of one block of zeros."""
+def block_means(values: np.ndarray, block: int) -> np.ndarray:
+    """Return the means of square blocks; beyond the last row and column are zeros."""
     n, m = (math.ceil(k / block) for k in values.shape)
     whole = np.zeros((n * block, m * block))
     whole[: values.shape[0], : values.shape[1]] = values
-    means = whole.reshape(n, block, m, block).mean(axis=(1, 3))
-    # at least four in each direction, as the spline needs
-    frame = [(1, max(1, 3 - k)) for k in (n, m)]
-    return np.pad(means, frame)
+    return whole.reshape(n, block, m, block).mean(axis=(1, 3))
+
+
+def _framed(values: np.ndarray) -> np.ndarray:
+    """Return values in a frame of zeros, at least four in each direction.
+
+    The spline needs four.
+    """
+    return np.pad(values, [(1, max(1, 3 - k)) for k in values.shape])
 
 
 def _smoothing(grid: tuple[int, int]) -> np.ndarray:

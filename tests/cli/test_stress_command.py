@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from contextlib import contextmanager
 from unittest.mock import patch
 
 import numpy as np
@@ -14,7 +15,9 @@ from PIL import Image
 
 from ase_roughcontact.analysis import ContactMap, stress_planes, stress_section
 from ase_roughcontact.cli import main
+from ase_roughcontact.cli.stress_figures import depth_pictures
 from ase_roughcontact.elasticity import Isotropic, von_mises
+from ase_roughcontact.scene import Scene
 
 GPA = 0.00624150907  # eV/Å^3
 SCENE = """
@@ -119,9 +122,9 @@ def test_places_are_drawn_though_stresses_are_not_asked_for(run, tmp_path, capsy
     assert "give poisson" in capsys.readouterr().err
 
 
-@pytest.fixture(scope="module")
-def report(run):
-    """Text of the page, and the figures on it, which are not drawn."""
+@contextmanager
+def saved_figures():
+    """List of the figures that are saved, which are not drawn."""
     figures = []
 
     def saved(figure, file, **_):
@@ -129,6 +132,13 @@ def report(run):
         Image.new("RGB", (4, 4)).save(file, "PNG")
 
     with patch.object(Figure, "savefig", saved):
+        yield figures
+
+
+@pytest.fixture(scope="module")
+def report(run):
+    """Text of the page, and the figures on it."""
+    with saved_figures() as figures:
         assert main(["report", str(run(ASKED))]) == 0
     return (run(ASKED) / "report.html").read_text(), figures
 
@@ -159,6 +169,23 @@ def test_pictures_of_the_slider_have_the_stress_at_their_depths_on_one_scale(
         np.testing.assert_allclose(image.get_array(), expected, rtol=0.02, atol=0.01)
         assert unit == "nm"
     assert len({image.norm.vmax for axes in maps for image in axes.get_images()}) == 1
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_pictures_of_many_points_have_the_stress_of_fewer(periodic):
+    x, y = np.arange(-300.0, 300.0), np.arange(-12.0, 12.0)
+    pressure = 0.05 * np.exp(-((x[:, None] / 60) ** 2) - (y / 5) ** 2)
+    seen = ContactMap(pressure, pressure > 0.01, 1.0, (x[0], y[0]), periodic)
+    with saved_figures() as figures:
+        pictures = list(depth_pictures(Scene.parse(SCENE), seen))
+    *_, last = pictures
+    (image,) = figures[-1].axes[0].get_images()
+    (plane,) = stress_planes(seen, GLASS, [10.0 * float(last.depth.split()[0])])
+    full = von_mises(plane.stress) / GPA
+    expected = full.reshape(300, 2, 12, 2).mean(axis=(1, 3))
+    found = image.get_array().T
+    np.testing.assert_allclose(found, expected, atol=0.02 * expected.max())
+    np.testing.assert_allclose(image.get_extent(), [-30.05, 29.95, -1.25, 1.15])
 
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
