@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -73,7 +73,7 @@ class Reference(Summarized):
     L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
     """
 
-    scene: Scene
+    scene: Scene = field(repr=False)
     smooth: theory.SphereTheory
     limits: tuple[theory.SphereTheory, ...] = ()
     explanation: str = ""
