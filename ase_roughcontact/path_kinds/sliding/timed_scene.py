@@ -29,13 +29,11 @@ from ase_roughcontact.scene.path_kind import PathKind, Steps, rates_of
 from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.stepping.step import Stepper
 
-# Number of time steps for a change of the lateral target, as measured at the usual
-# tolerance for smooth spheres without stick-slip.
-_CHANGE_STEPS = 80
-# Number of time steps for a hold, as measured for smooth spheres.
-_HOLD_STEPS = 40
-# Tolerance below which these numbers grow.
-_USUAL_TOLERANCE = 1e-4
+# Number of time steps for a change of the lateral target, at the usual tolerance: the
+# mean of 35 to 99 for smooth spheres without stick-slip.
+_CHANGE_STEPS = 60
+# Number of time steps for a hold: the mean of 45 to 61.
+_HOLD_STEPS = 50
 
 
 @dataclass(frozen=True)
@@ -159,7 +157,8 @@ class TimedSliding(LateralPath):
 
     def expected_counts(self, bodies: Bodies) -> list[float]:
         """Return the numbers of time steps to expect in the parts of the schedule."""
-        finer = max(1.0, _USUAL_TOLERANCE / self.tolerance) ** (1 / 3)
+        usual = TimedSlidingSpecification.tolerance
+        finer = (usual / self.tolerance) ** (1 / 3)
         return [
             finer * (_HOLD_STEPS if part.end == start else _CHANGE_STEPS)
             for _, start, part in self.lateral_schedule(bodies).timed_parts()
