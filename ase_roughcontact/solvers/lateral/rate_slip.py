@@ -48,12 +48,6 @@ _DIAGONAL = np.float32(4.0)
 _MIN_RELATIVE_STIFFNESS = 1e-10
 # Largest number of steps of Newton's method.
 _MAX_STEPS = 50
-# Factor by which a step is shortened.
-_STEP_FACTOR = 0.5
-# Largest number of lengths of a step.
-_MAX_SHORTER_STEPS = 6
-# Largest growth of the residual by a step.
-_MAX_GROWTH = 3.0
 # Largest number of iterations for the linear equations of a step.
 _MAX_ITERATIONS = 60
 # Residual of the linear equations, relative to the right-hand side.
@@ -139,12 +133,6 @@ class _State:
     residual: np.ndarray
     missing: np.ndarray
 
-    @property
-    def size(self) -> float:
-        """Size of the residuals, which a step lowers."""
-        count = max(int(np.count_nonzero(self.response.along)), 1)
-        return float(np.hypot(norm(self.residual), norm(self.missing) / count**0.5))
-
     @cached_property
     def error(self) -> float:
         """Largest residual, relative to the largest traction, or error of the force."""
@@ -226,7 +214,7 @@ def solve_rates(
     state = _state(problem, guess.trial, guess.shift)
     steps = 0
     while state.error > tolerance and steps < _MAX_STEPS:
-        state = _lowered(problem, state)
+        state = _following(problem, state)
         steps += 1
     found = state.response
     return RateSolution(
@@ -248,23 +236,14 @@ def _state(problem: RateProblem, trial: np.ndarray, shift: np.ndarray) -> _State
     return _State(trial, shift, found, residual, missing)
 
 
-def _lowered(problem: RateProblem, state: _State) -> _State:
-    """Return the state after a step of Newton's method, shortened if need be."""
-    halfspace, found = problem.halfspace, state.response
-    system = _System(problem, found)
+def _following(problem: RateProblem, state: _State) -> _State:
+    """Return the state after a step of Newton's method."""
+    halfspace, system = problem.halfspace, _System(problem, state.response)
     change, moved = system.solve(state.residual, state.missing)
     by_change = halfspace.displacement(change) - moved[:, None, None]
     further = change - state.residual - by_change / halfspace.self_compliance
     further *= problem.pressure > 0.0
-    length = 1.0
-    for _ in range(_MAX_SHORTER_STEPS):
-        new = _state(
-            problem, state.trial + length * further, state.shift + length * moved
-        )
-        if new.size <= _MAX_GROWTH * state.size:
-            break
-        length *= _STEP_FACTOR
-    return new
+    return _state(problem, state.trial + further, state.shift + moved)
 
 
 def _response(problem: RateProblem, trial: np.ndarray) -> _Response:
