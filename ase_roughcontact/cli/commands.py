@@ -36,7 +36,7 @@ def plan(options: argparse.Namespace) -> int:
     which takes up to a minute. A path with too many points for a trial is planned from
     FFTs timed on this machine, to a factor of three. Times are of the processor: with
     several threads less passes. For a step that can't be calculated the reason is
-    printed. Windows in the table are those that are expected; when "run" refuses a
+    printed. Windows in the table are expected ones; when "run" refuses a
     step it prints a lower bound. Of a loop and of a path in time the table has the
     deepest state. With --json the last line has the numbers of the whole run.
 

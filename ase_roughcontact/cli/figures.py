@@ -358,7 +358,7 @@ def _touching(steps: Sequence[LoadStep]) -> list[LoadStep]:
 
 
 def _chosen_steps(steps: Sequence[LoadStep]) -> list[LoadStep]:
-    """Return at most four different ones of some steps, the deepest one included."""
+    """Return at most four different steps, with the deepest one."""
     states = {(s.height, s.normal_force, s.contact_area): s for s in steps}
     touching = list(states.values())
     chosen = np.linspace(0, len(touching) - 1, _MAPS_PER_FIGURE).round().astype(int)

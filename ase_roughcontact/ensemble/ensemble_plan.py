@@ -65,7 +65,7 @@ class EnsemblePlan:
         Parameters
         ----------
         scenes : sequence of Scene
-            All cases; for places the scene at each of them.
+            All cases; for places the scene at each place.
         workers : int, optional
             Number of processes; by default as for `run_ensemble`.
         start : StartCosts, optional

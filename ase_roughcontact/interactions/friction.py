@@ -30,7 +30,7 @@ COUPLINGS = get_args(Coupling)
 LAWS: Registry[type[FrictionLaw]] = Registry("kind of friction law")
 #: Length of the way that an atom has slipped since it came into contact.
 SLIP = declare(HistoryEntry("slip", "Å", in_frames=True))
-# Arguments of `FrictionLaw.bound`, and the ones that a law without memory may have.
+# Arguments of `FrictionLaw.bound`, and arguments of laws without memory.
 _ARGUMENTS = ("pressure", "slip", "rate", "time", "history", "x", "y")
 _PLACE_ARGUMENTS = ("pressure", "x", "y")
 

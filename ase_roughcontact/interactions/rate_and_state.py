@@ -265,7 +265,7 @@ def radiation_damping(shear_modulus: float, density: float) -> float:
 
     .. math:: \eta = G/c_s = \sqrt{\rho G}
 
-    Two equal elastic half spaces have half of it.
+    Two equal elastic half spaces have half of this damping.
 
     Parameters
     ----------

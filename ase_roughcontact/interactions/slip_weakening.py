@@ -40,7 +40,7 @@ class SlipWeakening(FrictionLaw):
     ------
     ValueError
         If the residual is not between 0 and 1, the distance is not positive, or the
-        peak has histories of its own.
+        peak has histories, too.
     TypeError
         If the peak is no law.
 

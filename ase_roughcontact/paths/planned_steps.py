@@ -97,7 +97,7 @@ class PlannedStep(Summarized):
     problem: str = ""
 
     def resized(self, ratio: float) -> PlannedStep:
-        """Return the step with another number of atoms, a multiple of its own."""
+        """Return the step with the number of atoms multiplied by a ratio."""
         scale = math.sqrt(ratio)
         window, grid = (
             tuple(max(round(scale * side), 1) for side in shape_of(each))
@@ -206,7 +206,7 @@ class Plan(Summarized):
 
     @property
     def all_steps(self) -> tuple[PlannedStep, ...]:
-        """Steps of the run by the trial, or planned ones, that can be calculated."""
+        """Steps of the run by the trial, or else planned steps with a window."""
         return self.run_steps or tuple(step for step in self.steps if step.window)
 
     @property

@@ -33,7 +33,7 @@ def plot_stress_section(
     """Draw contours of the von Mises stress on a section, and the pressure above it.
 
     A cross marks the largest stress of the section, and the largest pressure is written
-    beside the pressure, which has a scale of its own.
+    beside the pressure, which has another scale.
 
     Parameters
     ----------

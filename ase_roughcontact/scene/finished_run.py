@@ -170,12 +170,12 @@ class Results(Summarized, Sequence[LoadStep]):
         step = self[number].step
         kept = self.steps_with_map
         if step not in kept:
-            others = "no step has one"
+            others = "as no step has"
             if kept:
                 nearest = min(kept, key=lambda each: abs(each - step))
-                others = f"{len(kept)} steps have one, the nearest is {nearest}"
+                others = f"the nearest is {nearest}"
             raise ValueError(
-                f'step {step} has no frame; {others}: give keep = "all" in [output] to '
+                f'step {step} has no frame, {others}: give keep = "all" in [output] to '
                 "have all"
             )
         frame = frame_of_step(self._trajectory, step)
