@@ -40,9 +40,9 @@ _VIEW_DESCRIPTION_SIZE = 1_000
 _VIEW_ROWS = 48
 # Size of a figure (bytes).
 _FIGURE_SIZE = 100_000
-# Processor time of start and end of a run with figures, of a figure, and of a frame for
-# viewing, over the time of the start of the program.
-_RUN_TIME, _FIGURE_TIME, _VIEW_TIME = 1.5, 0.22, 0.008
+# Processor time of start and end of a run with figures, of a figure, of a frame for
+# viewing, and of each atom in it, over the time of the start of the program.
+_RUN_TIME, _FIGURE_TIME, _VIEW_TIME, _ATOM_TIME = 1.75, 0.22, 0.008, 2e-7
 # Longest processor time of the start of a program (s).
 _MAX_START_SECONDS = 5.0
 # Factor between the ends of the range of the time that is printed, and the time: of a
@@ -219,17 +219,21 @@ class Plan(Summarized):
         """Size of the frames, including frames for viewing (bytes)."""
         if not self.count:
             return 0.0
-        atoms = views = 0.0
+        views = 0.0
         for step in self.all_steps:
-            points = size_of(step.window)
-            side = math.sqrt(points)
+            side = math.sqrt(size_of(step.window))
             rows = side / math.ceil(side / _VIEW_ROWS)
-            atoms += step.count * points
             views += step.count * rows**2
-        size = _FRAME_NUMBER_SIZE * self.fields_of_frame * atoms / self.count
+        size = _FRAME_NUMBER_SIZE * self.fields_of_frame * self._mean_atoms
         view = _VIEW_DESCRIPTION_SIZE + _VIEW_ATOM_SIZE * views / self.count
         frames = number_of_frames(self.keep, self.count)
         return frames * (_DESCRIPTION_SIZE + size) + self._number_of_views * view
+
+    @property
+    def _mean_atoms(self) -> float:
+        """Mean number of atoms of a step."""
+        atoms = sum(step.count * size_of(step.window) for step in self.all_steps)
+        return atoms / max(self.count, 1)
 
     @property
     def _number_of_views(self) -> int:
@@ -268,7 +272,8 @@ class Plan(Summarized):
     def seconds(self) -> float:
         """Processor time of all steps, the start and the figures (s)."""
         relative = _RUN_TIME + _FIGURE_TIME * self.figures
-        relative += _VIEW_TIME * self._number_of_views
+        view = _VIEW_TIME + _ATOM_TIME * self._mean_atoms
+        relative += view * self._number_of_views
         return (
             self.start.scene + relative * self.start.program_seconds + self.step_seconds
         )

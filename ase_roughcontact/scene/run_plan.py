@@ -6,11 +6,15 @@ step are taken from the trial. A step of the run takes longer than the trial's s
 .. math:: \Delta t = (n + 40) (t_\mathrm{pair} - t_\mathrm{pair}')
 
 with the FFT pairs n and the times of a pair on both grids, which are measured. Columns
-and files of a step take about 40 times as long as a pair.
+and files of a step take about 40 times as long as a pair. Conjugate gradients under a
+hard wall on a periodic half space need more pairs for a finer grid: the condition of
+the compliances is proportional to the number of points along a side, and the number of
+pairs to the root of the condition.
 """
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -65,13 +69,24 @@ class TrialStep:
     record: Any
     seconds: float
 
-    def on_grid_of_run(self, pair: Callable[[tuple[int, int]], float]) -> PlannedStep:
-        """Return the step of the run, by a function of the time of an FFT pair."""
+    def on_grid_of_run(
+        self, pair: Callable[[tuple[int, int]], float], growth: float
+    ) -> PlannedStep:
+        """Return the step of the run.
+
+        Parameters
+        ----------
+        pair : callable
+            Time of an FFT pair (s), as a function of the shape of the grid.
+        growth : float
+            FFT pairs of the run over the trial's.
+        """
         record = self.record
         ratio = size_of(record.window) / size_of(self.coarse.window)
         step = self.expected.resized(ratio)
         longer = pair(shape_of(step.grid)) - pair(shape_of(record.grid))
-        seconds = self.seconds + (record.pairs + _STEP_PAIRS) * max(longer, 0.0)
+        pairs = growth * record.pairs + _STEP_PAIRS
+        seconds = self.seconds + pairs * max(longer, 0.0)
         return replace(step, seconds=seconds, count=1)
 
 
@@ -124,7 +139,9 @@ def run_plan(
     if trial is None:
         return plan.repeated(scene.path.expected_count(scene.bodies))
     pair = pair_timer(scene.problem.halfspace(scene.start.shape))
-    found = [step.on_grid_of_run(pair) for step in trial.steps]
+    by_gradients = scene.problem.periodic and scene.wall.family == "hard"
+    growth = math.sqrt(trial.ratio) if by_gradients else 1.0
+    found = [step.on_grid_of_run(pair, growth) for step in trial.steps]
     count, at_least = scene.path.count(scene.bodies), False
     if not _is_whole(scene):
         found = _all_steps(plan, trial, found)

@@ -25,6 +25,25 @@ radius = "40 nm"
 """
 HARD = SOLID + '[interaction]\nkind = "hard"\n'
 STEPS = HARD + '[path]\nfirst = "2 nN"\nlast = "50 nN"\nsteps = 8\n'
+FLAT = """
+[substrate]
+contact_modulus = 100.0
+spacing = 1.0
+periodic = true
+hardness = inf
+[sphere]
+radius = inf
+[roughness]
+rms_slope = 0.1
+short_wavelength = 8.0
+long_wavelength = 32.0
+domain = "128 a0"
+seed = 3
+[interaction]
+kind = "hard"
+[path]
+values = ["1 GPa"]
+"""
 LOOP = (
     SOLID
     + """
@@ -77,6 +96,17 @@ def test_the_time_grows_with_the_grid_by_the_pairs_of_the_trial():
     coarse, plan = run_plan(scene), run_plan(fine)
     assert plan.step_seconds > coarse.step_seconds
     assert plan.uncertainty < 2.0
+
+
+def test_a_step_of_a_rough_flat_has_the_pairs_of_its_own_grid(monkeypatch):
+    scene = Scene.parse(FLAT)
+    monkeypatch.setattr(
+        "ase_roughcontact.scene.run_plan.pair_timer",
+        lambda halfspace: lambda grid: 1e3 * (grid == (128, 128)),
+    )
+    planned = run_plan(scene).step_seconds / 1e3 - 40.0
+    (step,) = scene.relax()
+    assert 1 / 1.4 < planned / step.pairs < 1.4
 
 
 def test_a_plan_has_the_time_and_memory_of_the_start_of_the_process():
