@@ -76,6 +76,7 @@ def page(
     reference: Reference,
     steps: Sequence[LoadStep],
     folder: Path,
+    pictures: Sequence[str] = (),
     stresses: Sequence[DepthPicture] = (),
 ) -> str:
     """Return the page of a run.
@@ -86,7 +87,9 @@ def page(
         Theory for the scene.
     steps : sequence of LoadStep
     folder : path
-        Folder with ``scene.toml`` and the figures, which become part of the page.
+        Folder with ``scene.toml`` and the figures.
+    pictures : sequence of str, optional
+        Names of the figures that become part of the page.
     stresses : sequence of DepthPicture, optional
         Pictures of the stress at some depths, shown one at a time.
 
@@ -124,8 +127,8 @@ def page(
         )
     if scene.scan is not None:
         captions["contact.png"] += " The first line of the scan is at the top."
-    warnings, has_maps = _warnings(scene, steps), (folder / "contact.png").is_file()
-    if reason := report.reason_without_maps(steps, has_maps):
+    warnings = _warnings(scene, steps)
+    if reason := report.reason_without_maps(steps, "contact.png" in pictures):
         warnings.append(f"No contact.png, {reason}.")
     return _rendered(
         folder,
@@ -136,7 +139,7 @@ def page(
             **report.results(reference, steps),
             **report.unknown_counted(unknown, len(steps)),
         },
-        captions=captions,
+        captions={name: text for name, text in captions.items() if name in pictures},
         stresses=[(each, _encoded(each.png)) for each in stresses],
         stresses_caption=_DEPTHS_CAPTION,
         heads=[

@@ -238,9 +238,9 @@ def write_report(options: argparse.Namespace) -> int:
     else:
         folder, scene, steps = _results_of(options)
         reference = reference_for(scene)
-        _draw_pictures(reference, steps, folder)
+        pictures, _ = _draw_pictures(reference, steps, folder)
         stresses = figures.stress_pictures(scene, steps, folder)
-        text = page(reference, steps, folder, stresses)
+        text = page(reference, steps, folder, pictures, stresses)
     file = folder / "report.html"
     with replaced(file) as name:
         Path(name).write_text(text, encoding="utf-8")

@@ -272,6 +272,20 @@ def test_a_figure_shows_what_the_path_controls_by_default(tmp_path, values, colu
     assert tuple(label.partition(" (")[0] for label in labels) == columns
 
 
+@pytest.mark.parametrize("direction, axis", [(0, "x"), (30, "x"), (90, "y")])
+def test_a_figure_shows_friction_along_the_slide(tmp_path, direction, axis):
+    text = SCENE.replace("[sphere]", "poisson = 0.3\n[sphere]").partition("values")[0]
+    path = 'values = ["1 nN"]\nkind = "sliding"\ndisplacements = [0, 1]\nsteps = 1\n'
+    text += f"{path}direction = {direction}\n[friction]\ncoefficient = 0.2\n"
+    list(Scene.parse(text).run(tmp_path, validity="ignore"))
+    (axes,) = Results(tmp_path).figure().axes
+    assert axes.get_xlabel().startswith(f"lateral {axis}")
+    assert axes.get_ylabel().startswith(f"lateral force {axis}")
+    force = axes.lines[0].get_ydata()  # nN
+    along = {"x": np.cos, "y": np.sin}[axis](np.radians(direction))
+    np.testing.assert_allclose(force, [0.0, 0.2 * along], rtol=1e-3, atol=1e-6)
+
+
 def test_equal_runs_have_no_difference(run):
     assert not Results(run[0]).diff(run[0])
 
