@@ -54,8 +54,6 @@ _FORCING = 0.1
 _MIN_SLOPE = 1e-6
 # Smallest bound of an atom in contact, relative to its bound without slip.
 _MIN_BOUND = 1e-9
-# Parts of a step that are tried.
-_PARTS = (1.0, 0.25, 0.0625)
 # Decrease of the residual by a step that need not lower the energy.
 _DECREASE = 0.5
 # Rounding error of the energy, relative to the sum of its terms.
@@ -318,13 +316,12 @@ class _Iterate:
         step = self._step(options)
         if self.balanced and step.raises:
             return self._grown() if beyond else Status(GROWING)
-        for part in _PARTS:
-            new = self._moved(part * step.tractions, part * step.slip)
-            if new is not None and (
-                new.energy <= self.energy + self.rounding
-                or new.residual < _DECREASE * min(self.smallest, self.residual)
-            ):
-                return new
+        new = self._moved(step.tractions, step.slip)
+        if new is not None and (
+            new.energy <= self.energy + self.rounding
+            or new.residual < _DECREASE * min(self.smallest, self.residual)
+        ):
+            return new
         if not self.balanced:
             return self._relaxed(options)
         return self._grown() if beyond else self._moved() or Status(RUNAWAY)
