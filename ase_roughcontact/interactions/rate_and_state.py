@@ -265,7 +265,8 @@ def radiation_damping(shear_modulus: float, density: float) -> float:
 
     .. math:: \eta = G/c_s = \sqrt{\rho G}
 
-    Two equal elastic half spaces have half of this damping.
+    Waves at normal incidence have this impedance. The indenter is taken as slow against
+    the slip rate; two equal elastic half spaces have half of the damping.
 
     Parameters
     ----------
