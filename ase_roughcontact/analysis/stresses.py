@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -93,7 +93,7 @@ class FirstYield:
 
 
 def stress_field(
-    contact_map: ContactMap, solid: ElasticSolid, **fft: Any
+    contact_map: ContactMap, solid: ElasticSolid, dtype: type | str = np.float64
 ) -> StressField:
     """Return the stress below a contact map.
 
@@ -104,8 +104,8 @@ def stress_field(
     solid : ElasticSolid
         The solid: `Isotropic` with Poisson's ratio, `Layer`, `Cubic`, `Crystal`, or one
         of them with creep.
-    **fft
-        Options of `StressField`, such as its precision.
+    dtype : dtype, optional
+        Precision of the transforms, single or double, see `StressField`.
 
     Returns
     -------
@@ -132,7 +132,8 @@ def stress_field(
     if TRACTIONS[0] in contact_map.lateral:
         tractions = np.stack([contact_map.lateral[name] for name in TRACTIONS])
     pressure, spacing = contact_map.pressure, contact_map.spacing
-    return StressField(solid, spacing, pressure, tractions, contact_map.periodic, **fft)
+    periodic = contact_map.periodic
+    return StressField(solid, spacing, pressure, tractions, periodic, dtype=dtype)
 
 
 def stress_planes(

@@ -1,5 +1,9 @@
 """Fields on grids in the XML formats of VTK, which ParaView and OVITO read.
 
+They are written without a library: pyevtk leaves out the units of fields, meshio has no
+grids but unstructured meshes, eight indices for each cell, and VTK itself is larger
+than all other packages that are required.
+
 References
 ----------
 VTK File Formats, https://docs.vtk.org/en/latest/vtk_file_formats/index.html

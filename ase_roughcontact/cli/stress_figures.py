@@ -123,8 +123,8 @@ def draw_stress(
         upper, below, line = (panels[name] for name in ("section", "map", "line"))
         contours = plot.plot_stress_section(upper, section, **scale)
         across = "y" if along_x else "x"
-        figure.suptitle(title, fontsize="medium")
-        upper.set_title(f"at ${across}$ = {_in_nm(at, seen)}")
+        whole = f"{title}, section at ${across}$ = {_in_nm(at, seen)}"
+        figure.suptitle(whole, fontsize="medium")
         if scene.bodies.scanned == "indenter" and along_x:
             upper.invert_xaxis()
         _draw_map(scene, below, plane, seen, scale)

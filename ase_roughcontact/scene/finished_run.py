@@ -287,7 +287,8 @@ class Results(Summarized, Sequence[LoadStep]):
         """Columns that a figure shows by default."""
         path, control = self.scene.path, self.scene.control
         if path.has_friction:
-            return "lateral_force_x", "lateral_x"
+            axis = max("xy", key=lambda each: float(np.ptp(self[f"lateral_{each}"])))
+            return f"lateral_force_{axis}", f"lateral_{axis}"
         if path.in_time:
             return "normal_force", "time"
         if control == LOAD:

@@ -81,7 +81,7 @@ def test_figure_has_the_stress_at_the_given_places(run):
     section = stress_section(seen, GLASS, "y", at=2.0)
     above, below, line = (panels[name] for name in ("(a)", "(b)", "(c)"))
     assert above.get_xlabel() == "$y$ (nm)"
-    assert above.get_title() == "20 nN, section at $x$ = $0.2$ nm"
+    assert above.figure.get_suptitle() == "20 nN, section at $x$ = $0.2$ nm"
     assert below.get_title() == "depth 1 nm"
     (image,) = below.get_images()
     np.testing.assert_allclose(image.get_array().T, von_mises(plane.stress) / GPA)
@@ -141,6 +141,14 @@ def report(run):
     with saved_figures() as figures:
         assert main(["report", str(run(ASKED))]) == 0
     return (run(ASKED) / "report.html").read_text(), figures
+
+
+def test_report_has_no_figure_of_another_section(run, tmp_path):
+    folder = shutil.copytree(run(""), tmp_path / "out")
+    shutil.copy(run(ASKED) / "stress.png", folder)
+    assert main(["report", str(folder)]) == 0
+    page = (folder / "report.html").read_text()
+    assert page.count("data:image/png") == 2  # curve.png and contact.png
 
 
 def test_report_has_a_slider_over_pictures_at_all_depths(report):
