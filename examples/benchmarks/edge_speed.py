@@ -125,10 +125,18 @@ def largest_tension():
     return -WALL.evaluate(np.linspace(A0, 3.0 * A0, 10_000))[1].min()
 
 
+def stored_rows():
+    """Return the rows of the file, as dictionaries of texts."""
+    if not FILE.exists():
+        return []
+    with FILE.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
 def calculate():
     """Append the rows that the file lacks."""
     warnings.simplefilter("ignore", rc.ValidityWarning)
-    rows = list(csv.DictReader(FILE.open())) if FILE.exists() else []
+    rows = stored_rows()
     done = {(row["sphere"], float(row["rate"])) for row in rows}
     with FILE.open("a", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -148,7 +156,7 @@ def report():
     heads += "speed of the edge (Å/s)", "w of JKR/w", "Persson, Brener", "cohesive zone"
     print(f"| {' | '.join(heads)} |")
     print("|---|---|---|---|---|---|---|---|")
-    for row in csv.DictReader(FILE.open()):
+    for row in stored_rows():
         rate, speed, pull_off, work, lost = (float(row[name]) for name in COLUMNS[1:])
         values = [f"{rate:g}", f"{pull_off / (1.5 * np.pi * WORK * RADIUS):.2f}"]
         values += [f"{lost:.3g}", f"{speed:.2g}", f"{work / WORK:.2f}"]
