@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
 
-from ase_roughcontact._util.rounding import RATIO_ROUNDING
-from ase_roughcontact._util.units import ANGLES, LENGTHS
+from ase_roughcontact._util.rounding import LENGTH_ROUNDING, RATIO_ROUNDING
+from ase_roughcontact._util.units import ANGLES, LENGTHS, QUANTITY
 from ase_roughcontact._util.validation import (
     integer,
     lookup,
@@ -207,6 +208,7 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
         units = lengths(spacing)
         lookup(self.unit, units, "unit")
         keys = "short_wavelength", "longest_wavelength", "domain"
+        _check_order(self, keys, units)
         section = self.plain(keys, units, "Å", self.unit)
         names = (*keys, "file", "convention", "series", "seed", "random_amplitudes")
         values = {name: getattr(section, name) for name in (*names, "normalise")}
@@ -368,6 +370,7 @@ def random_field(
     # lengths are converted last: errors show them in the unit of the section
     unit, units = section.unit, lengths(spacing)
     scale = lookup(unit, units, "unit")
+    _check_order(section, LENGTH_KEYS, units)
     section = section.plain(["direction"], ANGLES, "deg")
     entries = section.plain(LENGTH_KEYS, units, unit).entries()
     names = entries.keys() & {each.name for each in fields(SelfAffine)} - more.keys()
@@ -376,6 +379,26 @@ def random_field(
     entries["domain"] = _domain(rough, spacing / scale, unit, least=least)
     in_angstrom = {key: entries[key] * scale for key in LENGTH_KEYS if entries[key]}
     return replace(rough, **in_angstrom)
+
+
+def _check_order(
+    section: RandomFieldConfig, keys: Iterable[str], units: Mapping[str, float]
+) -> None:
+    """Raise `ValueError` unless lengths increase in the order of their keys.
+
+    Both lengths are shown in the unit of the length that is too small.
+    """
+    plain = section.plain(keys, units, "Å", section.unit)
+    given = {key: getattr(plain, key) for key in keys if getattr(plain, key)}
+    for shorter, longer in pairwise(given):
+        if 0.0 < given[longer] < given[shorter] * (1 - LENGTH_ROUNDING):
+            found = QUANTITY.fullmatch(str(getattr(section, longer)))
+            unit = found[2] if found else section.unit
+            least, length = (given[key] / units[unit] for key in (shorter, longer))
+            raise ValueError(
+                f"{longer} must be at least {shorter} = {least:.4g} {unit}, got "
+                f"{length:.4g} {unit}"
+            )
 
 
 def local_adhesion(

@@ -88,3 +88,18 @@ def test_a_grid_too_coarse_for_the_roughness_says_what_to_choose(coarsen, messag
 def test_a_grid_coarser_than_the_first_window_can_be_given():
     (step,) = Scene.parse(COARSE % 32).relax(validity="ignore")
     assert step.converged
+
+
+@pytest.mark.parametrize(
+    "keys, message",
+    [
+        ('domain = "12 nm"', r"long_wavelength = 20.48 nm, got 12 nm"),
+        ("long_wavelength = 3.0", r"short_wavelength = 4 a0, got 3 a0"),
+    ],
+)
+def test_lengths_of_roughness_in_the_wrong_order_have_the_unit_that_was_given(
+    keys, message
+):
+    text = f"[substrate]\nspacing = 0.4\n[roughness]\n{keys}\n"
+    with pytest.raises(ValueError, match=message):
+        Scene.parse(text).check()
