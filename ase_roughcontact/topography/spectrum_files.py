@@ -15,6 +15,8 @@ from unicodedata import normalize
 
 import numpy as np
 
+from ase_roughcontact._util.callers import warn
+from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact._util.units import LENGTHS
 from ase_roughcontact._util.validation import FloatArray, lookup
 from ase_roughcontact.topography.profile_spectrum import isotropic_density
@@ -73,6 +75,8 @@ def read_spectrum(
     unit : str
         Unit of length of a table without units.
 
+    Rows with the same wave number are averaged.
+
     Raises
     ------
     ValueError
@@ -107,14 +111,32 @@ def read_spectrum(
             "without a positive density"
         )
     kept = (q > 0.0) & (density > 0.0)  # NaN and empty bins are left out
-    q, first = np.unique(q[kept], return_index=True)
-    density = density[kept][first]
+    q, density = _averaged(q[kept], density[kept], file)
     if len(q) < _MIN_ROWS:
         raise ValueError(
             f"{file!r} has {len(q)} rows with a positive wave number and density: a "
             f"spectrum needs {_MIN_ROWS} or more"
         )
     return q, two_dimensional(q, density, convention)
+
+
+def _averaged(
+    q: FloatArray, density: FloatArray, file: str
+) -> tuple[FloatArray, FloatArray]:
+    """Return increasing wave numbers, and the mean density of rows with the same one.
+
+    Warns of such rows, unless their densities are equal.
+    """
+    numbers, row, counts = np.unique(q, return_inverse=True, return_counts=True)
+    mean = np.bincount(row, density) / counts
+    differ = ~np.isclose(density, mean[row], rtol=RATIO_ROUNDING, atol=0.0)
+    if differ.any():
+        repeated = np.unique(row[differ]).size
+        warn(
+            f"{file!r} has {repeated} wave numbers more than once, with different "
+            "densities, which are averaged: are these several spectra?"
+        )
+    return numbers, mean
 
 
 def two_dimensional(

@@ -214,3 +214,12 @@ def test_profiles_and_areas_have_the_spectrum_by_surface_topography():
     expected = np.exp(np.interp(np.log(q[inner]), np.log(Q), np.log(C2D)))
     assert areas[inner] == pytest.approx(expected, rel=0.1)
     assert slopes == pytest.approx(20 * [slopes[0]], rel=1e-9)
+
+
+def test_rows_with_the_same_wave_number_are_averaged_with_a_warning(tmp_path):
+    file = tmp_path / "rows.txt"
+    file.write_text("q (1/nm), C2D (nm^4)\n1, 8\n2, 3\n2, 5\n3, 1\n3, 1\n")
+    with pytest.warns(UserWarning, match="1 wave numbers more than once"):
+        q, density = read_spectrum(str(file))
+    assert q == pytest.approx([0.1, 0.2, 0.3])
+    assert density == pytest.approx([8e4, 4e4, 1e4])
