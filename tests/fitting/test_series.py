@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq, curve_fit
 
 from ase_roughcontact import fit_curves, read_fitted_curves
+from ase_roughcontact._util.printing import plain
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.fitting.curve_files import read_curve
@@ -338,6 +339,18 @@ def test_a_summary_counts_failures_by_their_reason():
     summary = SeriesSummary([*good, *bad, lost])
     assert summary.failures == [(2, "only 3 points"), (1, "the fit has not converged")]
     np.testing.assert_allclose(summary.quartiles["contact_modulus"], [1.75, 2.5, 3.5])
+
+
+def test_a_summary_also_has_the_medians_of_curves_without_doubts():
+    moduli = [1.0, 2.0, 3.0, 40.0, 50.0]
+    curves = [
+        FittedCurve("a", contact_modulus=k * UNITS["GPa"], converged=True, doubts=doubt)
+        for k, doubt in zip(moduli, ["", "", "", "tilted", "tilted"], strict=True)
+    ]
+    lines = plain(*SeriesSummary(curves).parts).splitlines()
+    every, certain = [each.split() for each in lines if "contact_modulus" in each]
+    assert every[1:] == ["3.000", "2.000", "40.00", "GPa", "5"]
+    assert certain[1:] == ["2.000", "GPa", "(3", "curves)"]
 
 
 def test_the_command_writes_a_table_and_maps(folder, tmp_path, capsys):

@@ -67,8 +67,13 @@ class SeriesSummary(Printed):
 
     @property
     def parts(self) -> list[object]:
-        """Table of the quartiles, and lines on failures and doubts."""
-        rows = []
+        """Table of the quartiles, and lines on failures and doubts.
+
+        If some curves have a doubt, lines also have the medians of the others.
+        """
+        rows, certain = [], []
+        good = [each for each in self._curves if is_good(each)]
+        without = [each for each in good if not each.doubts]
         for name, quartiles in self.quartiles.items():
             unit = _SHOWN[name]
             if name == "contact_modulus":
@@ -76,12 +81,18 @@ class SeriesSummary(Printed):
             low, middle, high = quartiles / UNITS.get(unit, 1.0)
             count = known_values(self._curves, name).size
             rows.append([name, *map(number, (middle, low, high)), unit, str(count)])
+            known = known_values(without, name) / UNITS.get(unit, 1.0)
+            if len(without) < len(good) and known.size:
+                text = f"{number(float(np.median(known)))} {unit}".strip()
+                certain.append(f"  {name}: {text} ({known.size} curves)")
         heads = ["", "median", "lower quartile", "upper quartile", "unit", "curves"]
         shown: list[object] = [table(heads, rows, left=1)] if rows else []
         failed = sum(count for count, _ in self.failures)
         lines = [f"{failed} of {len(self._curves)} curves failed"]
         lines += [f"  {count}: {reason}" for count, reason in self.failures]
         lines += [f"doubt of {count}: {doubt}" for count, doubt in self.doubts]
+        if certain:
+            lines += ["medians of curves without a doubt:", *certain]
         return [*shown, *lines]
 
 
