@@ -6,8 +6,13 @@ import multiprocessing
 import os
 import signal
 import threading
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
+from concurrent.futures import (
+    Executor,
+    Future,
+    InvalidStateError,
+    ProcessPoolExecutor,
+)
+from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import Any
 
 from ase_roughcontact._util.threads import processors
@@ -39,10 +44,26 @@ def number_of_workers(workers: int | None) -> int:
     return processors() if workers is None else integer("workers", workers, 1)
 
 
+class _Task(Future):
+    """Future that may be cancelled when a process of its pool has died.
+
+    In Python 3.11 the thread of the pool otherwise ends with an error, which it prints.
+    """
+
+    def set_exception(self, exception: BaseException | None) -> None:
+        with suppress(InvalidStateError):
+            super().set_exception(exception)
+
+
 class _Pool(ProcessPoolExecutor):
     """Pool of processes that ignore Ctrl-C, which the parent handles."""
 
     def submit(self, *task: Any, **options: Any) -> Any:
+        submitted = self._submit(*task, **options)
+        submitted.__class__ = _Task
+        return submitted
+
+    def _submit(self, *task: Any, **options: Any) -> Any:
         if not hasattr(signal, "pthread_sigmask"):  # on Windows
             return super().submit(*task, **options)
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

@@ -30,6 +30,10 @@ from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
 
+# Largest share of the processor time that queries of the database may take.
+_QUERY_SHARE = 0.02
+
+
 @lazy
 def run_ensemble(
     scenes: Iterable[Scene],
@@ -64,7 +68,8 @@ def run_ensemble(
         Number of processes of the default pool, by default one per processor. Unless
         ``OMP_NUM_THREADS`` is set, they share the processors.
     interval : float
-        Time between two queries of the database (s).
+        Least time between two queries of the database (s); it grows if a query takes
+        more than 2 % of it.
     steps : iterable of sequence of int, optional
         Numbers of the wanted load steps of each scene, or None for all. Loops, sliding
         paths and paths in time have all their steps in any case. If states depend on
@@ -172,6 +177,7 @@ def _run(
         stack.callback(_cancel, submitted)
         stack.enter_context(database.lock(run))  # workers stop when it is released
         while True:
+            begin = time.process_time()
             new = database.steps(after=newest)
             newest = max(new, default=newest)
             for case, step in new.values():
@@ -181,6 +187,7 @@ def _run(
                 last = max(stored[case], default=0)
                 if len(stored[case]) == (count or last + 1):
                     meter.finish(case, WHOLE)
+            pause = max(interval, (time.process_time() - begin) / _QUERY_SHARE)
             progress = meter.progress()
             if progress != reported:
                 reported = progress
@@ -198,7 +205,7 @@ def _run(
                             calculate_case, database, run, case, scene, steps
                         )
                         submitted[task] = case
-                wait(submitted, timeout=interval)
+                wait(submitted, timeout=pause)
                 states = set[str]()  # states of the tasks that have ended
                 for task in [task for task in submitted if task.done()]:
                     state, message = task.result()
@@ -221,7 +228,7 @@ def _run(
                     "steps are in the database; start the ensemble again to continue"
                 )
             if "busy" in states:  # other runs work on some of the cases
-                time.sleep(interval)
+                time.sleep(pause)
 
 
 def _cancel(submitted: Mapping[Future, str]) -> None:

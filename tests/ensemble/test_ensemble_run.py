@@ -1,11 +1,14 @@
 """Runs of ensembles: every step once, whoever calculates it and whatever is killed."""
 
+import concurrent.futures
+import itertools
 import multiprocessing
 import os
 import signal
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from functools import partial
 from itertools import zip_longest
@@ -373,3 +376,30 @@ def test_workers_inherit_that_ctrl_c_is_for_the_parent():
         masked = pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ()).result()
     assert signal.SIGINT in masked
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+def test_a_task_that_was_cancelled_before_its_pool_breaks_prints_no_error(monkeypatch):
+    errors = []
+    monkeypatch.setattr(threading, "excepthook", errors.append)
+    with worker_pool(None, 1) as pool:
+        running, *waiting = [pool.submit(time.sleep, 60.0) for _ in range(4)]
+        assert waiting[-1].cancel()
+        for process in multiprocessing.active_children():
+            process.kill()
+        with pytest.raises(BrokenProcessPool):
+            running.result(timeout=60.0)
+    assert errors == []
+
+
+def test_slow_queries_of_a_database_are_made_less_often(tmp_path, monkeypatch):
+    pauses, ticks = [], itertools.count()
+    whole = concurrent.futures.wait
+
+    def wait(tasks, timeout=None):
+        pauses.append(timeout)
+        return whole(tasks)
+
+    monkeypatch.setattr("ase_roughcontact.ensemble.run.wait", wait)
+    monkeypatch.setattr(time, "process_time", lambda: 2.0 * next(ticks))
+    list(run_ensemble(SCENES, tmp_path / "e.db", Here(), interval=0.05))
+    assert pauses[0] == pytest.approx(100.0)
