@@ -60,7 +60,8 @@ def places(options: argparse.Namespace) -> int:
     Draws the scan and maps of the contact area, the pull-off force and, of loops, the
     dissipated energy, DIR/places.png, and writes them with all results of the path,
     DIR/places.csv. Places outside of the validity of the model have a star. The margin
-    of [topography] keeps the places away from the edges. An interrupted run is resumed
+    of [topography] keeps the places away from the edges; by default it is half the
+    window that is expected at the deepest step. An interrupted run is resumed
     by running it again, which tries places without a result again. "report DIR" writes
     all on one page. With --plan nothing is calculated but the number of places, time,
     memory and files.

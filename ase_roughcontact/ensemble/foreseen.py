@@ -6,6 +6,8 @@ from collections.abc import Iterable
 
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact.paths.plan import plan_path
+from ase_roughcontact.paths.planned_steps import Plan
+from ase_roughcontact.results.record import shape_of
 from ase_roughcontact.scene import Scene
 
 
@@ -27,14 +29,32 @@ def foreseen_problem(scene: Scene) -> str:
         the remedy; empty if no problem is foreseen.
     """
     try:
-        planned = scene.planned
-        deepest = planned.path.deepest_of(planned.targets.tolist())
-        plan = plan_path(
-            planned.problem, planned.start, planned.control, [deepest], planned.window
-        )
+        plan = _deepest_step(scene)
     except (ValueError, MemoryError) as error:
         return str(error)
     return ": ".join(filter(None, [plan.steps[0].problem, plan.advice]))
+
+
+def expected_width(scene: Scene) -> float:
+    """Return the larger side of the window at the deepest known target (Å).
+
+    It is zero if there is none, as this step can't be calculated.
+    """
+    try:
+        (step,) = _deepest_step(scene).steps
+    except (ValueError, MemoryError):
+        return 0.0
+    spacing = scene.planned.problem.spacing
+    return max(shape_of(step.window)) * spacing if step.window else 0.0
+
+
+def _deepest_step(scene: Scene) -> Plan:
+    """Return the plan of the deepest known target."""
+    planned = scene.planned
+    deepest = planned.path.deepest_of(planned.targets.tolist())
+    return plan_path(
+        planned.problem, planned.start, planned.control, [deepest], planned.window
+    )
 
 
 def warn_of_problems(named: Iterable[tuple[str, Scene]]) -> None:

@@ -17,13 +17,14 @@ from ase_roughcontact._util.files import locked, table_writer
 from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.workers import worker_pool
-from ase_roughcontact.ensemble.foreseen import warn_of_problems
+from ase_roughcontact.ensemble.foreseen import expected_width, warn_of_problems
 from ase_roughcontact.results.limits import exceeded_names
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.file import SceneFile, read_text
 from ase_roughcontact.scene.path_kind import PATHS
 from ase_roughcontact.scene.path_result import results_of
 from ase_roughcontact.scene.results import check_folder, check_inputs, write_inputs
+from ase_roughcontact.topography import HeightMap
 
 #: Attributes of a place that are numbers, and their units in the file.
 PLACE_UNITS = {
@@ -108,9 +109,9 @@ def run_places(
 ) -> Iterator[Place]:
     """Run a scene with the tip at a grid of places on the scan.
 
-    The places are `HeightMap.places`, with the `margin` of ``[topography]``. A run that
-    was interrupted goes on where it ended, and tries places without a converged result
-    again.
+    The places are `HeightMap.places`, with the `margin` of ``[topography]``; by default
+    half the window that is expected at the deepest step. A run that was interrupted
+    goes on where it ended, and tries places without a converged result again.
 
     Parameters
     ----------
@@ -202,8 +203,18 @@ def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
     """Return the positions of the places, rounded as in the file."""
     scene.check()
     scan = scene.scans[scanned_section(scene)]
-    x, y = scan.surface.places(*shape, margin=scan.edge)
+    surface, margin = scan.surface, scan.edge
+    if scan.margin is None and not surface.periodic:
+        margin = 0.5 * min(expected_width(scene), *_sides(surface))
+    x, y = surface.places(*shape, margin=margin)
     return [(round(i, 6), round(j, 6)) for i in x.tolist() for j in y.tolist()]
+
+
+def _sides(surface: HeightMap) -> list[float]:
+    """Return the distances between opposite edges of a scan (Å)."""
+    return [
+        (n - 1) * step for n, step in zip(surface.shape, surface.spacing, strict=True)
+    ]
 
 
 def _place_name(place: tuple[float, float]) -> str:

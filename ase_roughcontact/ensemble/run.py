@@ -29,7 +29,6 @@ from ase_roughcontact.ensemble.progress import (
 from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
-
 # Largest share of the processor time that queries of the database may take.
 _QUERY_SHARE = 0.02
 

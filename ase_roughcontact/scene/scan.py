@@ -63,7 +63,7 @@ class TopographyConfig(Section):
     spacing: float | str | tuple | None = None
     detrend: str | None = None
     center: str | tuple = "middle"
-    margin: float | str = 0.0
+    margin: float | str | None = None
     periodic: bool | None = None
     channel: int | str | None = None
     transpose: bool = False
@@ -92,7 +92,9 @@ class TopographyConfig(Section):
 
     @property
     def edge(self) -> float:
-        """The margin (Å)."""
+        """The margin (Å); by default zero."""
+        if self.margin is None:
+            return 0.0
         unit = LENGTHS.get(self.unit or "", 0.0)
         if not unit and not isinstance(self.margin, str) and self.margin:
             raise ValueError(f'give the unit of margin: margin = "{self.margin:g} nm"')
@@ -331,7 +333,7 @@ def _realised(config: TopographyConfig, contents: str) -> HeightMap:
 @lru_cache(maxsize=4)
 def _read(config: TopographyConfig, contents: str) -> HeightMap:
     """Read a scan once for each configuration and contents of the file."""
-    options = config.entries() | {"role": config.body}
+    options = config.entries() | {"role": config.body, "margin": config.margin or 0.0}
     del options["seed"]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ScanWarning)  # `TopographyConfig.warnings`

@@ -235,6 +235,14 @@ def test_a_place_beyond_the_scan_has_a_message(scene_of, tmp_path):
     assert "choose a smaller window, or a center further inside" in place.message
 
 
+def test_places_without_a_margin_are_half_a_window_from_the_edges(scene_of, tmp_path):
+    scene = scene_of(STEPS).with_values({"topography.margin": None})
+    found = list(run_places(scene, (2, 1), tmp_path / "out", Here()))
+    # the window has 16 x 16 points, 0.25 nm apart
+    assert sorted(each.x for each in found) == [20.0, 80.0]
+    assert all(each.converged for each in found)
+
+
 @pytest.mark.filterwarnings("ignore:scan.txt. the scan itself has a radius")
 @pytest.mark.parametrize("role", ["substrate", "indenter"])
 def test_the_command_draws_scan_and_maps(scene_of, tmp_path, capsys, monkeypatch, role):
