@@ -16,6 +16,8 @@ from jinja2 import Environment
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import report
+from ase_roughcontact.cli.answers import answer
+from ase_roughcontact.cli.page_data import as_json, data_of_places
 from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, result_units
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
@@ -78,6 +80,7 @@ def page(
     folder: Path,
     pictures: Sequence[str] = (),
     stresses: Sequence[DepthPicture] = (),
+    data: Mapping[str, Any] | None = None,
 ) -> str:
     """Return the page of a run.
 
@@ -92,6 +95,8 @@ def page(
         Names of the figures that become part of the page.
     stresses : sequence of DepthPicture, optional
         Pictures of the stress at some depths, shown one at a time.
+    data : mapping, optional
+        Numbers for a chart and maps that react, see `data_of_run`.
 
     Returns
     -------
@@ -133,6 +138,9 @@ def page(
     return _rendered(
         folder,
         rows="steps",
+        data=data,
+        table_name="curve.csv",
+        answer=answer(reference, steps),
         warnings=warnings,
         inputs=report.inputs(reference),
         results={
@@ -181,6 +189,9 @@ def page_of_places(reference: Reference, places: Sequence[Place], folder: Path) 
     return _rendered(
         folder,
         rows="places",
+        data=data_of_places(scene, places) if places else None,
+        table_name="places.csv",
+        answer="",
         warnings=[
             *scene.warnings,
             *(f"{_position(each)}: {each.message}" for each in places if each.message),
@@ -225,12 +236,24 @@ def _text(value: float) -> tuple[str, str]:
     return number(value).replace("-", "\N{MINUS SIGN}"), ""
 
 
-def _rendered(folder: Path, captions: Mapping[str, str], **values: Any) -> str:
-    """Return the page of a folder, with its figures that have captions."""
-    template = files("ase_roughcontact.cli").joinpath("report.html").read_text("utf-8")
+def _rendered(
+    folder: Path,
+    captions: Mapping[str, str],
+    data: Mapping[str, Any] | None,
+    table_name: str,
+    **values: Any,
+) -> str:
+    """Return the page of a folder, with its table, and its figures with captions."""
+    parts, table = files("ase_roughcontact.cli"), folder / table_name
     environment = Environment(autoescape=True, trim_blocks=True)
-    return environment.from_string(template).render(
+    template = environment.from_string(parts.joinpath("report.html").read_text("utf-8"))
+    return template.render(
         title=folder.resolve().name,
+        data=as_json(data) if data else "",
+        has_maps=bool(data and data["maps"]),
+        script=parts.joinpath("report.js").read_text("utf-8"),
+        table_name=table_name,
+        table=_encoded(table.read_bytes()) if table.is_file() else "",
         version=version("ase-roughcontact"),
         figures=[
             (_encoded((folder / name).read_bytes()), caption)

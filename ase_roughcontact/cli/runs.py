@@ -34,7 +34,7 @@ from ase_roughcontact.loading.trajectory import (
 from ase_roughcontact.paths.restart import read_restart, read_steps
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import Reaction
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import Results, Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.results import RESTART
@@ -224,12 +224,16 @@ def draw_figures(options: argparse.Namespace) -> int:
 def write_report(options: argparse.Namespace) -> int:
     """Write DIR/report.html, the results of a run or of places on one page.
 
-    Input, warnings, figures and numbers of a finished or interrupted run are on a page
-    that needs no other file. If stresses below the surface are asked for, a slider
-    moves a map of the stress through the depth.
+    The page begins with the main result and its error, and has warnings, input, figures
+    and numbers of a finished or interrupted run. It needs no other file and no network:
+    columns are drawn against each other, pressure, gap and contact of up to eight steps
+    are shown, with the value under the pointer, and the table is sorted by a heading.
+    What is shown can be saved as CSV, SVG or PNG. If stresses below the surface are
+    asked for, a slider moves a map of the stress through the depth.
     """
     from ase_roughcontact.cli import figures  # imports matplotlib
     from ase_roughcontact.cli.page import page, page_of_places  # imports jinja2
+    from ase_roughcontact.cli.page_data import data_of_run
 
     table = options.folder / "places.csv"
     if table.is_file():
@@ -240,7 +244,8 @@ def write_report(options: argparse.Namespace) -> int:
         reference = reference_for(scene)
         pictures, _ = _draw_pictures(reference, steps, folder)
         stresses = figures.stress_pictures(scene, steps, folder)
-        text = page(reference, steps, folder, pictures, stresses)
+        data = data_of_run(Results(folder)) if steps else None
+        text = page(reference, steps, folder, pictures, stresses, data)
     file = folder / "report.html"
     with replaced(file) as name:
         Path(name).write_text(text, encoding="utf-8")

@@ -254,16 +254,15 @@ class Results(Summarized, Sequence[LoadStep]):
         from ase_roughcontact.plot.figures import column_figure
 
         names = columns_of(self.scene.record)
-        usual_column, usual_along = self._usual_columns
+        usual_column, usual_along = self.usual_columns
         column, along = column or usual_column, along or usual_along
         theory: dict[str, FloatArray] = {}
         x, y = self._numbers(along), self._numbers(column)
         x_unit, y_unit = self._unit(along), self._unit(column)
         points = x
         if column in ("contact_area", "continuum_area") and along == "normal_force":
-            points, theory = self._areas_by_theory()
-        errors = {self.scene.area_column: "area_error", "normal_force": "force_error"}
-        error = errors.get(column, f"{column}_error")
+            points, theory = self.areas_by_theory()
+        error = self.error_column(column)
         return column_figure(
             (x / x_unit, y / y_unit),
             (self._label(along), self._label(column)),
@@ -271,6 +270,11 @@ class Results(Summarized, Sequence[LoadStep]):
             points / x_unit,
             {name: each / y_unit for name, each in theory.items()},
         )
+
+    def error_column(self, column: str) -> str:
+        """Return the name of the column with errors of a column, if there is one."""
+        errors = {self.scene.area_column: "area_error", "normal_force": "force_error"}
+        return errors.get(column, f"{column}_error")
 
     def _numbers(self, name: str) -> np.ndarray:
         """Return a column, or raise `ValueError` if it has no numbers."""
@@ -283,8 +287,8 @@ class Results(Summarized, Sequence[LoadStep]):
         return values
 
     @property
-    def _usual_columns(self) -> tuple[str, str]:
-        """Columns that a figure shows by default."""
+    def usual_columns(self) -> tuple[str, str]:
+        """Columns that a figure shows by default: the vertical, the horizontal one."""
         path, control = self.scene.path, self.scene.control
         if path.has_friction:
             axis = max("xy", key=lambda each: float(np.ptp(self[f"lateral_{each}"])))
@@ -295,12 +299,22 @@ class Results(Summarized, Sequence[LoadStep]):
             return self.scene.area_column, "normal_force"
         return "normal_force", control.column
 
-    def _areas_by_theory(self) -> tuple[FloatArray, dict[str, FloatArray]]:
-        """Return forces in the range of the steps, and areas by theory."""
+    def areas_by_theory(self) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Return areas by theory under forces in the range of the steps.
+
+        Returns
+        -------
+        forces : ndarray, shape (n,)
+            Normal forces (eV/Å); empty if no force is compressive.
+        areas : dict of ndarray, shape (n,)
+            Areas by name of the theory (Å^2).
+        """
         largest = float(self["normal_force"].max())
         if not largest > 0.0:
             return np.zeros(0), {}
-        forces = np.linspace(0.0, _CURVE_EXTENT * largest, _CURVE_POINTS)[1:]
+        # close together at small forces, for logarithmic axes
+        parts = np.linspace(0.0, 1.0, _CURVE_POINTS)[1:] ** 3
+        forces = _CURVE_EXTENT * largest * parts
         areas = {
             self.scene.bodies.labelled(each.label): each.contact_area(forces)
             for each in (self.reference.smooth, *self.reference.limits)

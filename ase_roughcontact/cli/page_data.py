@@ -1,0 +1,199 @@
+"""Numbers on a page that its script shows: columns, theory, and maps of some steps."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+
+from ase_roughcontact._util.units import UNITS, with_unit
+from ase_roughcontact.analysis import ContactMap
+from ase_roughcontact.cli.report import units_of
+from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, result_units
+from ase_roughcontact.results.record import LoadStep, columns_of
+from ase_roughcontact.scene import Results, Scene
+
+# Largest number of maps on a page.
+_MAX_MAPS = 8
+# Largest number of points along a side of a map on a page.
+_MAX_POINTS = 256
+# Number of colours of a map.
+_COLOURS = 256
+
+
+def data_of_run(results: Results) -> dict[str, Any]:
+    """Return columns of a run in printed units, areas by theory, and maps.
+
+    Parameters
+    ----------
+    results : Results
+
+    Returns
+    -------
+    dict
+        Lists and texts only, for `as_json`. Maps have at most 256 points along a side:
+        of larger ones every second, third, ... point.
+    """
+    scene, units = results.scene, units_of(results.scene)
+    names = [
+        name
+        for name in columns_of(scene.record)
+        if results[name].dtype.kind in "fi" and np.isfinite(results[name]).any()
+    ]
+    columns = []
+    for name in names:
+        scale = UNITS.get(units[name], 1.0)
+        error = results.error_column(name)
+        columns.append(
+            {
+                "name": name,
+                "label": name.replace("_", " "),
+                "unit": units[name],
+                "values": _listed(results[name] / scale),
+                "errors": _listed(results[error] / scale) if error in names else None,
+            }
+        )
+    y, x = results.usual_columns
+    return {
+        "columns": columns,
+        "rows": "step",
+        "x": x,
+        "y": y,
+        "lines": bool(scene.path.in_order or scene.path.is_loop),
+        "theory": _theory(results, units),
+        "maps": _maps(results, units),
+    }
+
+
+def data_of_places(scene: Scene, places: Sequence[Place]) -> dict[str, Any]:
+    """Return the columns of places on a scan in printed units; see `data_of_run`.
+
+    Parameters
+    ----------
+    scene : Scene
+    places : sequence of Place
+    """
+    units = {**PLACE_UNITS, **result_units()}
+    names = [
+        name for name in units if name in PLACE_UNITS or name in scene.path.results
+    ]
+    values = {
+        name: np.array([place.value(name) for place in places]) / UNITS[units[name]]
+        for name in names
+        if units[name]
+    }
+    columns = [
+        {
+            "name": name,
+            "label": name.replace("_", " "),
+            "unit": units[name],
+            "values": _listed(each),
+            "errors": _listed(values["area_error"]) if name == "area" else None,
+        }
+        for name, each in values.items()
+        if np.isfinite(each).any()
+    ]
+    known = [each["name"] for each in columns]
+    y = "pull_off_force" if scene.path.is_loop else "area"
+    return {
+        "columns": columns,
+        "rows": "place",
+        "x": "normal_force" if "normal_force" in known else known[0],
+        "y": y if y in known else known[-1],
+        "lines": False,
+        "theory": None,
+        "maps": None,
+    }
+
+
+def as_json(data: object) -> str:
+    """Return JSON for an element ``script`` of HTML, which no text in it can end."""
+    return json.dumps(data, allow_nan=False).replace("<", "\\u003c")
+
+
+def _listed(values: Iterable[float]) -> list[float | None]:
+    """Return numbers for JSON, None in place of numbers that are not finite."""
+    return [float(each) if np.isfinite(each) else None for each in values]
+
+
+def _theory(results: Results, units: dict[str, str]) -> dict[str, Any] | None:
+    """Return the areas by theory against the normal force, None if there are none."""
+    forces, areas = results.areas_by_theory()
+    if not areas or results.scene.is_flat:
+        return None
+    column = results.scene.area_column
+    x = _listed(forces / UNITS[units["normal_force"]])
+    lines = [
+        {
+            "label": label.replace("$", ""),
+            "x": x,
+            "y": _listed(area / UNITS[units[column]]),
+        }
+        for label, area in areas.items()
+    ]
+    return {"x": "normal_force", "y": column, "lines": lines}
+
+
+def _maps(results: Results, units: dict[str, str]) -> dict[str, Any] | None:
+    """Return maps of some steps in contact, None if there are none."""
+    touching = [
+        number for number in results.steps_with_map if results[number].repulsive_atoms
+    ]
+    if not touching:
+        return None
+    forces = [results[number].normal_force for number in touching]
+    chosen = np.linspace(0, len(touching) - 1, _MAX_MAPS).round().astype(int)
+    numbers = [touching[i] for i in sorted({*chosen.tolist(), int(np.argmax(forces))})]
+    frames = [_frame(results[number], results.map(number)) for number in numbers]
+    scanned = results.scene.bodies.scanned
+    return {
+        "frames": frames,
+        "shown": int(np.argmax([results[number].normal_force for number in numbers])),
+        "fields": [
+            {"name": "pressure", "unit": units["largest_pressure"]},
+            {"name": "gap", "unit": "nm"},
+            {"name": "contact", "unit": ""},
+        ],
+        "scales": {
+            "pressure": UNITS[units["largest_pressure"]],
+            "gap": UNITS["nm"],
+        },
+        "colours": _encoded(
+            (colormaps["viridis"](np.arange(_COLOURS))[:, :3] * 255)
+            .round()
+            .astype("u1")
+        ),
+        "upward": not scanned,
+        "rightward": scanned != "indenter",
+    }
+
+
+def _frame(step: LoadStep, seen: ContactMap) -> dict[str, Any]:
+    """Return the map of a step, in rows along x from the lowest y on."""
+    every = -(-max(seen.pressure.shape) // _MAX_POINTS)
+    thinned = slice(None, None, every)
+
+    def rows(field: np.ndarray) -> np.ndarray:
+        return field[thinned, thinned].T
+
+    x, y = seen.x[thinned] / UNITS["nm"], seen.y[thinned] / UNITS["nm"]
+    force = with_unit(step.normal_force, "nN")
+    penetration = with_unit(step.penetration, "nm")
+    return {
+        "label": f"step {step.step}: {force}, penetration {penetration}",
+        "step": step.step,
+        "every": every,
+        "x": [float(x[0]), float(x[-1]), len(x)],
+        "y": [float(y[0]), float(y[-1]), len(y)],
+        "pressure": _encoded(rows(seen.pressure).astype("<f4")),
+        "gap": None if seen.gap is None else _encoded(rows(seen.gap).astype("<f4")),
+        "contact": _encoded(np.packbits(rows(seen.contact), bitorder="little")),
+    }
+
+
+def _encoded(values: np.ndarray) -> str:
+    return base64.b64encode(values.tobytes()).decode()
