@@ -396,7 +396,7 @@ def _draw_maps(
         for panel, frame, step, title in maps:
             area = float(smooth.contact_area(step.normal_force))
             circle = area > 0.0 and not scene.is_flat
-            image = plot.plot_contact(
+            plot.plot_contact(
                 panel,
                 frame,
                 math.sqrt(area / np.pi) if circle else None,
@@ -407,6 +407,7 @@ def _draw_maps(
                 unit=unit,
                 exponent=exponent,
             )
+            image = panel.images[0]
             if scene.is_flat:  # the whole cell
                 left, right, bottom, top = image.get_extent()
                 panel.set(xlim=(left, right), ylim=(bottom, top))

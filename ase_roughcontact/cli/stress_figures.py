@@ -121,7 +121,8 @@ def draw_stress(
             [["section", "section"], ["map", "line"]]
         )
         upper, below, line = (panels[name] for name in ("section", "map", "line"))
-        contours = plot.plot_stress_section(upper, section, **scale)
+        plot.plot_stress_section(upper, section, **scale)
+        contours = upper.collections[0]
         across = "y" if along_x else "x"
         whole = f"{title}, section at ${across}$ = {_in_nm(at, seen)}"
         figure.suptitle(whole, fontsize="medium")
@@ -223,7 +224,7 @@ def _draw_map(
     scale: dict[str, Any],
 ) -> Any:
     """Draw the stress at a depth around the contact; return the image."""
-    image = plot.plot_stress_map(axes, plane, seen, **scale)
+    image = plot.plot_stress_map(axes, plane, seen, **scale).images[0]
     i, j = seen.contact.nonzero()
     if i.size and not scene.is_flat:
         ends = np.array([(c.min(), c.max()) for c in (seen.x[i], seen.y[j])]) / _NM

@@ -1,9 +1,12 @@
-"""Curves: area and force along a path, errors along a relaxation."""
+"""Curves: area and force along a path, errors along a relaxation.
+
+Functions for paths take arrays, or steps in place of the first array.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeGuard
 
 import numpy as np
 from matplotlib.ticker import LogLocator
@@ -12,17 +15,19 @@ from numpy.typing import ArrayLike
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.plot.style import BLUE, GREY, LINES, ORANGE, limit_to
+from ase_roughcontact.results.record import LoadStep
 
 NN = UNITS["nN"]
+NM = UNITS["nm"]
 # Margin of axes beside the steps, relative to their range.
 _AXES_MARGIN = 0.08
 
 
 def plot_curve(
     axes: Any,
-    load: np.ndarray,
-    area: np.ndarray,
-    hertz_area: np.ndarray,
+    load: np.ndarray | Sequence[LoadStep],
+    area: np.ndarray | None = None,
+    hertz_area: ArrayLike = 1.0,
     theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     converged: ArrayLike | None = None,
     hertz_label: str = "smooth sphere (Hertz)",
@@ -34,10 +39,13 @@ def plot_curve(
     Parameters
     ----------
     axes : matplotlib Axes
-    load : ndarray, shape (k,)
-        Positive normal forces (nN).
-    area, hertz_area : ndarray, shape (k,)
-        Areas of the simulation and of the smooth sphere, in the same unit.
+    load : ndarray, shape (k,), or sequence of LoadStep
+        Positive normal forces (nN). Steps, such as `Results`, have areas, their errors
+        and whether they are converged, too.
+    area : ndarray, shape (k,), optional
+        Areas of the simulation (area; of steps Å^2).
+    hertz_area : array_like, shape (k,)
+        Areas of the smooth sphere, in the same unit.
     theory : mapping of str to (array_like, array_like), optional
         Loads (nN) and areas relative to Hertz of theories, by label.
     converged : array_like of bool, shape (k,), optional
@@ -53,6 +61,12 @@ def plot_curve(
     -------
     matplotlib Axes
     """
+    if is_steps(load):
+        steps, load = load, _column(load, "normal_force") / NN
+        area, area_error, converged = _areas(steps)
+    if area is None:
+        raise TypeError("plot_curve needs steps, or loads and areas")
+    hertz_area = np.asarray(hertz_area)
     axes.axhline(1.0, color=GREY, lw=1, label=hertz_label)
     error = None if area_error is None else area_error / hertz_area
     plot_area(axes, load, area / hertz_area, theory, converged, error, label)
@@ -62,8 +76,8 @@ def plot_curve(
 
 def plot_area(
     axes: Any,
-    load: np.ndarray,
-    area: np.ndarray,
+    load: np.ndarray | Sequence[LoadStep],
+    area: np.ndarray | None = None,
     theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     converged: ArrayLike | None = None,
     area_error: ArrayLike | None = None,
@@ -74,8 +88,10 @@ def plot_area(
     Parameters
     ----------
     axes : matplotlib Axes
-    load, area : ndarray, shape (k,)
-        Positive normal forces (nN) and areas (nm²).
+    load : ndarray, shape (k,), or sequence of LoadStep
+        Positive normal forces (nN), or steps; see `plot_curve`.
+    area : ndarray, shape (k,), optional
+        Areas (nm²).
     theory : mapping of str to (array_like, array_like), optional
         Loads and areas of theories, by label.
     converged, area_error, label
@@ -85,6 +101,12 @@ def plot_area(
     -------
     matplotlib Axes
     """
+    if is_steps(load):
+        steps, load = load, _column(load, "normal_force") / NN
+        area, area_error, converged = _areas(steps, NM**2)
+    if area is None:
+        raise TypeError("plot_area needs steps, or loads and areas")
+    load = np.asarray(load)
     for i, (name, (loads, areas)) in enumerate((theory or {}).items()):
         axes.plot(loads, areas, LINES[i % 4], color="k", lw=1, label=name)
     ok = _converged_mask(converged, len(load))
@@ -109,8 +131,8 @@ def plot_area(
 
 def plot_force(
     axes: Any,
-    depth: ArrayLike,
-    force: ArrayLike,
+    depth: ArrayLike | Sequence[LoadStep],
+    force: ArrayLike | None = None,
     theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     pull_off_force: float | None = None,
     xlabel: str = "penetration (Å)",
@@ -128,9 +150,10 @@ def plot_force(
     Parameters
     ----------
     axes : matplotlib Axes
-    depth : array_like, shape (k,)
-        Penetrations or heights (Å), in the order of the path.
-    force : array_like, shape (k,)
+    depth : array_like, shape (k,), or sequence of LoadStep
+        Penetrations or heights (Å), in the order of the path. Steps, such as `Results`,
+        have penetrations, forces, their errors and whether they are converged.
+    force : array_like, shape (k,), optional
         Normal forces, negative in tension (eV/Å).
     theory : mapping of str to (array_like, array_like), optional
         Penetrations or heights (Å) and forces (eV/Å) of theories, by label.
@@ -150,6 +173,14 @@ def plot_force(
     -------
     matplotlib Axes
     """
+    if is_steps(depth):
+        steps, depth = depth, _column(depth, "penetration")
+        force, force_error = (
+            _column(steps, name) for name in ("normal_force", "force_error")
+        )
+        converged = _column(steps, "converged")
+    if force is None:
+        raise TypeError("plot_force needs steps, or depths and forces")
     x, y = finite_array("depth", depth), finite_array("force", force) / NN
     axes.axhline(0.0, color=GREY, lw=0.6)
     limit_to(axes, x, np.append(y, -(pull_off_force or 0.0) / NN), _AXES_MARGIN)
@@ -176,6 +207,26 @@ def plot_force(
     axes.set(xlabel=xlabel, ylabel="normal force $N$ (nN)")
     axes.legend(frameon=False, loc="best")
     return axes
+
+
+def is_steps(values: Any) -> TypeGuard[Sequence[LoadStep]]:
+    """Return whether values are steps, and not an array."""
+    if not isinstance(values, Sequence) or not values:
+        return False
+    return all(isinstance(each, LoadStep) for each in values)
+
+
+def _column(steps: Sequence[LoadStep], name: str) -> np.ndarray:
+    """Return a column of steps, in units of ASE."""
+    return np.array([getattr(step, name) for step in steps])
+
+
+def _areas(
+    steps: Sequence[LoadStep], unit: float = 1.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return areas and their errors in a unit (Å^2), and which steps are converged."""
+    area, error = (_column(steps, name) for name in ("contact_area", "area_error"))
+    return area / unit, error / unit, _column(steps, "converged")
 
 
 def _converged_mask(converged: ArrayLike | None, count: int) -> np.ndarray:

@@ -49,13 +49,13 @@ def plot_stress_section(
 
     Returns
     -------
-    matplotlib contour set
-        The filled contours, for a colour bar.
+    matplotlib Axes
+        The filled contours, for a colour bar, are ``axes.collections[0]``.
     """
     stress = von_mises(section.stress) / UNITS[unit]
     position, depth = section.position / NM, section.depth / NM
     levels = stress_levels(largest or stress.max())
-    filled = axes.contourf(position, -depth, stress, levels, cmap="viridis")
+    axes.contourf(position, -depth, stress, levels, cmap="viridis")
     _draw_limit(axes, position, -depth, stress, yield_strength, unit)
     row, column = np.unravel_index(stress.argmax(), stress.shape)
     cross = {"mfc": "white", "mec": "black", "ms": 7, "mew": 0.8}
@@ -80,7 +80,7 @@ def plot_stress_section(
     # no ticks beside the pressure, which has a scale of its own
     axes.set_yticks([tick for tick in axes.get_yticks() if -depth[-1] <= tick <= 0.0])
     axes.set_aspect("equal")
-    return filled
+    return axes
 
 
 def plot_stress_map(
@@ -105,15 +105,13 @@ def plot_stress_map(
 
     Returns
     -------
-    matplotlib image
-        Image of the stress, for a colour bar.
+    matplotlib Axes
+        The image of the stress, for a colour bar, is ``axes.images[0]``.
     """
     stress = von_mises(plane.stress) / UNITS[unit]
     levels = stress_levels(largest or stress.max())
     colours = BoundaryNorm(levels, colormaps["viridis"].N)
-    image = axes.imshow(
-        stress.T, cmap="viridis", norm=colours, **pixels_of(contact_map)
-    )
+    axes.imshow(stress.T, cmap="viridis", norm=colours, **pixels_of(contact_map))
     x, y = contact_map.x / NM, contact_map.y / NM
     if contact_map.contact.any() and not contact_map.contact.all():
         outline = {"levels": [0.5], "colors": "white", "linewidths": 0.8}
@@ -121,7 +119,7 @@ def plot_stress_map(
     _draw_limit(axes, x, y, stress.T, yield_strength, unit)
     axes.set(xlabel="$x$ (nm)", ylabel="$y$ (nm)")
     axes.set_title(f"depth {plane.depth / NM:.3g} nm")
-    return image
+    return axes
 
 
 def stress_levels(largest: float) -> Sequence[float]:

@@ -12,13 +12,14 @@ from matplotlib.colors import PowerNorm
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap, radial_average
+from ase_roughcontact.atoms.calculator import RoughContact
 
 NM = UNITS["nm"]
 
 
 def plot_contact(
     axes: Any,
-    frame: Atoms,
+    shown: Atoms | ContactMap,
     hertz_radius: float | None = None,
     largest: float | None = None,
     title: str = "",
@@ -36,8 +37,8 @@ def plot_contact(
     Parameters
     ----------
     axes : matplotlib Axes
-    frame : Atoms
-        Frame of a trajectory, see `snapshot`.
+    shown : Atoms or ContactMap
+        Frame of a trajectory, atoms with a `RoughContact` calculator, or a map.
     hertz_radius : float, optional
         Radius of a circle (Å).
     largest : float, optional
@@ -58,14 +59,14 @@ def plot_contact(
 
     Returns
     -------
-    matplotlib image
-        Image of the pressure, for a colour bar.
+    matplotlib Axes
+        The image of the pressure, for a colour bar, is ``axes.images[0]``.
     """
-    contacts = ContactMap.from_frame(frame)
+    contacts = map_of(shown)
     pressure = np.where(contacts.contact, contacts.pressure / UNITS[unit], np.nan)
     x, y, pixels = contacts.x / NM, contacts.y / NM, pixels_of(contacts)
     colours = PowerNorm(exponent, vmin=0.0, vmax=largest)
-    image = axes.imshow(pressure.T, cmap="viridis", norm=colours, **pixels)
+    axes.imshow(pressure.T, cmap="viridis", norm=colours, **pixels)
     if (contacts.pressure < 0.0).any():
         grey = np.where(contacts.pressure < 0.0, 0.2, np.nan)
         axes.imshow(grey.T, cmap="Greys", vmin=0.0, vmax=1.0, **pixels)
@@ -86,7 +87,16 @@ def plot_contact(
     xlim, ylim = np.add.outer(middle, (-reach, reach))
     axes.set(xlim=xlim, ylim=ylim, title=title)
     axes.set(xlabel="$x$ (nm)", ylabel="$y$ (nm)")
-    return image
+    return axes
+
+
+def map_of(shown: Atoms | ContactMap) -> ContactMap:
+    """Return the map of atoms with a calculator, of a frame, or the given map."""
+    if isinstance(shown, ContactMap):
+        return shown
+    if isinstance(shown.calc, RoughContact):
+        return ContactMap.from_atoms(shown)
+    return ContactMap.from_frame(shown)
 
 
 def show_as_scanned(axes: Any, scanned: str) -> None:
@@ -149,7 +159,7 @@ def scale_bar(axes: Any, unit: str) -> None:
 
 
 def plot_pressure(
-    axes: Any, contact_map: ContactMap, hertz_radius: float | None = None
+    axes: Any, shown: Atoms | ContactMap, hertz_radius: float | None = None
 ) -> Any:
     r"""Plot the pressure averaged over rings against the distance from the axis.
 
@@ -158,8 +168,8 @@ def plot_pressure(
     Parameters
     ----------
     axes : matplotlib Axes
-    contact_map : ContactMap
-        Map of the pressure.
+    shown : Atoms or ContactMap
+        See `plot_contact`.
     hertz_radius : float, optional
         Contact radius a of a smooth sphere under the same force (Å).
 
@@ -167,6 +177,7 @@ def plot_pressure(
     -------
     matplotlib Axes
     """
+    contact_map = map_of(shown)
     average = radial_average(contact_map)
     radius = average.radius / NM
     # undefined, not zero, for rings without atoms in contact

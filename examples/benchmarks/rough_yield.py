@@ -165,7 +165,7 @@ def draw_sections(file):
                 seen, SOLID, at=step.von_mises_y, depths=np.linspace(1.0, 120.0, 80)
             )
             shown = {**unit, "yield_strength": 0.999 * YIELD_STRENGTH}
-            contours = plot_stress_section(panel, section, **shown)
+            contours = plot_stress_section(panel, section, **shown).collections[0]
             panel.set(title=f"rms slope {slope:g}", xlim=(-10.5, 10.5))
             panel.set(xlabel="$x$ (10 $a_0$)", ylabel="")
             label = "von Mises stress/$E^*$"

@@ -88,7 +88,7 @@ areas = np.array([[each.info["contact_area"] for each in row] for row in frames]
 
 with style():
     figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 2.8))
-    figure.colorbar(plot_contact(left, frame), label="pressure (GPa)")
+    figure.colorbar(plot_contact(left, frame).images[0], label="pressure (GPa)")
     left.set_title("(a) contact at the highest point")
     cell = 0.5 * (x[1] - x[0])
     extent = np.array([x[0] - cell, x[-1] + cell, y[0] - cell, y[-1] + cell]) / 10

@@ -42,7 +42,7 @@ def loop():
     sphere = rc.RoughSphere(30.0)
     wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.05)
     atoms = atoms_under(sphere, wall, (16, 16))
-    return rc.adhesion_loop(atoms, 1.0, 0.2, window="auto", tolerance=0.01)
+    return rc.adhesion_loop(atoms, deepest=1.0, step=0.2, window="auto", tolerance=0.01)
 
 
 def line(axes, label):
@@ -147,7 +147,7 @@ def test_x_is_drawn_to_the_right_and_y_upwards(axes):
         indenter, rc.HardWall(), (8, 12), modulus=MODULUS, spacing=SPACING, height=0.0
     )
     rc.ActiveSet(atoms, logfile=None).run(fmax=1e-7)
-    image = plot.plot_contact(axes, rc.snapshot(atoms))
+    image = plot.plot_contact(axes, rc.snapshot(atoms)).images[0]
     (row,), (column,) = np.nonzero(~np.ma.getmaskarray(image.get_array()))
     left, right, bottom, top = image.get_extent()
     x = left + (column + 0.5) / 8 * (right - left)
@@ -262,3 +262,36 @@ def test_forces_that_are_equal_but_for_rounding_are_not_magnified(axes):
     plot.plot_force(axes, [0.0, 1.0, 2.0, 3.0], force)
     low, high = axes.get_ylim()
     assert high - low > 0.1 * force.max()
+
+
+def test_curves_take_steps_in_place_of_arrays():
+    atoms = atoms_under(rc.RoughSphere(100.0), rc.HardWall(), (16, 16))
+    steps = list(rc.load_path(atoms, penetrations=[0.1, 0.2], validity="ignore"))
+    load = np.array([step.normal_force for step in steps]) / NANONEWTON
+    areas = np.array([step.contact_area for step in steps])
+    hertz = Hertz(100.0, 1.0).contact_area(load * NANONEWTON)
+    cases = [
+        (plot.plot_area, {}, load, areas / 100.0),
+        (plot.plot_curve, {"hertz_area": hertz}, load, areas / hertz),
+        (plot.plot_force, {}, [0.1, 0.2], load),
+    ]
+    for draw, options, x, y in cases:
+        axes = Figure().subplots()
+        assert draw(axes, steps, **options) is axes
+        np.testing.assert_allclose(line(axes, "simulation"), [x, y])
+        assert len(axes.containers) == 1  # error bars
+        with pytest.raises(TypeError, match="needs steps, or"):
+            draw(Figure().subplots(), x, **options)
+
+
+def test_maps_are_drawn_from_atoms_frames_and_maps(sphere_contact):
+    shown = sphere_contact, rc.snapshot(sphere_contact)
+    shown = *shown, ContactMap.from_atoms(sphere_contact)
+    maps = [plot.plot_contact(Figure().subplots(), each) for each in shown]
+    for other in maps[1:]:
+        found, expected = other.images[0].get_array(), maps[0].images[0].get_array()
+        np.testing.assert_allclose(found, expected)
+    rings = [plot.plot_pressure(Figure().subplots(), each) for each in shown]
+    first = line(rings[0], "all atoms")
+    for other in rings[1:]:
+        np.testing.assert_allclose(line(other, "all atoms"), first)

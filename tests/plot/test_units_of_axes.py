@@ -221,7 +221,7 @@ def test_force_over_depth():
 def loop():
     wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.05)
     atoms = atoms_under(rc.RoughSphere(30.0), wall, (16, 16))
-    return rc.adhesion_loop(atoms, 1.0, 0.2, window="auto", tolerance=0.01)
+    return rc.adhesion_loop(atoms, deepest=1.0, step=0.2, window="auto", tolerance=0.01)
 
 
 def test_adhesion_loop(loop):
@@ -295,7 +295,11 @@ def frame():
     solid = rc.elasticity.Isotropic(0.8, poisson=0.3)
     atoms = atoms_under(sphere, rc.HardWall(), (24, 20), solid=solid, spacing=2.5)
     path = rc.sliding_path(
-        atoms, rc.Coulomb(0.3), 1.0, displacements=[0.0, 0.1], validity="ignore"
+        atoms,
+        rc.Coulomb(0.3),
+        penetrations=1.0,
+        displacements=[0.0, 0.1],
+        validity="ignore",
     )
     list(path)
     return rc.snapshot(atoms)
@@ -316,7 +320,8 @@ def assert_map(axes, image, expected, seen, unit):
 def test_map_of_the_pressure(frame, unit):
     seen = ContactMap.from_frame(frame)
     axes = Figure().subplots()
-    image = plot.plot_contact(axes, frame, 12.0, unit=unit, circle_label="circle")
+    plot.plot_contact(axes, frame, 12.0, unit=unit, circle_label="circle")
+    image = axes.images[0]
     assert_map(axes, image, np.where(seen.contact, seen.pressure, 0.0), seen, unit)
     np.testing.assert_allclose(np.hypot(*drawn(axes, "circle")), 12.0)
 
@@ -324,7 +329,9 @@ def test_map_of_the_pressure(frame, unit):
 def test_small_pressures_have_more_colours_with_a_small_exponent(frame):
     for exponent in (1.0, 0.5):
         axes = Figure().subplots()
-        image = plot.plot_contact(axes, frame, largest=4.0, exponent=exponent)
+        image = plot.plot_contact(axes, frame, largest=4.0, exponent=exponent).images[
+            -1
+        ]
         assert image.norm(1.0) == pytest.approx(0.25**exponent)
 
 
@@ -333,7 +340,7 @@ def test_map_of_the_tractions(frame):
     size = np.hypot(seen.lateral["traction_x"], seen.lateral["traction_y"])
     slips = seen.lateral["slipping"] > 0.0
     axes = Figure().subplots()
-    images = plot.plot_tractions(axes, frame)
+    images = plot.plot_tractions(axes, frame).images
     for image, part in zip(images, (seen.contact & ~slips, slips), strict=True):
         assert part.any()
         assert_map(axes, image, np.where(part, size, 0.0), seen, "GPa")

@@ -18,6 +18,7 @@ from ase_roughcontact.contact.state import SLIPPING, TRACTIONS
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, add_arrow, letter
 from ase_roughcontact.plot.surfaces import (
+    map_of,
     map_panels,
     pixels_of,
     scale_bar,
@@ -114,27 +115,30 @@ def plot_slip_areas(
     return axes
 
 
-def plot_tractions(axes: Any, frame: Atoms, largest: float | None = None) -> list[Any]:
+def plot_tractions(
+    axes: Any, shown: Atoms | ContactMap, largest: float | None = None
+) -> Any:
     """Draw a map of the lateral tractions, in blue where atoms stick, else in orange.
 
     Parameters
     ----------
     axes : matplotlib Axes
-    frame : Atoms
-        Frame of the trajectory of a sliding path; see `ContactMap.lateral`.
+    shown : Atoms or ContactMap
+        Frame or map of a sliding path; see `plot_contact` and `ContactMap.lateral`.
     largest : float, optional
         Traction at the end of the colour scales (GPa).
 
     Returns
     -------
-    list of matplotlib images
-        Magnitudes of the tractions of atoms that stick and slip (GPa), for colour bars.
+    matplotlib Axes
+        The images of the tractions of atoms that stick and slip (GPa), for colour bars,
+        are ``axes.images[0]`` and ``axes.images[1]``.
     """
-    contact_map = ContactMap.from_frame(frame)
+    contact_map = map_of(shown)
     size = _tractions(contact_map) / _GPA
     largest = largest or float(size.max()) or None
     slips = contact_map.lateral[SLIPPING] > 0.0
-    images = [
+    for part, colours in ((~slips, "Blues"), (slips, "Oranges")):
         axes.imshow(
             np.where(contact_map.contact & part, size, np.nan).T,
             cmap=colours,
@@ -142,15 +146,13 @@ def plot_tractions(axes: Any, frame: Atoms, largest: float | None = None) -> lis
             vmax=largest,
             **pixels_of(contact_map),
         )
-        for part, colours in ((~slips, "Blues"), (slips, "Oranges"))
-    ]
     i, j = contact_map.contact.nonzero()
     if i.size:
         largest_x = float(abs(contact_map.x[i]).max())
         largest_y = float(abs(contact_map.y[j]).max())
         reach = _MARGIN * max(largest_x, largest_y) / _NM
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
-    return images
+    return axes
 
 
 def draw_friction(
@@ -198,12 +200,12 @@ def draw_tractions(
     with written(file, 1.5 + rows * (3.0 / columns + 0.2)) as figure:
         panels = map_panels(figure, len(frames))
         for panel, frame, title in zip(panels, frames, titles, strict=True):
-            images = plot_tractions(panel, frame, largest / _GPA)
+            plot_tractions(panel, frame, largest / _GPA)
             panel.set_title(title, loc="right")
             show_as_scanned(panel, scanned)
             scale_bar(panel, "nm")
         letter(panels)
-        for image, name in zip(images, ("stick", "slip"), strict=True):
+        for image, name in zip(panel.images, ("stick", "slip"), strict=True):
             # other anchors of the panels cut their titles
             bar = figure.colorbar(
                 image, ax=panels, location="bottom", aspect=40, panchor=False
