@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from ase_roughcontact._util.extras import imported
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis.contact_map import ContactMap
-from ase_roughcontact.analysis.map_files import UNITS_OF_FIELDS, fields_of
+from ase_roughcontact.analysis.map_files import UNITS_OF_FIELDS, fields_of, numbers_of
+from ase_roughcontact.results.record import LoadStep
 
 
-def map_dataset(
-    contact_map: ContactMap, attributes: Mapping[str, Any] | None = None
-) -> Any:
+def map_dataset(contact_map: ContactMap, step: LoadStep | None = None) -> Any:
     """Return a map as a data set of xarray.
 
     Parameters
     ----------
     contact_map : ContactMap
-    attributes : mapping, optional
-        Attributes of the data set, such as the number of the step.
+    step : LoadStep, optional
+        Step of the map.
 
     Returns
     -------
     xarray.Dataset
         Fields in the units of `write_map`, which are their attribute "units", on the
-        coordinates x and y relative to the axis of the indenter (nm), with the load
-        (nN) and the contact area (nm²) as attributes.
+        coordinates x and y relative to the axis of the indenter (nm), with the normal
+        force (nN), the contact area (nm²) and numbers of the step as attributes.
 
     Raises
     ------
@@ -44,10 +42,9 @@ def map_dataset(
         "x": ("x", contact_map.x / nm, {"units": "nm"}),
         "y": ("y", contact_map.y / nm, {"units": "nm"}),
     }
-    own = {
-        "normal_force": contact_map.normal_force / UNITS["nN"],
-        "normal_force_unit": "nN",
-        "contact_area": contact_map.contact_area / UNITS["nm²"],
-        "contact_area_unit": "nm²",
-    }
-    return xarray.Dataset(fields, axes, own | dict(attributes or {}))
+    attributes: dict[str, Any] = {}
+    for name, (value, unit) in numbers_of(contact_map, step).items():
+        attributes[name] = value
+        if unit:
+            attributes[f"{name}_unit"] = unit
+    return xarray.Dataset(fields, axes, attributes)

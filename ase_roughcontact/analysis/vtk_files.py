@@ -28,6 +28,7 @@ def write_image_data(
     shown: str,
     origin: Sequence[float],
     spacing: Sequence[float],
+    numbers: Mapping[str, tuple[float, str]] | None = None,
 ) -> None:
     """Write fields on a uniform grid (.vti).
 
@@ -42,9 +43,16 @@ def write_image_data(
         Name of the field that is shown at first.
     origin, spacing : (float, float, float)
         First point and distances of points along x, y and z.
+    numbers : mapping of str to (float, str), optional
+        Numbers with their units, which are written as field data.
     """
     place = f'Origin="{_listed(origin)}" Spacing="{_listed(spacing)}"'
-    _write(path, "ImageData", fields, units, shown, place)
+    data = [
+        _data_array(name, np.array([value], dtype=float), unit, 'NumberOfTuples="1" ')
+        for name, (value, unit) in (numbers or {}).items()
+    ]
+    about = f"<FieldData>{''.join(data)}</FieldData>" if data else ""
+    _write(path, "ImageData", fields, units, shown, place, about=about)
 
 
 def write_rectilinear_grid(
@@ -76,6 +84,7 @@ def _write(
     shown: str,
     place: str = "",
     coordinates: str = "",
+    about: str = "",
 ) -> None:
     """Write a file of one piece."""
     layers, n, m = fields[shown].shape
@@ -83,7 +92,7 @@ def _write(
     lines = [
         f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" '
         'header_type="UInt64">',
-        f'<{kind} WholeExtent="{extent}" {place}>',
+        f'<{kind} WholeExtent="{extent}" {place}>{about}',
         f'<Piece Extent="{extent}"><PointData Scalars="{shown}">',
     ]
     for name, values in fields.items():  # x varies fastest
@@ -92,15 +101,16 @@ def _write(
     path.write_text("\n".join(lines), encoding="ascii")
 
 
-def _data_array(name: str, values: np.ndarray, unit: str) -> str:
+def _data_array(name: str, values: np.ndarray, unit: str, options: str = "") -> str:
     """Return numbers with their name and unit as an element of a file."""
     kind = f"{values.dtype.kind}{values.dtype.itemsize}"
     data = values.astype(f"<{kind}").tobytes()
     size = np.uint64(len(data)).astype("<u8").tobytes()
     text = base64.b64encode(size + data).decode("ascii")
     key = 'name="UNITS_LABEL" location="vtkDataArray"'
+    about = f'type="{_TYPES[kind]}" Name="{name}" {options}format="binary"'
     return (
-        f'<DataArray type="{_TYPES[kind]}" Name="{name}" format="binary">{text}'
+        f"<DataArray {about}>{text}"
         f"<InformationKey {key}>{unit}</InformationKey></DataArray>"
     )
 

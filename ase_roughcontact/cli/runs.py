@@ -267,7 +267,7 @@ def write_maps(options: argparse.Namespace) -> int:
     folder, scene, steps = _results_of(options)
     shown = _steps_at_times(folder, scene, steps, options.times)
     surface = scene.sampled_surface
-    wanted = {step.step for step in steps if shown is None or step in shown}
+    wanted = {step.step: step for step in steps if shown is None or step in shown}
     depths = _depths(options.depths, scene, folder)
     refuse_link(folder / "maps")
     (folder / "maps").mkdir(exist_ok=True)
@@ -275,7 +275,7 @@ def write_maps(options: argparse.Namespace) -> int:
         number = frame.info["load_step"]["step"]
         name = folder / "maps" / f"step-{number:04d}.{options.format}"
         contact_map = ContactMap.from_frame(frame, surface)
-        write_map(contact_map, name)
+        write_map(contact_map, name, wanted[number])
         write(str(name))
         if depths:
             suffix = options.format

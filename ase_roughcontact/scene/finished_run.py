@@ -211,8 +211,7 @@ class Results(Summarized, Sequence[LoadStep]):
         Returns
         -------
         xarray.Dataset
-            Fields with units on x and y; see `map_dataset`. Number and penetration (Å)
-            of the step are attributes.
+            Fields with units on x and y; see `map_dataset`.
 
         Raises
         ------
@@ -221,13 +220,7 @@ class Results(Summarized, Sequence[LoadStep]):
         IndexError, ValueError
             As `map` does.
         """
-        step = self[number]
-        about = {
-            "step": step.step,
-            "penetration": step.penetration / UNITS["nm"],
-            "penetration_unit": "nm",
-        }
-        return map_dataset(self.map(number), about)
+        return map_dataset(self.map(number), self[number])
 
     def figure(self, column: str = "", along: str = "") -> Any:
         """Draw a column against another one, in printed units, beside theory.

@@ -27,7 +27,7 @@ def atoms():
 
 
 def read_npz(file):
-    return dict(np.load(file))
+    return {name: each for name, each in np.load(file).items() if each.ndim}
 
 
 def read_netcdf(file):
@@ -46,7 +46,8 @@ def read_vtk(file):
         kind = {"Float64": "<f8", "Int8": "i1"}[array.get("type")]
         assert int.from_bytes(raw[:8], "little") == len(raw) - 8
         values = np.frombuffer(raw[8:], kind)
-        fields[array.get("Name")] = values.reshape(SHAPE, order="F")
+        if array.get("NumberOfTuples") is None:  # a number of the whole map
+            fields[array.get("Name")] = values.reshape(SHAPE, order="F")
     origin, spacing = (
         [float(each) for each in image.get(key).split()]
         for key in ("Origin", "Spacing")
@@ -85,6 +86,40 @@ def test_fields_agree_with_the_contact(atoms, tmp_path, suffix, source):
     for name, values in expected.items():
         np.testing.assert_allclose(fields[name], values, rtol=1e-6, atol=1e-9)
     assert fields["displacement"].max() > 0.0
+
+
+def numbers_in(file):
+    """Numbers of a map in a file, apart from its fields."""
+    if file.suffix == ".npz":
+        return {
+            name: float(each) for name, each in np.load(file).items() if not each.ndim
+        }
+    if file.suffix == ".nc":
+        with netcdf_file(file, mmap=False) as data:
+            assert data.height_unit == b"nm" and data.normal_force_unit == b"nN"
+            names = "normal_force", "contact_area", "step", "height", "penetration"
+            return {name: float(getattr(data, name)) for name in names}
+    data = ElementTree.parse(file).getroot().find("ImageData").find("FieldData")
+    return {
+        each.get("Name"): np.frombuffer(base64.b64decode(each.text)[8:], "<f8")[0]
+        for each in data
+    }
+
+
+@pytest.mark.parametrize("suffix", READERS)
+def test_load_height_and_step_are_written(tmp_path, suffix):
+    atoms = atoms_under(rc.RoughSphere(40.0), shape=SHAPE)
+    *_, step = rc.load_path(atoms, penetrations=[0.1, 0.2])
+    file = tmp_path / f"map{suffix}"
+    write_map(ContactMap.from_atoms(atoms), file, step)
+    expected = {
+        "normal_force": step.normal_force / rc.nN,
+        "contact_area": step.contact_area / rc.nm**2,
+        "step": 1,
+        "height": step.height / rc.nm,
+        "penetration": 0.2 / rc.nm,
+    }
+    assert numbers_in(file) == pytest.approx(expected, rel=1e-6)
 
 
 def test_fields_that_are_not_known_are_left_out(atoms, tmp_path):
