@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from string import ascii_lowercase
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from cycler import cycler
@@ -29,7 +29,10 @@ DASHES = ("--", ":", "-.")
 #: Styles of lines.
 LINES = ("-", *DASHES)
 #: Names, colours and widths of lines of the branches of a force curve.
-BRANCHES = ("approach", BLUE, 2.0), ("retraction", ORANGE, 0.8)
+BRANCHES: tuple[tuple[Literal["approach", "retraction"], str, float], ...] = (
+    ("approach", BLUE, 2.0),
+    ("retraction", ORANGE, 0.8),
+)
 # Largest number of characters of labels that are placed side by side in a legend.
 _MAX_LABEL_LENGTH = 20
 # Share of a line at either side of its arrow that determines its direction.

@@ -24,7 +24,6 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.interactions import DugdaleWall, ExponentialWall, PowerLawWall
-from ase_roughcontact.path_kinds.loop.instabilities import interpolated
 from ase_roughcontact.path_kinds.loop.specification import default_step
 
 WALLS = ("adhesive", "full", "dugdale", "exponential", "power-law")
@@ -65,15 +64,15 @@ def random_setting(kind, seed):
 def loop_of(sphere, wall, deepest, finer=1.0, tolerance=1e-3):
     """Return an adhesion loop."""
     atoms = substrate("Cu", (12, 12), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, contact_modulus=1.0, interaction=wall)
+    atoms.calc = RoughContact(sphere, contact_modulus=1.0, wall=wall)
     step = default_step(wall, deepest) / finer
     options = {"window": "auto", "validity": "ignore", "tolerance": tolerance}
-    return adhesion_loop(atoms, deepest, step, **options)
+    return adhesion_loop(atoms, deepest=deepest, step=step, **options)
 
 
 def values_of(loop):
     """Return the values of a loop; snap-in is the largest tension on approach."""
-    _, approach, _ = interpolated(loop.approach, loop.approach_jumps)
+    _, approach = loop.curve("approach")
     return (
         loop.pull_off_force,
         -approach.min(),

@@ -19,7 +19,6 @@ from ase_roughcontact import (
     adhesion_loop,
     substrate,
 )
-from ase_roughcontact.path_kinds.loop.instabilities import interpolated
 from ase_roughcontact.plot import style
 
 RADIUS, RANGE = 100.0, 0.8
@@ -53,7 +52,9 @@ def loop_of(sphere, work, heterogeneity):
     wall = DugdaleWall(work, RANGE)
     atoms.calc = RoughContact(sphere, 1.0, wall, heterogeneity=heterogeneity)
     step = 0.5 * np.cbrt(work**2 * RADIUS)
-    return adhesion_loop(atoms, DEEPEST, step, window="auto", validity="ignore")
+    return adhesion_loop(
+        atoms, deepest=DEEPEST, step=step, window="auto", validity="ignore"
+    )
 
 
 # %%
@@ -70,12 +71,10 @@ with style():
         loop, work = loop_of(*case), case[1]
         lost[name] = loop.dissipated_energy / np.cbrt(work**5 * RADIUS**4)
         print(f"{name}: energy lost {lost[name]:.3f}")
-        for steps, jumps, line in (
-            (loop.approach, loop.approach_jumps, "--"),
-            (loop.retraction, loop.retraction_jumps, "-"),
-        ):
-            heights, forces, _ = interpolated(steps, jumps)
-            depths = steps[0].height + steps[0].penetration - heights
+        first_contact = loop.turn.height + loop.turn.penetration
+        for branch, line in (("approach", "--"), ("retraction", "-")):
+            heights, forces = loop.curve(branch)
+            depths = first_contact - heights
             ax.plot(depths, forces / (np.pi * work * RADIUS), line)
         ax.set_title(f"({'abc'[len(lost) - 1]}) {name}")
         ax.set(xlabel="depth / $a_0$", ylim=(-2.8, 0.5))

@@ -30,7 +30,6 @@ from ase_roughcontact._util.validation import FloatArray, positive
 from ase_roughcontact.path_kinds.loop.instabilities import (
     AdhesionLoop,
     Jump,
-    interpolated,
 )
 
 
@@ -150,8 +149,8 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
     The tip has no inertia: it does not oscillate after a jump.
     """
     positive(stiffness=stiffness)
-    first, down, _ = interpolated(loop.approach, loop.approach_jumps)
-    last, up, _ = interpolated(loop.retraction, loop.retraction_jumps)
+    first, down = loop.curve("approach")
+    last, up = loop.curve("retraction")
     # beyond the loop the tip is free; a soft cantilever may snap in from farther away
     free = max(first[0], last[-1]) + 1.1 * max(0.0, -up.min()) / stiffness
     first, down = np.append(free, first), np.append(0.0, down)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.path_kinds.loop.cantilever import CantileverCurve
-from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop, interpolated
+from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import (
     BRANCHES,
@@ -53,8 +53,8 @@ def plot_loop(
     """
     first_contact = loop.approach[0].height + loop.approach[0].penetration
     for name, colour, width in BRANCHES:
-        steps, jumps = getattr(loop, name), getattr(loop, f"{name}_jumps")
-        heights, forces, _ = interpolated(steps, jumps)
+        steps = getattr(loop, name)
+        heights, forces = loop.curve(name)
         depths = first_contact - heights
         axes.plot(depths, forces / NN, "-", color=colour, lw=width, label=name)
         rows = [(s.penetration, s.normal_force / NN, s.force_error / NN) for s in steps]
@@ -65,14 +65,14 @@ def plot_loop(
         before = jump.before.penetration, jump.before.normal_force / NN
         after = jump.after.penetration, jump.after.normal_force / NN
         add_jump(axes, before, after)
-    for i, (name, force) in enumerate((pull_off_forces or {}).items()):
+    for i, (label, force) in enumerate((pull_off_forces or {}).items()):
         line = DASHES[i % len(DASHES)]
-        axes.axhline(-force / NN, color="k", ls=line, lw=0.8, label=name)
+        axes.axhline(-force / NN, color="k", ls=line, lw=0.8, label=label)
     axes.set(xlabel="depth (Å)", ylabel="normal force $N$ (nN)")
     limits = axes.axis()
-    for i, (name, (along, values)) in enumerate((theory or {}).items()):
+    for i, (label, (along, values)) in enumerate((theory or {}).items()):
         depth, level = np.asarray(along), np.asarray(values) / NN
-        axes.plot(depth, level, f"k{DASHES[i % len(DASHES)]}", lw=0.8, label=name)
+        axes.plot(depth, level, f"k{DASHES[i % len(DASHES)]}", lw=0.8, label=label)
     axes.axis(limits)
     axes.legend()
     return axes

@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from ase_roughcontact._util.rounding import RATIO_ROUNDING
 from ase_roughcontact._util.summary import Summarized, short_text
-from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact._util.validation import FloatArray, one_of
 from ase_roughcontact.analysis.path_values import tension_at_turn
 from ase_roughcontact.results.record import LoadStep
 
@@ -181,8 +182,28 @@ class AdhesionLoop(Summarized):
         """
         if min(state.normal_force for state in self.retraction) >= 0.0:
             return 0.0
-        _, force, _ = interpolated(self.retraction, self.retraction_jumps)
+        _, force = self.curve("retraction")
         return -float(force.min())
+
+    def curve(
+        self, branch: Literal["approach", "retraction"]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the force as a function of the height, also between the states.
+
+        Parameters
+        ----------
+        branch : {"approach", "retraction"}
+
+        Returns
+        -------
+        heights, forces : ndarray, shape (k,)
+            Values on cubic polynomials with the forces and contact stiffnesses of the
+            states (Å, eV/Å). They have a step at an instability.
+        """
+        one_of(("approach", "retraction"), branch=branch)
+        states, jumps = getattr(self, branch), getattr(self, f"{branch}_jumps")
+        heights, forces, _ = interpolated(states, jumps)
+        return heights, forces
 
     @property
     def jumps(self) -> tuple[Jump, ...]:
