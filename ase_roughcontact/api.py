@@ -4,11 +4,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from ase_roughcontact._util.parts import shown_by
+from ase_roughcontact._util.units import GPa, nm, nN
 from ase_roughcontact.atoms.calculator import RoughContact, calculator_of
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import substrate
 from ase_roughcontact.contact import Problem, State
-from ase_roughcontact.elasticity import Creep, Viscoelastic
+from ase_roughcontact.elasticity import Creep, Isotropic, Layer, Viscoelastic
 from ase_roughcontact.elasticity.material import fcc_spacing
 from ase_roughcontact.interactions import (
     DugdaleWall,
@@ -39,8 +40,10 @@ from ase_roughcontact.results.column import column
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import Validity, ValidityWarning
 from ase_roughcontact.scene.finished_run import Results
+from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.stepping.options import StepOptions
 from ase_roughcontact.stepping.step import Stepper
+from ase_roughcontact.theory import JKR, Hertz
 from ase_roughcontact.topography import (
     CompositeRoughness,
     HeightMap,
@@ -52,6 +55,7 @@ from ase_roughcontact.topography import (
 )
 
 __all__ = [
+    "JKR",
     "ActiveSet",
     "CompositeRoughness",
     "Coulomb",
@@ -60,12 +64,16 @@ __all__ = [
     "ExponentialWall",
     "FourierModes",
     "FrictionLaw",
+    "GPa",
     "HalfSpacePrecon",
     "HardWall",
     "HeightMap",
+    "Hertz",
     "Heterogeneity",
     "Interaction",
     "Inverted",
+    "Isotropic",
+    "Layer",
     "LennardJones93",
     "LoadStep",
     "NewtonKrylov",
@@ -78,6 +86,7 @@ __all__ = [
     "Results",
     "RoughContact",
     "RoughSphere",
+    "Scene",
     "Schedule",
     "SelfAffine",
     "SlipWeakening",
@@ -95,6 +104,8 @@ __all__ = [
     "fcc_spacing",
     "fmax_for",
     "load_path",
+    "nN",
+    "nm",
     "on_modes",
     "pressure_of",
     "restore",
@@ -106,12 +117,8 @@ __all__ = [
 if TYPE_CHECKING:
     from ase_roughcontact.fitting.series.row import FittedCurve
     from ase_roughcontact.fitting.series.run import fit_curves, read_fitted_curves
-    from ase_roughcontact.foundation.builders import crystal_slab
-    from ase_roughcontact.foundation.calculator import ElasticFoundation
-    from ase_roughcontact.foundation.indenter import RigidIndenter, add_indenter
-    from ase_roughcontact.foundation.precon import FoundationPrecon
-    from ase_roughcontact.foundation.surface import CrystalSurface
     from ase_roughcontact.path_kinds.loop.atoms import adhesion_loop
+    from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
     from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
     from ase_roughcontact.path_kinds.sliding.atoms import release, sliding_path, stick
     from ase_roughcontact.path_kinds.sliding.record import SlidingStep
@@ -121,17 +128,12 @@ if TYPE_CHECKING:
 
     __all__ += [
         "AdhesionLoop",
-        "CrystalSurface",
-        "ElasticFoundation",
         "FittedCurve",
-        "FoundationPrecon",
-        "RigidIndenter",
         "SlidingStep",
         "TimeStep",
         "TimedSlidingStep",
-        "add_indenter",
         "adhesion_loop",
-        "crystal_slab",
+        "cantilever_curve",
         "fit_curves",
         "read_fitted_curves",
         "release",

@@ -57,7 +57,7 @@ def follow(stepper, *args, **options):
 def atoms_on(solid):
     sphere = RoughSphere(radius=200.0)
     atoms = substrate("Cu", (32, 32), sphere, spacing=2.5)
-    atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall())
+    atoms.calc = RoughContact(sphere, solid=solid, wall=HardWall())
     return atoms
 
 
@@ -65,7 +65,9 @@ def assert_resumed(folder, solid, depths, keep, names, **lateral):
     """Compare a path that is stopped after three steps and resumed with a whole one."""
 
     def steps(**options):
-        return sliding_path(atoms_on(solid), Coulomb(MU), depths, **lateral, **options)
+        return sliding_path(
+            atoms_on(solid), Coulomb(MU), penetrations=depths, **lateral, **options
+        )
 
     files = {"trajectory": folder / "p.traj", "csv": folder / "p.csv", "keep": keep}
     stopped = steps(output=Output(**files))

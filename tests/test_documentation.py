@@ -41,6 +41,8 @@ KNOWN = (
     "ase.optimize.precon",
     "ase.optimize.sciopt",
 )
+# Public names of the package, without its units.
+LISTED = {*public_names} - {"GPa", "nN", "nm"}
 
 
 @pytest.fixture
@@ -79,7 +81,7 @@ def build(tmp_path):
 @pytest.mark.first
 def test_guide_builds_without_warnings(build):
     pages = build("-D", "plot_gallery=0")
-    for name in public_names:
+    for name in LISTED:
         page = (pages / "reference" / "names" / f"{name}.html").read_text()
         assert f"{name}</span>" in page
     commands = (pages / "command_line.html").read_text()
@@ -266,4 +268,4 @@ def test_reference_lists_all_packages_and_public_names():
     packages = {".".join(folder.relative_to(package).parts) for folder in folders}
     listed = re.findall(r"^   ase_roughcontact\.([\w.]+)$", modules, re.M)
     assert set(listed) == packages
-    assert set(re.findall(r":(?:class|func):`\.(\w+)`", page)) == set(public_names)
+    assert set(re.findall(r":(?:class|func):`\.(\w+)`", page)) == LISTED

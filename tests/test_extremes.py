@@ -99,7 +99,7 @@ def steps(contact, load=None, height=None, start=None, tolerance=1e-9):
     """All steps of a relaxation; loads and tolerances in units of E* a0^2."""
     halfspace = contact.halfspace
     unit = halfspace.contact_modulus * halfspace.cell_area
-    constrained = contact.interaction.hard and not contact.interaction.attractive
+    constrained = contact.wall.hard and not contact.wall.attractive
     external = None
     if load is not None:
         load = bearable(contact, load)
@@ -117,7 +117,7 @@ def steps(contact, load=None, height=None, start=None, tolerance=1e-9):
 
 def bearable(contact, load):
     """Return a load, at most 0.9 of what the hardness bears."""
-    hardness = contact.interaction.hardness / contact.halfspace.contact_modulus
+    hardness = contact.wall.hardness / contact.halfspace.contact_modulus
     return min(load, 0.9 * hardness * contact.heights.size)
 
 
@@ -138,7 +138,7 @@ def relaxed(contact, load=None, tolerance=1e-9, **options):
 def assert_energy_falls(contact, states, load):
     energies = np.array([minimised(contact, state, load) for state in states])
     assert np.isfinite(energies).all()
-    wall = contact.interaction
+    wall = contact.wall
     # updates of the reaction, and whole steps with the inverse of a wall, may raise it
     if not (wall.hard and wall.attractive) and not wall.invertible:
         # rounding errors of the terms of the energy, which are larger at the start
@@ -147,7 +147,7 @@ def assert_energy_falls(contact, states, load):
 
 def minimised(contact, state, load):
     """Energy that is minimised: for a hard wall under a load without the load's."""
-    if not contact.interaction.hard:
+    if not contact.wall.hard:
         return state.energy
     area = contact.halfspace.cell_area
     undeformed = contact.heights + (state.height if load is None else 0.0)
@@ -157,7 +157,7 @@ def minimised(contact, state, load):
 
 def largest_force(contact, state, load):
     """Largest force on an atom or the indenter."""
-    halfspace, pressure, wall = contact.halfspace, state.pressure, contact.interaction
+    halfspace, pressure, wall = contact.halfspace, state.pressure, contact.wall
     area = halfspace.cell_area
     wanted = bearable(contact, load or 0.0) * halfspace.contact_modulus * area
     if wall.hard and wall.attractive:
@@ -169,7 +169,7 @@ def largest_force(contact, state, load):
         missing = 0.0 if load is None else errors.load_error
         return max(gap * area / halfspace.self_compliance, missing)
     gap = state.height + contact.heights - halfspace.displacement(pressure)
-    repulsion = contact.wall(gap)[1]
+    repulsion = contact.evaluate_wall(gap)[1]
     missing = 0.0 if load is None else abs(area * repulsion.sum() - wanted)
     return max(area * float(abs(repulsion - pressure).max()), missing)
 
@@ -179,7 +179,7 @@ def largest_force_of_attraction(contact, state, load, wanted):
     halfspace, pressure = contact.halfspace, state.pressure
     area, spacing = halfspace.cell_area, halfspace.spacing
     gap = state.height + contact.heights - halfspace.displacement(pressure)
-    reaction = pressure - contact.wall(np.maximum(gap, 0.0))[1]
+    reaction = pressure - contact.evaluate_wall(np.maximum(gap, 0.0))[1]
     touching = gap <= 1e-6 * spacing
     assert gap.min() >= -2e-6 * spacing
     missing = 0.0 if load is None else abs(area * pressure.sum() - wanted)
@@ -317,7 +317,7 @@ def test_an_indenter_may_overlap_by_many_core_lengths(wall, depth):
 @pytest.mark.parametrize("wall", ["repulsive", "adhesive", "full"])
 def test_a_flat_indenter_relaxes_where_pieces_of_the_potential_join(wall):
     contact = contact_on(np.zeros((8, 8)), wall)
-    law = contact.interaction
+    law = contact.wall
     onset = getattr(law, "onset", law.distance)
     for joint in (law.core, law.contact_distance, onset, law.cutoff):
         for height in (np.nextafter(joint, 0.0), joint, np.nextafter(joint, 9.0)):
@@ -384,7 +384,7 @@ def test_single_precision_reports_its_limit(wall, periodic):
 @pytest.mark.parametrize("offset", [1e4, 1e8])
 def test_a_load_below_rounding_errors_of_the_height_is_reported(offset):
     contact = contact_of(rc.RoughSphere(100.0, rough()), "repulsive")
-    far = Contact(contact.halfspace, contact.heights + offset, contact.interaction)
+    far = Contact(contact.halfspace, contact.heights + offset, contact.wall)
     rounding = EPS * offset  # a force, since the wall's stiffness is one
     assert steps(far, 1.0, tolerance=100.0 * rounding)[-1].converged
     last = steps(far, 1e-3 * rounding, tolerance=1e-6 * rounding)[-1]
@@ -423,7 +423,7 @@ def test_a_path_up_and_down_is_reversible_and_needs_no_more_memory(turns):
     down = np.linspace(0.1, 1.0, turns)
     records, sizes = [], []
     tracemalloc.start()
-    for record in rc.load_path(atoms, [*down, *down[::-1]], fmax=1e-10):
+    for record in rc.load_path(atoms, penetrations=[*down, *down[::-1]], fmax=1e-10):
         records.append(replace(record, seconds=0.0))
         if len(records) in (turns, 2 * turns):
             gc.collect()

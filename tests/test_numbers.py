@@ -26,7 +26,7 @@ def energy(**options):
 
 
 def path(**options):
-    return list(rc.load_path(make_atoms(), [0.1], **options))
+    return list(rc.load_path(make_atoms(), penetrations=[0.1], **options))
 
 
 def loop(**options):

@@ -11,6 +11,7 @@ import pytest
 from built import atoms_under
 
 import ase_roughcontact as rc
+from ase_roughcontact import cantilever_curve
 from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact.analysis import (
     ContactMap,
@@ -22,7 +23,6 @@ from ase_roughcontact.analysis import (
 )
 from ase_roughcontact.atoms.calculator import problem_of, state_of
 from ase_roughcontact.elasticity import Isotropic
-from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
 
@@ -44,7 +44,7 @@ def pressed():
     solid = Isotropic(1.0, poisson=0.3)
     atoms = atoms_under(rc.RoughSphere(60.0), rc.HardWall(), (12, 12), solid=solid)
     output = rc.Output(record=GapStep)
-    (step,) = rc.load_path(atoms, [0.3], validity="ignore", output=output)
+    (step,) = rc.load_path(atoms, penetrations=[0.3], validity="ignore", output=output)
     return atoms, step
 
 

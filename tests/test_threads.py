@@ -39,7 +39,7 @@ def contact_of(kind, wall):
 
 
 def relaxed(contact, load=20.0):
-    solver = active_set if contact.interaction.hard else newton_krylov
+    solver = active_set if contact.wall.hard else newton_krylov
     *_, last = solver(
         contact,
         height=0.3,

@@ -25,7 +25,7 @@ SPHERE = rc.RoughSphere(500.0, profile="paraboloid")
 def build(solid: Isotropic | rc.Viscoelastic, fixed: bool = True) -> Atoms:
     """Atoms under a sphere."""
     atoms = rc.substrate("Si", (16, 16), SPHERE, fixed=fixed)
-    atoms.calc = rc.RoughContact(SPHERE, solid=solid, interaction=rc.HardWall())
+    atoms.calc = rc.RoughContact(SPHERE, solid=solid, wall=rc.HardWall())
     return atoms
 
 
@@ -38,8 +38,10 @@ def press() -> Numbers:
     """Penetrations as an array, a list and a tuple."""
     atoms = build(Isotropic(171 * GPa, poisson=0.3))
     found = areas(rc.load_path(atoms, penetrations=np.linspace(0.1, 0.3, 2)))
-    areas(rc.load_path(atoms, [0.1, 0.2], accuracy="high", validity="ignore"))
-    areas(rc.load_path(atoms, (0.1,), window="fixed", accuracy=1e-3))
+    areas(
+        rc.load_path(atoms, penetrations=[0.1, 0.2], accuracy="high", validity="ignore")
+    )
+    areas(rc.load_path(atoms, penetrations=(0.1,), window="fixed", accuracy=1e-3))
     return found
 
 
@@ -48,7 +50,11 @@ def slide() -> float:
     atoms = build(Isotropic(171 * GPa, poisson=0.3))
     slid: list[rc.SlidingStep] = list(
         rc.sliding_path(
-            atoms, rc.Coulomb(0.3), 0.2, displacements=[0.0, 0.1], max_steps=100
+            atoms,
+            rc.Coulomb(0.3),
+            penetrations=0.2,
+            displacements=[0.0, 0.1],
+            max_steps=100,
         )
     )
     return slid[-1].lateral_force_x
@@ -59,7 +65,9 @@ def wait() -> float:
     creep = rc.Creep.standard_solid(relaxed=0.5, time=1.0)
     atoms = build(rc.Viscoelastic(1.0, creep))
     schedule = rc.Schedule(0.0).step(0.2).hold(1.0)
-    timed: list[rc.TimeStep] = list(rc.time_path(atoms, schedule, tolerance=0.1))
+    timed: list[rc.TimeStep] = list(
+        rc.time_path(atoms, penetrations=schedule, tolerance=0.1)
+    )
     return timed[-1].time
 
 
@@ -73,9 +81,9 @@ def look() -> tuple[Numbers, Numbers]:
 
 def mistakes(atoms: Atoms) -> None:
     """Typing errors, which are never executed."""
-    rc.adhesion_loop(atoms, 1.0, acuracy="high")  # type: ignore[call-arg]
-    rc.load_path(atoms, [1.0], window="atuo")  # type: ignore[arg-type]
-    rc.load_path(atoms, [1.0], accuracy="hihg")  # type: ignore[arg-type]
+    rc.adhesion_loop(atoms, deepest=1.0, acuracy="high")  # type: ignore[call-arg]
+    rc.load_path(atoms, penetrations=[1.0], window="atuo")  # type: ignore[arg-type]
+    rc.load_path(atoms, penetrations=[1.0], accuracy="hihg")  # type: ignore[arg-type]
     rc.sliding_path(atoms, rc.Tresca(1.0), coupling="solvd")  # type: ignore[arg-type]
     rc.time_path(atoms, validity="wran")  # type: ignore[arg-type]
     rc.RoughContact(SPHERE, 1.0, lood=3.0)  # type: ignore[arg-type]

@@ -7,7 +7,8 @@ the part that defines them::
     SHOWN = {"plot": {"plot_loop": "figures"}}
 
 makes the function of the module ``figures`` available as
-``ase_roughcontact.plot.plot_loop``.
+``ase_roughcontact.plot.plot_loop``. The package ``""`` is ``ase_roughcontact`` itself,
+which has these names without listing them.
 """
 
 from __future__ import annotations
@@ -45,7 +46,8 @@ def shown_by(package: str) -> dict[str, str]:
     Parameters
     ----------
     package : str
-        Name of a package within ``ase_roughcontact``, such as ``"plot"``.
+        Name of a package within ``ase_roughcontact``, such as ``"plot"``; empty for
+        the package itself.
 
     Returns
     -------
@@ -80,5 +82,6 @@ def import_shown(package: str, name: str) -> Any:
     """
     modules = shown_by(package)
     if name not in modules:
-        raise AttributeError(f"module '{_PACKAGE}.{package}' has no attribute {name!r}")
+        module = f"{_PACKAGE}.{package}".rstrip(".")
+        raise AttributeError(f"module {module!r} has no attribute {name!r}")
     return getattr(import_module(modules[name]), name)

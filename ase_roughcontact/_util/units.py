@@ -26,17 +26,19 @@ LENGTHS: dict[str, float] = {
     "\u212b": 1.0,  # Angstrom sign
 }
 
-# One nanonewton (eV/Å).
-_NANONEWTON = 1e-9 * J / m
+#: One nanometre in ASE's unit of length (Å).
+nm = LENGTHS["nm"]
+#: One nanonewton in ASE's unit of force (eV/Å).
+nN = 1e-9 * J / m  # noqa: N816
 #: Units of force in ASE's unit, eV/Å.
 FORCES: dict[str, float] = {
-    "nN": _NANONEWTON,
-    "pN": 1e-3 * _NANONEWTON,
-    "N": 1e9 * _NANONEWTON,
+    "nN": nN,
+    "pN": 1e-3 * nN,
+    "N": 1e9 * nN,
     "eV/Å": 1.0,
-    "uN": 1e3 * _NANONEWTON,
-    "\u00b5N": 1e3 * _NANONEWTON,  # micro sign
-    "\u03bcN": 1e3 * _NANONEWTON,  # Greek letter mu
+    "uN": 1e3 * nN,
+    "\u00b5N": 1e3 * nN,  # micro sign
+    "\u03bcN": 1e3 * nN,  # Greek letter mu
 }
 
 #: Units of speed in Å/s.

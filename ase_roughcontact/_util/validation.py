@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+import re
 import reprlib
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
@@ -27,6 +28,8 @@ _MAX_POINTS = 10**9
 _NUMBERS = (int, float, np.integer, np.floating)
 # Smallest similarity of a known name that is suggested for an unknown one.
 _MIN_SIMILARITY = 0.6
+# Beginning of a number with a unit in a text.
+_QUANTITY = re.compile(r"\s*[-+]?[\d.]+(e[-+]?\d+)?\s*[^\W\d_]", re.IGNORECASE)
 # Representation of values in messages, shortened.
 _shortened = reprlib.Repr()
 _shortened.maxstring = _shortened.maxother = _shortened.maxlong = 100
@@ -78,7 +81,16 @@ def check_poisson(**values: Any) -> None:
 def _check(values: dict[str, Any], kind: str, holds: Callable[[Any], bool]) -> None:
     for name, value in values.items():
         if not (_number(value) and holds(value)):
-            raise ValueError(f"{name} must be {kind}, got {shown(value)}")
+            raise ValueError(
+                f"{name} must be {kind}, got {shown(value)}{_advice_on(value)}"
+            )
+
+
+def _advice_on(value: Any) -> str:
+    """Return the advice for a number with a unit in a text, as in scene files."""
+    if isinstance(value, str) and _QUANTITY.match(value):
+        return ": give a number in units of ASE (Å, eV), as in 30 * nm"
+    return ""
 
 
 def instance_of(kind: type | tuple[type, ...], **values: Any) -> None:
@@ -152,6 +164,7 @@ def _checked_array(
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(
             f"{name} must be a number or an array of them, got {shown(value)}"
+            f"{_advice_on(value)}"
         ) from error
     if not np.all(np.isfinite(array) & holds(array)):
         raise ValueError(f"{name} must be {kind}, got {shown(value)}")

@@ -74,7 +74,7 @@ class RoughContact(PropertiesCalculator):
     contact_modulus : float, optional
         ``E* = E/(1 - nu^2)`` of an isotropic substrate (eV/Å^3; 1 GPa is
         `ase.units.GPa`).
-    interaction : Interaction, optional
+    wall : Interaction, optional
         The wall; by default `LennardJones93.repulsive` as stiff as the substrate.
     heterogeneity : Heterogeneity, optional
         Local work of adhesion, relative to the work of adhesion of an attractive wall;
@@ -158,7 +158,7 @@ class RoughContact(PropertiesCalculator):
         "indenter": None,
         "contact_modulus": None,
         "solid": None,
-        "interaction": None,
+        "wall": None,
         "heterogeneity": None,
         "load": 0.0,
         "fft": {},
@@ -170,7 +170,7 @@ class RoughContact(PropertiesCalculator):
         self,
         indenter: Surface | None = None,
         contact_modulus: float | None = None,
-        interaction: Interaction | None = None,
+        wall: Interaction | None = None,
         *,
         heterogeneity: Heterogeneity | None = None,
         solid: ElasticSolid | None = None,
@@ -185,12 +185,14 @@ class RoughContact(PropertiesCalculator):
         self._sticking: Sticking | None = None
         self._warned_of_load = 0.0
         self._warned_of_indenter = self._warned_of_translation = False
+        if wall is None:  # an earlier name of the parameter
+            wall = unknown.pop("interaction", None)
         super().__init__(
             atoms=atoms,
             indenter=indenter,
             contact_modulus=contact_modulus,
             solid=solid,
-            interaction=interaction,
+            wall=wall,
             heterogeneity=heterogeneity,
             load=load,
             fft={} if fft is None else fft,
@@ -246,6 +248,8 @@ class RoughContact(PropertiesCalculator):
         ValueError, TypeError
             As for the class; nothing is changed then.
         """
+        if "wall" not in kwargs and "interaction" in kwargs:
+            kwargs["wall"] = kwargs.pop("interaction")
         for name in kwargs:
             if name not in self.default_parameters:
                 raise TypeError(
@@ -393,7 +397,7 @@ class RoughContact(PropertiesCalculator):
 
     def _check_positions(self, atoms: Atoms) -> None:
         """Raise `ValueError` if an optimizer has failed at a hard wall."""
-        wall = self.parameters["interaction"]
+        wall = self.parameters["wall"]
         if wall is not None and wall.hard and not np.isfinite(atoms.positions).all():
             raise ValueError(
                 "positions must be finite, got NaN or infinity: a hard wall has no "

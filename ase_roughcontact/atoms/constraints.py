@@ -32,7 +32,7 @@ def soft_contact_of(atoms: Atoms) -> Contact:
         If the calculator is not a `RoughContact`, or the wall is hard.
     """
     contact = contact_of(atoms)
-    wall = contact.interaction
+    wall = contact.wall
     if wall.hard:
         advice = f"relax it with {wall.optimizer}"
         raise ValueError(f"a hard wall has no gradient: {advice}")
@@ -159,6 +159,6 @@ def reference_stiffness(contact: Contact) -> float:
         Three times the wall's stiffness where it begins to repel, and at least a tenth
         of E*/a0 (pressure per length).
     """
-    wall, halfspace = contact.interaction, contact.halfspace
+    wall, halfspace = contact.wall, contact.halfspace
     onset = wall.stiffness_at_contact
     return max(0.1 * halfspace.contact_modulus / halfspace.spacing, 3.0 * onset)

@@ -28,7 +28,7 @@ _CLASS_OF_PART: dict[str, Any] = {
 KINDS: dict[str, Any] = {
     "indenter": Surface,
     "solid": ElasticSolid,
-    "interaction": Interaction,
+    "wall": Interaction,
     "heterogeneity": Heterogeneity,
 }
 

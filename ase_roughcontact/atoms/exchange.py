@@ -85,7 +85,7 @@ def regrid(atoms: Atoms, change: GridChange, keep_window: bool = True) -> float:
     if fine.indenter is not problem.indenter:
         atoms.info[INDENTER_KEY] = surface_id(fine.indenter)
         set_mark(atoms, fields=0)
-    atoms.calc.set(indenter=fine.indenter, interaction=problem.wall)
+    atoms.calc.set(indenter=fine.indenter, wall=problem.wall)
     return lost_slope(problem.indenter, fine.indenter)
 
 

@@ -10,6 +10,9 @@ from ase import Atoms
 
 #: Key of `Atoms.info` under which `substrate` stores the `surface_id` of the indenter.
 INDENTER_KEY = "indenter"
+#: Key of `Atoms.info` of what decides whether the indenter is fixed, and its value
+#: if paths do.
+SUPPORT_KEY, BY_PATH = "support", "path"
 #: Key in the `info` of a frame of the pressures.
 PRESSURE = "pressure"
 #: Key in the `info` of a frame of the depth by which its past lowers the surface, by

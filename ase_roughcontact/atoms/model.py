@@ -85,7 +85,7 @@ def checked(name: str, value: Any) -> Any:
     elif not isinstance(value, KINDS[name]):
         kind = KINDS[name].__name__
         raise ValueError(f"{name} must be a {kind}, got {value!r}")
-    if name == "interaction":
+    if name == "wall":
         check_attributes(value)
         _warn_of_units(hardness=value.hardness, work_of_adhesion=value.work_of_adhesion)
     return value
@@ -125,7 +125,7 @@ def problem_for(grid: SurfaceGrid, parameters: Mapping[str, Any]) -> Problem:
         If a parameter is missing, or some of them do not fit together.
     """
     solid, modulus = parameters["solid"], parameters["contact_modulus"]
-    indenter, wall = parameters["indenter"], parameters["interaction"]
+    indenter, wall = parameters["indenter"], parameters["wall"]
     if indenter is None or (solid is None and modulus is None):
         raise ValueError(
             "RoughContact needs an indenter, and a contact_modulus or a solid"

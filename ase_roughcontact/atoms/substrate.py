@@ -14,10 +14,11 @@ import math
 
 import numpy as np
 from ase import Atoms
-from ase.constraints import FixAtoms
+from ase.constraints import FixAtoms, Hookean
 from ase.data import atomic_numbers
 
 from ase_roughcontact._util.callers import warn
+from ase_roughcontact._util.keywords import suggesting
 from ase_roughcontact._util.validation import (
     boolean,
     finite,
@@ -26,14 +27,16 @@ from ase_roughcontact._util.validation import (
     surface,
 )
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.info import INDENTER_KEY
-from ase_roughcontact.atoms.marks import set_mark
+from ase_roughcontact.atoms.info import BY_PATH, INDENTER_KEY, SUPPORT_KEY
+from ase_roughcontact.atoms.marks import marked_fields, set_mark
+from ase_roughcontact.atoms.sticking import indenter_fixed
 from ase_roughcontact.elasticity.material import check_element, fcc_spacing
 from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.base import surface_id
 from ase_roughcontact.topography.topography import Topography, topography_of
 
 
+@suggesting
 def substrate(
     symbol: str,
     shape: tuple[int, int],
@@ -43,7 +46,7 @@ def substrate(
     periodic: bool = False,
     height: float | None = None,
     center: tuple[float, float] = (0.0, 0.0),
-    fixed: bool = True,
+    fixed: bool | None = None,
 ) -> Atoms:
     """Build the surface atoms and the indenter above them.
 
@@ -69,9 +72,10 @@ def substrate(
     center : (float, float)
         Position of the window's centre relative to the indenter's axis (Å), rounded
         to whole spacings.
-    fixed : bool
-        Fix the indenter (displacement control). Otherwise it is free to move along z
-        (load control, cantilever).
+    fixed : bool, optional
+        Fix the indenter (displacement control), or leave it free to move along z (load
+        control, cantilever). By default the indenter is fixed until a path needs a free
+        one, and paths fix and free it as they need.
 
     Returns
     -------
@@ -105,7 +109,7 @@ def substrate(
     n, m = grid_shape(shape)
     check_element(symbol)
     surface(indenter=indenter)
-    boolean(periodic=periodic, fixed=fixed)
+    boolean(periodic=periodic, fixed=True if fixed is None else fixed)
     a0 = fcc_spacing(symbol) if spacing is None else spacing
     positive(spacing=a0)
     if np.shape(center) != (2,):
@@ -127,6 +131,9 @@ def substrate(
     topography = topography_of(indenter)
     if periodic and topography.apex_radius == math.inf:
         _check_period(topography, (n, m), a0)
+    if fixed is None:
+        atoms.info[SUPPORT_KEY] = BY_PATH
+        fixed = True
     return supported(atoms, indenter, fixed)
 
 
@@ -139,6 +146,36 @@ def supported(atoms: Atoms, indenter: Surface, fixed: bool) -> Atoms:
         atoms.set_constraint(FixAtoms([len(atoms) - 1]))
     set_mark(atoms, fields=0)
     return atoms
+
+
+def set_support(atoms: Atoms, fixed: bool) -> None:
+    """Fix or free the indenter, in place, if `substrate` has left that to paths.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Substrate and indenter. An indenter on springs stays free.
+    fixed : bool
+        Whether the path needs a fixed indenter.
+    """
+    if atoms.info.get(SUPPORT_KEY) != BY_PATH or indenter_fixed(atoms) == fixed:
+        return
+    last, held = len(atoms) - 1, list(atoms.constraints)
+    if not fixed:
+        kept = [each for each in held if not _fixes_only(each, last)]
+    elif any(isinstance(each, Hookean) for each in held):
+        kept = held
+    else:
+        kept = [*held, FixAtoms([last])]
+    atoms.set_constraint(kept)
+    set_mark(atoms, marked_fields(atoms))
+
+
+def _fixes_only(constraint: object, atom: int) -> bool:
+    """Return whether a constraint fixes one atom and no other."""
+    if not isinstance(constraint, FixAtoms):
+        return False
+    return bool(np.array_equal(constraint.get_indices(), [atom]))
 
 
 def _check_period(indenter: Topography, shape: tuple[int, int], spacing: float) -> None:

@@ -28,7 +28,7 @@ class Contact:
     heights : ndarray, shape (n, m)
         Lower surface of the indenter above its reference height, at every atom of the
         window (length).
-    interaction : Interaction
+    wall : Interaction
         The wall.
     adhesion : ndarray, shape (n, m), optional
         Local work of adhesion, relative to the wall's work of adhesion; see
@@ -59,7 +59,7 @@ class Contact:
         self,
         halfspace: HalfSpace,
         heights: np.ndarray,
-        interaction: Interaction,
+        wall: Interaction,
         adhesion: np.ndarray | None = None,
         plastic_depth: np.ndarray | None = None,
         creep_pressure: np.ndarray | None = None,
@@ -72,7 +72,7 @@ class Contact:
             self.heights = self.heights + self._checked("plastic_depth", plastic_depth)
         if past_depth is not None:
             self.heights = self.heights + self._checked("past_depth", past_depth)
-        self.interaction, self.plastic_depth = interaction, plastic_depth
+        self.wall, self.plastic_depth = wall, plastic_depth
         self.creep_pressure, self.past_depth = creep_pressure, past_depth
         self.adhesion = None
         if adhesion is not None:
@@ -85,15 +85,15 @@ class Contact:
     @property
     def first_contact(self) -> float:
         """Height of the indenter at which the wall begins to repel a flat surface."""
-        return float(self.interaction.contact_distance - self.indenter_heights.min())
+        return float(self.wall.contact_distance - self.indenter_heights.min())
 
     @property
     def plastic_work(self) -> float:
         """Work of the plastic flow in earlier steps."""
-        if self.plastic_depth is None or not self.interaction.plastic:
+        if self.plastic_depth is None or not self.wall.plastic:
             return 0.0
         depth = float(self.plastic_depth.sum())
-        return self.interaction.hardness * self.halfspace.cell_area * depth
+        return self.wall.hardness * self.halfspace.cell_area * depth
 
     def changed(
         self,
@@ -106,7 +106,7 @@ class Contact:
         return Contact(
             halfspace,
             self.indenter_heights,
-            self.interaction,
+            self.wall,
             self.adhesion,
             plastic_depth,
             creep_pressure,
@@ -150,7 +150,7 @@ class Contact:
             return np.zeros(displacement.shape)
         return self.halfspace.elastic_pressure(displacement)
 
-    def wall(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate_wall(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return energy per area and pressure of the wall, without a reaction.
 
         Parameters
@@ -163,7 +163,7 @@ class Contact:
         energy, pressure : ndarray, shape (n, m)
         """
         energy, pressure = np.zeros(gap.shape), np.zeros(gap.shape)
-        _evaluate_in_range(energy, pressure, gap, self.adhesion, self.interaction)
+        _evaluate_in_range(energy, pressure, gap, self.adhesion, self.wall)
         return energy, pressure
 
     def evaluate(
@@ -210,7 +210,7 @@ class Contact:
             elastic = self.elastic_pressure(displacement)
         loaded = displacement[: elastic.shape[0], : elastic.shape[1]]
         gap = self.gap(displacement, height)
-        wall_energy, pressure, touching = self._evaluate_wall(gap, elastic, reaction)
+        wall_energy, pressure, touching = self._with_reaction(gap, elastic, reaction)
         work, normal_force = inner(loaded, elastic), float(area * pressure.sum())
         if periodic:  # their means do no work
             work -= float(displacement.mean() * elastic.sum())
@@ -231,7 +231,7 @@ class Contact:
             normal_force=normal_force,
             cell_area=area,
             touching=touching,
-            hardness=self.interaction.hardness,
+            hardness=self.wall.hardness,
             kept_depth=self.plastic_depth,
         )
 
@@ -255,10 +255,10 @@ class Contact:
             energies -= energies.mean()
         energies *= displacement
         energies *= -0.5
-        on_window, wall = self._on_window(energies), self.interaction
+        on_window, wall = self._on_window(energies), self.wall
         if not wall.purely_hard:
             gap = np.maximum(state.gap, 0.0) if wall.hard else state.gap
-            on_window += self.wall(gap)[0]
+            on_window += self.evaluate_wall(gap)[0]
         if wall.plastic:
             on_window += self._plastic_energy(state.gap, state.pressure)
         energies *= state.cell_area
@@ -268,20 +268,20 @@ class Contact:
         """Return the part of an array of the displaced atoms that is on the window."""
         return values[: self.halfspace.shape[0], : self.halfspace.shape[1]]
 
-    def _evaluate_wall(
+    def _with_reaction(
         self, gap: np.ndarray, elastic: np.ndarray, reaction: np.ndarray | None
     ) -> tuple[np.ndarray | float, np.ndarray, np.ndarray | None]:
         """Return energy and pressure of the wall, and which atoms touch it.
 
         The latter is None unless a hard wall attracts: atoms under pressure touch.
         """
-        wall = self.interaction
+        wall = self.wall
         if not wall.hard:
-            return *self.wall(gap), None
+            return *self.evaluate_wall(gap), None
         energy: np.ndarray | float = 0.0
         attraction: np.ndarray | float = 0.0
         if wall.attractive:
-            energy, attraction = self.wall(np.maximum(gap, 0.0))
+            energy, attraction = self.evaluate_wall(np.maximum(gap, 0.0))
         if reaction is None:
             reaction = self._reaction(gap, elastic, attraction)
         elif wall.attractive:
@@ -311,7 +311,7 @@ class Contact:
             raise ValueError(
                 f"{np.count_nonzero(gap < -tolerance)} atoms overlap with the hard "
                 f"wall by up to {-gap.min():.3g}, where its force is not defined: "
-                f"relax them with {self.interaction.optimizer}, or use "
+                f"relax them with {self.wall.optimizer}, or use "
                 "LennardJones93.repulsive with another optimizer"
             )
 
@@ -320,7 +320,7 @@ class Contact:
     ) -> np.ndarray:
         """Return the elastic pressure on the atoms that touch a hard wall."""
         window = elastic[: gap.shape[0], : gap.shape[1]]
-        if self.interaction.plastic:
+        if self.wall.plastic:
             return self._plastic_reaction(gap, window)
         self._check_overlap(gap)
         if self.halfspace.periodic:
@@ -330,7 +330,7 @@ class Contact:
 
     def _plastic_reaction(self, gap: np.ndarray, elastic: np.ndarray) -> np.ndarray:
         """Return the elastic pressure on touching atoms, the hardness at overlaps."""
-        hardness = self.interaction.hardness
+        hardness = self.wall.hardness
         tolerance = _HARD_GAP * self.halfspace.spacing
         overlaps = gap < -tolerance
         if self.halfspace.periodic:
@@ -346,7 +346,7 @@ class Contact:
 
     def _plastic_energy(self, gap: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """Return the work of the plastic flow per area."""
-        hardness = self.interaction.hardness
+        hardness = self.wall.hardness
         depth = np.maximum(-gap, 0.0) * flows(pressure, hardness)
         if self.plastic_depth is not None:
             depth += self.plastic_depth

@@ -88,7 +88,7 @@ class Problem(Summarized):
         check_wall(self.wall, self.spacing)
         if self.heterogeneity and not self.wall.attractive:
             raise ValueError(
-                f"heterogeneity needs an interaction with attraction, got {self.wall!r}"
+                f"heterogeneity needs a wall with attraction, got {self.wall!r}"
             )
 
     @cached_property

@@ -8,6 +8,7 @@ from ase_roughcontact.elasticity.creep import Creep, fit_relaxation
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.crystals.cubic import Cubic
 from ase_roughcontact.elasticity.crystals.impedance import surface_modulus
+from ase_roughcontact.elasticity.fft_backends import BlockTransform
 from ase_roughcontact.elasticity.greens import SOLIDS, ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.halfspace import (
     FreeHalfSpace,
@@ -26,6 +27,7 @@ from ase_roughcontact.elasticity.layer import Layer
 from ase_roughcontact.elasticity.love import love_kernel
 from ase_roughcontact.elasticity.material import (
     CRYSTALS,
+    HARDNESS,
     contact_modulus,
     crystal_modulus,
 )
@@ -35,7 +37,9 @@ from ase_roughcontact.elasticity.viscoelastic import Viscoelastic
 
 __all__ = [
     "CRYSTALS",
+    "HARDNESS",
     "SOLIDS",
+    "BlockTransform",
     "Creep",
     "Crystal",
     "Cubic",

@@ -30,6 +30,9 @@ from ase_roughcontact._util.validation import grid_shape, integer
 from ase_roughcontact.elasticity import fft_backends
 from ase_roughcontact.elasticity.fft_backends import ENGINES, BlockTransform
 
+#: Options of `RealFFT2` that half spaces take as keywords.
+FFT_OPTIONS = "dtype", "engine", "threads", "blocking"
+
 # Largest number of points of a grid that pyfftw transforms by default: on small grids
 # its calls take less time than calls of ducc0, a sixth for 32 * 32 points.
 _MAX_PYFFTW_POINTS = 64 * 64

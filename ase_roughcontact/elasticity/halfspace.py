@@ -25,8 +25,9 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.keywords import check_keywords
 from ase_roughcontact._util.validation import grid_shape, positive
-from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
+from ase_roughcontact.elasticity.fft import FFT_OPTIONS, RealFFT2, fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.spectra import quadrants, wrapped_distance
 from ase_roughcontact.elasticity.viscoelastic import Scaled
@@ -49,7 +50,7 @@ class HalfSpace(ABC):
     solid : ElasticSolid or float
         Solid; a number is the contact modulus of an isotropic solid (pressure).
     **fft
-        Options of `RealFFT2`.
+        Options of `RealFFT2`: `dtype`, `engine`, `threads`, `blocking`.
 
     Attributes
     ----------
@@ -66,6 +67,8 @@ class HalfSpace(ABC):
     ------
     ValueError
         If the shape is not two whole numbers, or spacing or modulus are not positive.
+    TypeError
+        If an option is unknown.
     """
 
     periodic: bool
@@ -79,6 +82,7 @@ class HalfSpace(ABC):
         solid: ElasticSolid | float,
         **fft: Any,
     ) -> None:
+        check_keywords(type(self).__name__, fft, FFT_OPTIONS)
         self.shape = grid_shape(shape)
         positive(spacing=spacing)
         self.spacing = float(spacing)

@@ -20,9 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.keywords import check_keywords
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.circulant import padded_box
-from ase_roughcontact.elasticity.fft import RealFFT2
+from ase_roughcontact.elasticity.fft import FFT_OPTIONS, RealFFT2
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.spectra import (
@@ -53,6 +54,7 @@ class _Response:
         periodic: bool = False,
         **fft: Any,
     ) -> None:
+        check_keywords(type(self).__name__, fft, FFT_OPTIONS)
         self.shape = grid_shape(shape)
         positive(spacing=spacing)
         self.spacing, self.solid, self.periodic = float(spacing), solid, periodic

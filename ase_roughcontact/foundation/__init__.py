@@ -7,7 +7,7 @@ from ase_roughcontact.foundation.precon import FoundationPrecon
 from ase_roughcontact.foundation.surface import CrystalSurface
 
 SHOWN = {
-    "api": {
+    "": {
         "CrystalSurface": "surface",
         "ElasticFoundation": "calculator",
         "FoundationPrecon": "precon",

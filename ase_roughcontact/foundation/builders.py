@@ -61,7 +61,7 @@ def crystal_slab(
     Examples
     --------
     >>> from ase.calculators.emt import EMT
-    >>> from ase_roughcontact import crystal_slab
+    >>> from ase_roughcontact.foundation import crystal_slab
     >>> atoms, foundation = crystal_slab("Cu", (8, 8), 4, EMT())  # doctest: +SKIP
     """
     instance_of((str, Atoms), symbol=symbol)

@@ -50,7 +50,7 @@ class RigidIndenter(PropertiesCalculator):
     indenter : Surface
         Shape of the indenter: `RoughSphere`, `SelfAffine`, `HeightMap` or any object
         with their method `heights`.
-    interaction : Interaction
+    wall : Interaction
         Wall, which must not be hard.
     spacing : float
         Distance of nearest neighbours in the surface (Å).
@@ -86,7 +86,7 @@ class RigidIndenter(PropertiesCalculator):
     def __init__(
         self,
         indenter: Surface,
-        interaction: Interaction,
+        wall: Interaction,
         spacing: float,
         area: float,
         load: float | None = None,
@@ -96,13 +96,12 @@ class RigidIndenter(PropertiesCalculator):
         positive(spacing=spacing, area=area)
         self.load = 0.0 if load is None else load
         finite(load=self.load)
-        if not isinstance(interaction, Interaction) or interaction.hard:
+        if not isinstance(wall, Interaction) or wall.hard:
             raise ValueError(
-                "atoms need a soft wall such as LennardJones93.repulsive, got "
-                f"{interaction!r}"
+                f"atoms need a soft wall such as LennardJones93.repulsive, got {wall!r}"
             )
-        check_wall(interaction, spacing)
-        self.indenter, self.interaction = indenter, interaction
+        check_wall(wall, spacing)
+        self.indenter, self.wall = indenter, wall
         self.spacing, self.area = spacing, area
         # directions along which constraints hold the indenter
         self._held = [True, True, load is None]
@@ -133,7 +132,7 @@ class RigidIndenter(PropertiesCalculator):
         positions = fractions @ cell
         heights, slopes = self._shape(positions)
         gap = heights - relative[:, 2]
-        near = gap < self.interaction.cutoff
+        near = gap < self.wall.cutoff
         if self._kink and (abs(fractions[near]) > _BORDER).any():
             raise ValueError(
                 "the wall acts on atoms at the border of the periodic cell, where the "
@@ -141,7 +140,7 @@ class RigidIndenter(PropertiesCalculator):
                 "radius or depth"
             )
         energy, pressure = np.zeros(gap.shape), np.zeros(gap.shape)
-        energy[near], pressure[near], _ = self.interaction.evaluate(gap[near])
+        energy[near], pressure[near], _ = self.wall.evaluate(gap[near])
 
         forces = np.zeros((len(self.atoms), 3))
         forces[others, :2] = self.area * pressure[:, None] * slopes
@@ -230,7 +229,7 @@ def indenter_index(atoms: Atoms) -> int:
 def add_indenter(
     atoms: Atoms,
     indenter: Surface,
-    interaction: Interaction | None = None,
+    wall: Interaction | None = None,
     *,
     height: float | None = None,
     position: tuple[float, float] | None = None,
@@ -247,7 +246,7 @@ def add_indenter(
         indenter already, as in atoms from a file, it stays at its position.
     indenter : Surface
         Shape of the indenter.
-    interaction : Interaction, optional
+    wall : Interaction, optional
         Wall; by default `LennardJones93.repulsive`, as stiff as the crystal.
     height : float, optional
         Position z of the indenter (Å); by default its lowest point is where the wall
@@ -277,7 +276,8 @@ def add_indenter(
     Examples
     --------
     >>> from ase.calculators.emt import EMT
-    >>> from ase_roughcontact import RoughSphere, add_indenter, crystal_slab
+    >>> from ase_roughcontact import RoughSphere
+    >>> from ase_roughcontact.foundation import add_indenter, crystal_slab
     >>> atoms, foundation = crystal_slab("Cu", (8, 8), 4, EMT())  # doctest: +SKIP
     >>> sphere = add_indenter(atoms, RoughSphere(50.0))  # doctest: +SKIP
     >>> atoms.positions[-1, 2] -= 0.5  # press it down by 0.5 Å  # doctest: +SKIP
@@ -296,10 +296,10 @@ def add_indenter(
             f"{foundation!r}. To replace an indenter, set atoms.calc = foundation first"
         )
     spacing, area = foundation.surface.constants.spacing, foundation.surface.cell_area
-    if interaction is None:
+    if wall is None:
         modulus = foundation.surface.contact_modulus
-        interaction = LennardJones93.repulsive(modulus, spacing)
-    calculator = RigidIndenter(indenter, interaction, spacing, area, load)
+        wall = LennardJones93.repulsive(modulus, spacing)
+    calculator = RigidIndenter(indenter, wall, spacing, area, load)
     if has_indenter:
         index = indenter_index(atoms)
     else:
@@ -307,7 +307,7 @@ def add_indenter(
         if height is None:
             top = atoms.positions[:, 2].max()
             lowest = calculator.lowest(atoms.cell.array[:2, :2])
-            height = top + interaction.contact_distance - lowest
+            height = top + wall.contact_distance - lowest
         if position is None:
             x, y = atoms.cell.array[:2, :2].sum(axis=0) / 2
         else:

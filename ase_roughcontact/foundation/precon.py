@@ -39,7 +39,7 @@ class FoundationPrecon(ConstantPrecon):
     --------
     >>> from ase.calculators.emt import EMT
     >>> from ase.optimize.precon import PreconLBFGS
-    >>> from ase_roughcontact import FoundationPrecon, crystal_slab
+    >>> from ase_roughcontact.foundation import FoundationPrecon, crystal_slab
     >>> atoms, foundation = crystal_slab("Cu", (8, 8), 4, EMT())  # doctest: +SKIP
     >>> precon = FoundationPrecon(atoms, foundation)  # doctest: +SKIP
     >>> optimizer = PreconLBFGS(atoms, precon=precon)  # doctest: +SKIP

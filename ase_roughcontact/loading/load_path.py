@@ -12,6 +12,7 @@ from ase import Atoms
 from ase.constraints import Hookean
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.keywords import suggesting
 from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import problem_of
@@ -20,10 +21,11 @@ from ase_roughcontact.atoms.exchange import regrid
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.history import history_of
 from ase_roughcontact.atoms.sticking import check_released, indenter_fixed
+from ase_roughcontact.atoms.substrate import set_support
 from ase_roughcontact.contact.control import BASE, LOAD, Control, control_of
 from ase_roughcontact.loading.path_atoms import PathAtoms, relaxer_of
 from ase_roughcontact.paths.follow import follow_states
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import Output, OutputLike
 from ase_roughcontact.paths.path_steps import NumberedSteps, PathSteps, targets_of
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import (
@@ -41,28 +43,30 @@ from ase_roughcontact.stepping.step import Stepper
 
 
 @lazy
+@suggesting
 def load_path(
     atoms: Atoms,
-    penetrations: ArrayLike | None = None,
-    optimizer: Callable[..., Any] | None = None,
-    fmax: float | None = None,
     *,
+    penetrations: ArrayLike | None = None,
     heights: ArrayLike | None = None,
     loads: ArrayLike | None = None,
+    optimizer: Callable[..., Any] | None = None,
+    fmax: float | None = None,
     accuracy: Accuracy = "normal",
     max_steps: int = 10_000,
     window: Window = "fixed",
     grid: str = "atoms",
     validity: Reaction | Validity = "warn",
-    output: Output | None = None,
+    output: OutputLike | None = None,
 ) -> Generator[LoadStep, None, None]:
     """Relax the atoms at one load after another.
 
     Parameters
     ----------
     atoms : Atoms
-        Atoms from `substrate`, with a `RoughContact` calculator. They are moved.
-    penetrations, heights, loads : array_like, shape (steps,)
+        Atoms from `substrate`, with a `RoughContact` calculator. They are moved, and
+        the indenter is fixed or freed unless they were built with `fixed`.
+    penetrations, heights, loads : array_like, shape (steps,), or float
         The path, exactly one of: distances that the indenter has moved down since it
         first repels the flat substrate (Å), heights of the indenter (Å), or loads on
         it (eV/Å). The first two need a fixed indenter, loads need a free one. A step up
@@ -101,8 +105,9 @@ def load_path(
     validity : {"warn", "raise", "ignore"} or Validity
         Reaction to a step that exceeds a limit of the model; `Validity` has the
         hardness of the substrate, too.
-    output : Output, optional
-        Files (CSV, trajectory), resuming from them, and columns of your own.
+    output : Output or path, optional
+        Files (CSV, trajectory), resuming from them, and columns of your own. A path is
+        a folder for all files, from which the path is resumed; see `Output.of`.
 
     Yields
     ------
@@ -184,16 +189,15 @@ class AtomsPath:
         grid: str = "atoms",
         accuracy: Accuracy = "normal",
         validity: Reaction | Validity = "warn",
-        output: Output | None = None,
+        output: OutputLike | None = None,
         **options: Any,
     ) -> None:
         validity = Validity(validity) if isinstance(validity, str) else validity
-        output = Output() if output is None else output
         instance_of(Validity, validity=validity)
-        instance_of(Output, output=output)
+        output = Output.of(output)
         self._action = validity.action
         problem, window = problem_of(atoms)
-        _check(atoms, control)
+        _set_support(atoms, control)
         symbol = atoms.symbols[0]
         model = GridModel.of(grid, accuracy)
         settings = StepOptions(
@@ -279,18 +283,23 @@ class AtomsPath:
             raise
 
 
-def _check(atoms: Atoms, control: Control) -> None:
+def _set_support(atoms: Atoms, control: Control) -> None:
+    """Fix or free the indenter for a path, or raise `ValueError` if it can't be."""
     check_released(atoms)
+    was_fixed = indenter_fixed(atoms)
+    set_support(atoms, fixed=not control.free)
     fixed, free = indenter_fixed(atoms), control.free
+    if fixed and not was_fixed:
+        atoms.calc.set(load=0.0)  # of an earlier path
     if fixed and free:
         raise ValueError(
             f"{control.plural} need an indenter that is free to move, but it is fixed: "
-            "build the atoms with substrate(..., fixed=False)"
+            "remove its constraint, or build the atoms without fixed=True"
         )
     if not (fixed or free):
         raise ValueError(
             f"{control.plural} need a fixed indenter, but it is free: constrain it by "
-            "FixAtoms, or build the atoms with substrate(..., fixed=True)"
+            "FixAtoms, or build the atoms without fixed=False"
         )
 
 

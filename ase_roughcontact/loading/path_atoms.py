@@ -245,7 +245,7 @@ class ProblemAtoms(PathAtoms):
             solid = {"contact_modulus": problem.solid.contact_modulus}
         atoms.calc = RoughContact(
             problem.indenter,
-            interaction=problem.wall,
+            wall=problem.wall,
             heterogeneity=problem.heterogeneity,
             fft=dict(problem.fft),
             **solid,

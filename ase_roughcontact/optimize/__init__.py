@@ -8,6 +8,8 @@ from ase_roughcontact.optimize.optimizers import (
     default_optimizer,
 )
 from ase_roughcontact.optimize.precon import HalfSpacePrecon
+from ase_roughcontact.solvers.relaxation import Relaxation
+from ase_roughcontact.solvers.status import Status
 
 __all__ = [
     "ActiveSet",
@@ -15,5 +17,7 @@ __all__ = [
     "FourierModes",
     "HalfSpacePrecon",
     "NewtonKrylov",
+    "Relaxation",
+    "Status",
     "default_optimizer",
 ]

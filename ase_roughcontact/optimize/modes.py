@@ -291,7 +291,7 @@ class FourierModes(Optimizable):
         contact, transform = self.contact, self.contact.halfspace.window_transform
         height = float(self.atoms.positions[-1, 2])
         gap = contact.gap(displacement(self.atoms, self._model.grid), height)
-        wall_energy, pressure = contact.wall(gap)
+        wall_energy, pressure = contact.evaluate_wall(gap)
         self._pressure = float(abs(pressure).max())
         wall_force = contact.halfspace.cell_area * pressure.sum()
         if contact.halfspace.periodic:

@@ -163,7 +163,10 @@ def on_modes(optimizer: Callable[..., Any], **options: Any) -> Callable[..., Any
     >>> sphere = RoughSphere(radius=200.0)
     >>> atoms = substrate('Cu', (16, 16), sphere)
     >>> atoms.calc = RoughContact(sphere, contact_modulus=0.5)
-    >>> (step,) = load_path(atoms, [0.5], optimizer=on_modes(FIRE2), accuracy=1e-2)
+    >>> path = load_path(
+    ...     atoms, penetrations=0.5, optimizer=on_modes(FIRE2), accuracy=1e-2
+    ... )
+    >>> (step,) = path
     >>> step.converged, step.repulsive_atoms
     (True, 61)
     """
@@ -286,7 +289,7 @@ def _memory(kind: type) -> dict[str, Any]:
 
 def _largest_change(contact: Contact) -> float:
     """Return the largest change of a coordinate in a step (length)."""
-    wall = contact.interaction
+    wall = contact.wall
     longest = _MAX_CHANGE_PER_SPACING * contact.halfspace.spacing
     if wall.attractive:
         longest = min(longest, _MAX_CHANGE_PER_RANGE * wall.attraction_range)
@@ -295,7 +298,7 @@ def _largest_change(contact: Contact) -> float:
 
 def _wall_curvature(contact: Contact) -> float:
     """Return the curvature of the energy of the wall on an atom (force per length)."""
-    stiffness = _RELATIVE_STIFFNESS * contact.interaction.stiffness_at_contact
+    stiffness = _RELATIVE_STIFFNESS * contact.wall.stiffness_at_contact
     return contact.halfspace.cell_area * stiffness
 
 

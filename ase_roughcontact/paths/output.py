@@ -6,7 +6,8 @@ import os
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Any, Protocol
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
 
 from ase_roughcontact._util.files import PathName, check_different
 from ase_roughcontact._util.summary import Summarized
@@ -15,6 +16,9 @@ from ase_roughcontact.paths.kept_frames import KEPT, Keep
 from ase_roughcontact.paths.restart import restart_file
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.stepping.relaxed import RelaxedStep
+
+# Attributes of `Output` by the endings of their files.
+_ENDINGS = {".csv": "csv", ".traj": "trajectory", ".npz": "restart"}
 
 
 class Frames(Protocol):
@@ -101,9 +105,54 @@ class Output(Summarized):
         check_different(**given)
         columns_of(self.record)  # raises if it is not a class of results
 
+    @classmethod
+    def of(cls, given: OutputLike | None) -> Output:
+        """Return the output that an argument of a path stands for.
+
+        Parameters
+        ----------
+        given : Output or path, optional
+            A path is a folder for the files ``curve.csv`` and ``sweep.traj`` and for
+            the restart file, from which the path is resumed. None: no files.
+
+        Returns
+        -------
+        Output
+
+        Raises
+        ------
+        TypeError
+            If it is something else.
+        ValueError
+            If it is the name of a file of results.
+        OSError
+            If the folder can't be created.
+        """
+        if given is None:
+            return cls()
+        if isinstance(given, str | os.PathLike):
+            folder = Path(given)
+            if folder.suffix in _ENDINGS:
+                raise ValueError(
+                    f"output must be an Output or a folder, got {os.fspath(given)!r}: "
+                    f"for a file give Output({_ENDINGS[folder.suffix]}=...)"
+                )
+            folder.mkdir(parents=True, exist_ok=True)
+            return cls(
+                csv=folder / "curve.csv",
+                trajectory=folder / "sweep.traj",
+                resume=True,
+            )
+        instance_of((Output, str, os.PathLike), output=given)
+        return given
+
     @property
     def restart_file(self) -> PathName | None:
         """File from which the path is resumed; None without one."""
         if self.restart is None and self.trajectory is not None:
             return restart_file(self.trajectory)
         return self.restart
+
+
+#: The argument `output` of a path; see `Output.of`.
+OutputLike: TypeAlias = Output | PathName

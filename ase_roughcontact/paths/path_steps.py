@@ -19,7 +19,7 @@ import numpy as np
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.rounding import ROUNDING
-from ase_roughcontact._util.validation import finite_array
+from ase_roughcontact._util.validation import finite_array, shown
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.control import Control
 from ase_roughcontact.paths.restart import Restart
@@ -238,19 +238,20 @@ class NumberedSteps(PathSteps):
 
 
 def targets_of(control: Control, path: Any) -> np.ndarray:
-    """Return the targets of a path as an array.
+    """Return the targets of a path as an array; one number is a path of one step.
 
     Raises
     ------
     ValueError
-        If it is not a sequence of finite numbers.
+        If it is neither a finite number nor a sequence of them.
     """
     with suppress(ValueError):
-        targets = finite_array(control.plural, path)
+        targets = np.atleast_1d(finite_array(control.plural, path))
         if targets.ndim == 1 and targets.size:
             return targets
     raise ValueError(
-        f"{control.plural} must be a sequence of finite numbers, got {path}"
+        f"{control.plural} must be a finite number or a sequence of them, in units of "
+        f"ASE (Å, eV), got {shown(path)}"
     )
 
 

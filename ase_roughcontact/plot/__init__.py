@@ -33,7 +33,7 @@ from ase_roughcontact.plot.stresses import (
     plot_stress_over_depth,
     plot_stress_section,
 )
-from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
+from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, letter, style
 from ase_roughcontact.plot.surfaces import (
     plot_contact,
     plot_pressure,
@@ -47,6 +47,7 @@ __all__ = [
     "GREY",
     "ORANGE",
     "draw_file",
+    "letter",
     "plot_area",
     "plot_contact",
     "plot_convergence",

@@ -118,7 +118,7 @@ def estimated_errors(step: RelaxedStep) -> Errors:
     """
     if not (step.touches or step.fields.attractive_atoms):
         return _errors_without_contact(step)
-    attractive = step.contact.interaction.attractive
+    attractive = step.contact.wall.attractive
     if attractive and step.part_of_cell > LARGEST_PART_OF_CELL:
         return Errors.not_known(_NEAR_IMAGES)
     if math.isnan(step.response.force):
@@ -166,7 +166,7 @@ def _unknown_errors(step: RelaxedStep, reason: str) -> Errors:
 def _is_at_full_contact(step: RelaxedStep) -> bool:
     """Return whether the height is the one of full contact without yielding."""
     contact = step.contact
-    if not (contact.halfspace.periodic and contact.interaction.purely_hard):
+    if not (contact.halfspace.periodic and contact.wall.purely_hard):
         return False
     above = step.height + float(contact.heights.mean())
     return abs(above) <= LENGTH_ROUNDING * contact.halfspace.spacing

@@ -40,7 +40,7 @@ def continuum_area_error(step: RelaxedStep) -> float:
     if step.edge_area is not None:
         error = step.edge_area.error
     else:
-        stiffness = step.contact.interaction.stiffness_at_contact
+        stiffness = step.contact.wall.stiffness_at_contact
         modulus = step.halfspace.contact_modulus
         compliance = modulus / stiffness if stiffness else math.inf
         error = grid_error(step.perimeter, step.fields.cell_area, compliance)
@@ -112,7 +112,7 @@ def profile_factor(step: RelaxedStep) -> float:
     under a profile r^n at the penetration :math:`\delta` (I. N. Sneddon, Int. J. Eng.
     Sci. 3, 47 (1965)).
     """
-    fields, wall = step.fields, step.contact.interaction
+    fields, wall = step.fields, step.contact.wall
     if not wall.purely_hard or wall.plastic:
         return 1.0
     depth = step.contact.first_contact - step.height
@@ -147,10 +147,10 @@ def attraction_force_error(step: RelaxedStep) -> float:
 
     with the largest difference :math:`\Delta p_a` of the attraction of neighbours.
     """
-    wall, fields = step.contact.interaction, step.fields
+    wall, fields = step.contact.wall, step.fields
     if not wall.attractive or (step.touches and not wall.hard):
         return 0.0
-    _, attraction = step.contact.wall(np.maximum(fields.gap, 0.0))
+    _, attraction = step.contact.evaluate_wall(np.maximum(fields.gap, 0.0))
     largest = max(abs(np.diff(attraction, axis=k)).max(initial=0.0) for k in (0, 1))
     _, perimeter = _loaded_area(step)
     points = perimeter / step.halfspace.spacing

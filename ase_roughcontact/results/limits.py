@@ -68,7 +68,7 @@ class Check:
 
     def violation(self, step: RelaxedStep) -> str:
         """Return ``"quantity = value > limit"``; empty if the limit is kept."""
-        if self.attractive not in (None, step.contact.interaction.attractive):
+        if self.attractive not in (None, step.contact.wall.attractive):
             return ""
         return self.entry(self.value(step))
 
@@ -179,7 +179,7 @@ def _patch_width(step: RelaxedStep) -> float:
 
 
 def _smallest_gap(step: RelaxedStep) -> float:
-    core = step.contact.interaction.extrapolated_below
+    core = step.contact.wall.extrapolated_below
     return float(step.fields.gap.min()) / core
 
 
@@ -210,9 +210,7 @@ def _tension(step: RelaxedStep) -> float:
 
 def _tip_zone(step: RelaxedStep) -> float:
     """Return the radius around a point contact in which the wall attracts, in a0."""
-    reach = (
-        step.problem.topography.apex_radius * step.contact.interaction.attraction_range
-    )
+    reach = step.problem.topography.apex_radius * step.contact.wall.attraction_range
     return math.sqrt(2.0 * reach) / step.halfspace.spacing
 
 

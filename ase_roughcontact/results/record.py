@@ -54,9 +54,9 @@ from ase_roughcontact.windows.memory import memory_of
 
 #: States in which an atom is in contact.
 IN_CONTACT = Range("steps in contact", lambda s: s.touches)
-_HARD = Range("hard walls", lambda s: s.contact.interaction.hard, constant=True)
+_HARD = Range("hard walls", lambda s: s.contact.wall.hard, constant=True)
 _WITH_HARDNESS = Range(
-    "walls with a hardness", lambda s: s.contact.interaction.plastic, constant=True
+    "walls with a hardness", lambda s: s.contact.wall.plastic, constant=True
 )
 _STABLE = Range(
     "states that are a minimum of the energy, if no constraint holds atoms of the "
@@ -95,7 +95,7 @@ def _continuum_area(step: RelaxedStep) -> float:
     area = step.fields.contact_area
     if step.edge_area is not None:
         area = step.edge_area.area
-    elif step.contact.interaction.hard:
+    elif step.contact.wall.hard:
         area = continuum_area(area, step.perimeter, step.halfspace.spacing)
     # with plastic contact to the edge there is nothing to correct, and A >= N/H
     return max(area, step.fields.normal_force / step.fields.hardness)

@@ -30,6 +30,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from ase_roughcontact._util.parts import import_shown, shown_by
+from ase_roughcontact._util.units import nN
 from ase_roughcontact.scene.config import (
     OPTIMIZERS,
     IndenterConfig,
@@ -46,11 +47,11 @@ from ase_roughcontact.scene.path_kind import PathKind, Steps
 from ase_roughcontact.scene.path_result import PathResult
 from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
-from ase_roughcontact.scene.scene import NANONEWTON, Scene
+from ase_roughcontact.scene.scene import Scene
+from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.scene.study import StudyConfig
 
 __all__ = [
-    "NANONEWTON",
     "OPTIMIZERS",
     "HeterogeneityConfig",
     "IndenterConfig",
@@ -68,8 +69,11 @@ __all__ = [
     "SubstrateConfig",
     "TopographyConfig",
     "default_text",
+    "lengths",
     "on_modes",
 ]
+
+NANONEWTON = nN
 
 if TYPE_CHECKING:
     from ase_roughcontact.path_kinds.loop.scene import Loop, relax_loop

@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.lazy import lazy
-from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import integer, one_of, positive
+from ase_roughcontact._util.validation import boolean, integer, one_of, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.control import LOAD, Control
@@ -58,8 +57,6 @@ from ase_roughcontact.topography.topography import topography_of
 from ase_roughcontact.windows.memory import check_memory, check_roughness
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
-#: One nanonewton in ASE's unit of force, eV/Å.
-NANONEWTON = UNITS["nN"]
 # Least side of the atoms before a window is chosen.
 _FIRST_WINDOW_SIDE = 8
 
@@ -448,6 +445,7 @@ class Scene(SceneFile):
         -------
         generator of LoadStep
         """
+        boolean(scan_errors=scan_errors)
         frames = self.frames()
         output = Output(
             csv=csv,

@@ -39,7 +39,7 @@ def coarsen(contact: Contact) -> Contact:
     adhesion = contact.adhesion
     if adhesion is not None:
         adhesion = np.ascontiguousarray(adhesion[::2, ::2])
-    return Contact(coarse, heights, contact.interaction, adhesion)
+    return Contact(coarse, heights, contact.wall, adhesion)
 
 
 def refine(values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
@@ -71,7 +71,7 @@ def crop(contact: Contact, box: Box) -> Contact:
     halfspace = contact.halfspace
     if heights.shape != halfspace.shape:
         halfspace = halfspace.resized(heights.shape, halfspace.spacing)
-    return Contact(halfspace, heights, contact.interaction)
+    return Contact(halfspace, heights, contact.wall)
 
 
 def reachable(
@@ -97,7 +97,7 @@ def reachable(
     Box
         The window, with at least the atom below the lowest point of the indenter.
     """
-    near = contact.heights + height < contact.interaction.cutoff
+    near = contact.heights + height < contact.wall.cutoff
     if pressure is not None:
         near |= pressure > 0.0
     i, j = divmod(int(contact.heights.argmin()), near.shape[1])

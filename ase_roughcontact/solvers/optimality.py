@@ -69,7 +69,7 @@ def optimality_residuals(
     """
     halfspace = contact.halfspace
     gap = height + contact.heights - halfspace.displacement(pressure)
-    hardness = contact.interaction.hardness
+    hardness = contact.wall.hardness
     in_contact, plastic = pressure > 0.0, pressure >= hardness
     force = float(pressure.sum()) * halfspace.cell_area
     return OptimalityResiduals(

@@ -330,7 +330,7 @@ def starting_point(
         if the state has no displacement.
     """
     area, (n, m) = contact.halfspace.cell_area, state.pressure.shape
-    if contact.interaction.hard:
+    if contact.wall.hard:
         pressure, force = state.pressure, math.inf
         energy = math.nan
         if state.displacement is not None:
@@ -341,7 +341,7 @@ def starting_point(
         pressure = run.fields.pressure + run.fields.forces[:n, :m] / area
         force, energy = run.max_force, run.energy
     start = pressure if state.displaced else None
-    if start is not None and not contact.interaction.purely_hard:
+    if start is not None and not contact.wall.purely_hard:
         start = without_rounding(start)
     return start, force, energy
 

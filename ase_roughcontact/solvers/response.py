@@ -117,9 +117,9 @@ def height_response(
     """
     halfspace, shape = contact.halfspace, state.gap.shape
     hard = np.zeros(shape, bool)
-    if contact.interaction.hard:
+    if contact.wall.hard:
         hard = state.contact & ~state.plastic  # plastic atoms stay at the hardness
-    if contact.interaction.purely_hard or (halfspace.periodic and hard.all()):
+    if contact.wall.purely_hard or (halfspace.periodic and hard.all()):
         return punch_response(halfspace, hard, tolerance)
     d = _relative_stiffness(contact, state, hard)
     active = hard | (d != 0.0)
@@ -267,7 +267,7 @@ def _relative_stiffness(
     contact: Contact, state: ContactState, hard: np.ndarray
 ) -> np.ndarray:
     """Return ``c V''``, with the self-compliance c; zero at a hard wall."""
-    wall, gap, d = contact.interaction, state.gap, np.zeros(hard.shape)
+    wall, gap, d = contact.wall, state.gap, np.zeros(hard.shape)
     near = gap < wall.cutoff
     near &= ~hard
     if near.any():

@@ -174,7 +174,7 @@ def _remaining_force(relaxed: RelaxedStep, compliance: float) -> Status | None:
     halfspace, state = relaxed.halfspace, relaxed.fields
     stiffness = halfspace.cell_area / (compliance * halfspace.self_compliance)
     limit = relaxed.run.tolerance
-    if not relaxed.contact.interaction.hard and state.pressure.any():
+    if not relaxed.contact.wall.hard and state.pressure.any():
         limit = min(limit, largest_error(relaxed.contact, state.pressure))
     left = max(relaxed.run.max_force, stiffness * relaxed.gap_error)
     rounding = FORCE_ROUNDING * state.total_magnitude

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias, get_args
 
 from ase_roughcontact._util.identity import name_of
 from ase_roughcontact._util.summary import Summarized
-from ase_roughcontact._util.validation import integer, one_of, positive
+from ase_roughcontact._util.validation import function, integer, one_of, positive
 from ase_roughcontact.contact import Contact, State
 from ase_roughcontact.contact.support import Support
 from ase_roughcontact.solvers.relaxation import Run, SolverRelaxer, Start
@@ -61,6 +61,8 @@ class StepOptions(Summarized):
     ------
     ValueError
         If an option is not valid.
+    TypeError
+        If `scan_errors` is not callable.
     """
 
     relaxer: Relaxer | None = None
@@ -83,6 +85,8 @@ class StepOptions(Summarized):
         if self.fmax is not None:
             positive(fmax=self.fmax)
         integer("max_steps", self.max_steps, 1)
+        if self.scan_errors is not None:
+            function(scan_errors=self.scan_errors)
         _ = self.grid_model
 
     @property

@@ -137,7 +137,7 @@ def _change_of_force(
             terms = contact.halfspace.grid_displacement(response.pressure)
         terms *= fields.forces
         change, magnitude = total(terms), total_abs(terms)
-    if contact.interaction.hard:
+    if contact.wall.hard:
         touching = fields.contact
         terms = response.pressure[touching] * fields.gap[touching]
         change += fields.cell_area * total(terms)
@@ -155,15 +155,15 @@ def _undecided_area(contact: Contact, fields: ContactState, moved: float) -> flo
     error = compliance * max_abs(forces) + moved
     if not error:
         return 0.0
-    if contact.interaction.hard:
+    if contact.wall.hard:
         margin = area * fields.pressure
         margin += forces
-        if contact.interaction.attractive:
-            margin -= area * contact.wall(np.maximum(fields.gap, 0.0))[1]
+        if contact.wall.attractive:
+            margin -= area * contact.evaluate_wall(np.maximum(fields.gap, 0.0))[1]
         margin *= compliance
         margin -= fields.gap
     else:
-        margin = fields.gap - contact.interaction.contact_distance
+        margin = fields.gap - contact.wall.contact_distance
     return area * float(np.count_nonzero(np.abs(margin, out=margin) <= error))
 
 
@@ -171,7 +171,7 @@ def _to_solution(contact: Contact, run: Run, tolerance: float) -> RelaxationErro
     """Return the differences to the state that the solver finds from here."""
     # the displacement of the pressure on the window, without forces on the padding
     start = replace(run.state, displacement=None)
-    relaxer = default_relaxer(contact.interaction)
+    relaxer = default_relaxer(contact.wall)
     solved = relaxer(contact, start, run.support, tolerance, _MAX_SOLVER_STEPS)
     if not solved.converged:
         return RelaxationErrors.not_known(f"{_NOT_CONVERGED}: {solved.message}")

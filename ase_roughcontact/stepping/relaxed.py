@@ -104,7 +104,7 @@ class RelaxedStep:
     @cached_property
     def gap_error(self) -> float:
         """Largest gap in contact with a hard wall, or overlap not plastic (Å)."""
-        if not self.contact.interaction.hard:
+        if not self.contact.wall.hard:
             return 0.0
         fields, gap = self.fields, self.fields.gap
         closed = gap.max(initial=0.0, where=fields.contact)
@@ -125,11 +125,11 @@ class RelaxedStep:
         """
         contact, fields, halfspace = self.contact, self.fields, self.halfspace
         is_continuum = self.grid_model.is_continuum
-        if not (is_continuum and contact.interaction.hard and self.touches):
+        if not (is_continuum and contact.wall.hard and self.touches):
             return None
         if not halfspace.periodic and at_edge(fields.contact):
             return None
-        _, attraction = contact.wall(np.zeros(fields.gap.shape))
+        _, attraction = contact.evaluate_wall(np.zeros(fields.gap.shape))
         return edge_area(
             np.where(fields.contact, fields.pressure - attraction, 0.0),
             fields.gap,

@@ -29,6 +29,8 @@ from ase_roughcontact.topography.composite import CompositeRoughness, Inverted
 from ase_roughcontact.topography.heightmap import HeightMap
 from ase_roughcontact.topography.heterogeneity import Heterogeneity
 from ase_roughcontact.topography.random_waves import RandomWaves
+from ase_roughcontact.topography.raw_scan import RawScan
+from ase_roughcontact.topography.scan_files import SCAN_FORMATS, ScanFormat
 from ase_roughcontact.topography.selfaffine import SelfAffine
 from ase_roughcontact.topography.shaped_indenter import ShapedIndenter
 from ase_roughcontact.topography.sphere import RoughSphere
@@ -37,13 +39,16 @@ from ase_roughcontact.topography.topography import ROUGHNESSES, Topography
 
 __all__ = [
     "ROUGHNESSES",
+    "SCAN_FORMATS",
     "BoundedSurface",
     "CompositeRoughness",
     "HeightMap",
     "Heterogeneity",
     "Inverted",
     "RandomWaves",
+    "RawScan",
     "RoughSphere",
+    "ScanFormat",
     "SelfAffine",
     "ShapedIndenter",
     "Surface",

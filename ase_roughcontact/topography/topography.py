@@ -141,6 +141,16 @@ class Topography(Registered, Surface):
         """Return the rms height, slope and curvature; NaN if they are not known."""
         return Statistics(math.nan, math.nan, math.nan)
 
+    @property
+    def rms_height(self) -> float:
+        """Rms height by `statistics` (length)."""
+        return self.statistics().rms_height
+
+    @property
+    def rms_curvature(self) -> float:
+        """Rms curvature by `statistics` (1/length)."""
+        return self.statistics().rms_curvature
+
     def lowest(self, spacing: float, origin: Point = (0.0, 0.0)) -> float:
         """Return a lower bound of the heights on a grid; -infinity without a bound.
 

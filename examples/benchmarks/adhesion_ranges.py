@@ -78,7 +78,7 @@ def loop_of(wall, reach, slope, seed):
     atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
     atoms.calc = RoughContact(sphere, 1.0, WALLS[wall](WORK, reach))
     options = {"window": "auto", "validity": "ignore", "tolerance": 3e-3}
-    loop = adhesion_loop(atoms, 0.5 * UNIT, 0.5 * UNIT, **options)
+    loop = adhesion_loop(atoms, deepest=0.5 * UNIT, step=0.5 * UNIT, **options)
     steps = (*loop.approach, *loop.retraction)
     return (
         loop.pull_off_force / (np.pi * WORK * RADIUS),

@@ -39,7 +39,7 @@ ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.005)
 
 def counted(contact, load, part=None, **options):
     """Cold start under a load, or start from the solution at a part of the load."""
-    hard = contact.interaction.hard
+    hard = contact.wall.hard
     kind = ActiveSetOptions if hard else NewtonKrylovOptions
     solve = partial(active_set if hard else newton_krylov, contact, tolerance=1e-6)
     height, start = contact.first_contact, None

@@ -43,10 +43,10 @@ def retraction(rate, roughness):
     sphere = rc.RoughSphere(RADIUS, roughness)
     atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0)
     solid = rc.Viscoelastic(MODULUS, CREEP)
-    atoms.calc = rc.RoughContact(sphere, solid=solid, interaction=WALL)
+    atoms.calc = rc.RoughContact(sphere, solid=solid, wall=WALL)
     path = rc.Schedule(3.0).hold(DWELL).ramp(-60.0, rate=rate)
     steps = []
-    for step in rc.time_path(atoms, path, window="auto", tolerance=2e-3):
+    for step in rc.time_path(atoms, penetrations=path, window="auto", tolerance=2e-3):
         if step.time >= DWELL:
             steps.append(step)
             if not step.repulsive_atoms + step.attractive_atoms:

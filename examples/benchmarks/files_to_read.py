@@ -49,7 +49,7 @@ def atoms_under(shape, wall):
     """Return atoms below a rough sphere."""
     atoms = rc.substrate("Cu", shape, SPHERE, spacing=SPACING)
     solid = Isotropic(0.7, poisson=0.3)
-    atoms.calc = rc.RoughContact(SPHERE, solid=solid, interaction=wall)
+    atoms.calc = rc.RoughContact(SPHERE, solid=solid, wall=wall)
     return atoms
 
 
@@ -70,7 +70,9 @@ def hard_step():
 def friction_steps():
     """Return a function that slides a sphere by two steps."""
     atoms, law = atoms_under((32, 32), rc.HardWall()), rc.Coulomb(0.3)
-    return lambda: list(rc.sliding_path(atoms, law, 1.0, displacements=[0.2, 0.4]))
+    return lambda: list(
+        rc.sliding_path(atoms, law, penetrations=1.0, displacements=[0.2, 0.4])
+    )
 
 
 def adhesive_loop():

@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 from markdown import table
 
+from ase_roughcontact import cantilever_curve
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.fitting.figures import draw_fit
 from ase_roughcontact.fitting.fit import fit_curve
 from ase_roughcontact.fitting.force_curve import ForceCurve
 from ase_roughcontact.fitting.smooth_fit import smooth_fit
-from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene, relax_loop
 
 WORK, FIRST, NOISE, POINTS, ZERO = 0.1, 0.06, 0.1 * UNITS["nN"], 150, 37.0

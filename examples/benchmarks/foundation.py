@@ -20,10 +20,10 @@ from ase.optimize.precon import PreconLBFGS
 from markdown import order, table
 from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
 
-from ase_roughcontact import (
+from ase_roughcontact import RoughSphere
+from ase_roughcontact.foundation import (
     CrystalSurface,
     FoundationPrecon,
-    RoughSphere,
     add_indenter,
     crystal_slab,
 )

@@ -48,7 +48,7 @@ def main(studies):
 
 def solved(contact, height, load=None):
     """Return the height of a cold solution and the pairs that it takes."""
-    solver = active_set if contact.interaction.hard else newton_krylov
+    solver = active_set if contact.wall.hard else newton_krylov
     states = list(
         solver(
             contact,

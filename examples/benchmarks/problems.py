@@ -225,7 +225,7 @@ def _adhesive(problem: Problem, contact: Contact, answer: Answer) -> dict[str, f
     if problem.periodic:  # pressed by the load: the height follows
         height = -float(gap.min())
     gap += height
-    reaction = pressure - contact.wall(np.maximum(gap, 0.0))[1]
+    reaction = pressure - contact.evaluate_wall(np.maximum(gap, 0.0))[1]
     gap_of_reaction = contact.halfspace.self_compliance * reaction
     return {
         "area": float(np.count_nonzero(reaction > gap / contact.halfspace.spacing)),

@@ -101,7 +101,7 @@ def attracted(sphere, work, cutoff, depth):
     atoms = substrate("Cu", (8, 8), sphere, spacing=1.0)
     wall = LennardJones93.full(distance=1.0, work_of_adhesion=work, cutoff=cutoff)
     atoms.calc = RoughContact(sphere, 1.0, wall)
-    (record,) = load_path(atoms, [depth], accuracy=1e-11, window="auto")
+    (record,) = load_path(atoms, penetrations=[depth], accuracy=1e-11, window="auto")
     return record, push_of(atoms)
 
 

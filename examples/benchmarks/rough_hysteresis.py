@@ -48,7 +48,7 @@ def loop_of(slope, seed, depth, step, spacing):
     atoms.calc = RoughContact(sphere, 1.0, DugdaleWall(WORK, RANGE))
     unit = np.cbrt(WORK**2 * RADIUS)
     options = {"window": "auto", "validity": "ignore", "tolerance": 3e-3}
-    return adhesion_loop(atoms, depth * unit, step * unit, **options)
+    return adhesion_loop(atoms, deepest=depth * unit, step=step * unit, **options)
 
 
 def run():

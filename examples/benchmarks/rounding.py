@@ -42,7 +42,7 @@ def contact_of(wall, dtype, side, periodic):
 def converges(contact, tolerance):
     """Return whether a relaxation reaches a tolerance of the forces."""
     load = PRESSURE * contact.heights.size
-    solver = active_set if contact.interaction.hard else newton_krylov
+    solver = active_set if contact.wall.hard else newton_krylov
     *_, last = solver(
         contact,
         height=contact.first_contact,

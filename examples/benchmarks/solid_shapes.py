@@ -73,7 +73,7 @@ def contact(solid, a):
     load = 4.0 * a**3 / (3.0 * sphere.radius)
     symbol = getattr(solid, "symbol", "Cu")
     atoms = substrate(symbol, (n, n), sphere, spacing=1.0, fixed=False)
-    atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall(), load=load)
+    atoms.calc = RoughContact(sphere, solid=solid, wall=HardWall(), load=load)
     first = contact_of(atoms).first_contact
     atoms.positions[-1, 2] = first
     if not ActiveSet(atoms).run(fmax=1e-8 * load):

@@ -64,7 +64,7 @@ def pairs(solid, wall, periodic, seed):
             **scale, work_of_adhesion=0.02 * unit * a0
         ),
     }[wall]()
-    atoms.calc = RoughContact(sphere, solid=solid, interaction=form, load=load)
+    atoms.calc = RoughContact(sphere, solid=solid, wall=form, load=load)
     atoms.positions[-1, 2] = contact_of(atoms).first_contact
     dynamics = (ActiveSet if form.hard else NewtonKrylov)(atoms)
     if not dynamics.run(fmax=1e-6 * unit * a0**2):

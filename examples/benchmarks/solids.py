@@ -134,7 +134,7 @@ def flat(solid, wall, seed):
     atoms = substrate(
         "Cu", (SIDE, SIDE), rough, spacing=1.0, periodic=True, fixed=False
     )
-    atoms.calc = RoughContact(rough, solid=solid, interaction=WALLS[wall])
+    atoms.calc = RoughContact(rough, solid=solid, wall=WALLS[wall])
     loads = [PRESSURE * SIDE**2]
     for step in load_path(atoms, loads=loads, accuracy="high", validity="ignore"):
         fraction = step.contact_area / SIDE**2
@@ -146,7 +146,7 @@ def sphere(solid, wall, seed):
     """Yield loads and areas of a rough sphere."""
     rough = RoughSphere(RADIUS, SelfAffine(SLOPE, 0.8, 4.0, 512.0, seed=seed))
     atoms = substrate("Cu", (16, 16), rough, spacing=1.0, fixed=False)
-    atoms.calc = RoughContact(rough, solid=solid, interaction=WALLS[wall])
+    atoms.calc = RoughContact(rough, solid=solid, wall=WALLS[wall])
     unit = crossover_load(RADIUS, 1.0, SLOPE, 2.0)
     path = load_path(atoms, loads=LOADS * unit, window="auto", validity="ignore")
     for step in path:

@@ -274,7 +274,12 @@ def pull_off(radius, step, tolerance, level):
     atoms = substrate("Cu", (8, 8), ball, spacing=1.0)
     atoms.calc = RoughContact(ball, 1.0, LennardJones93.adhesive(1.0, 1.0, 0.05))
     loop = adhesion_loop(
-        atoms, 1.0, step, tolerance=tolerance, accuracy=level, window="auto"
+        atoms,
+        deepest=1.0,
+        step=step,
+        tolerance=tolerance,
+        accuracy=level,
+        window="auto",
     )
     return loop.pull_off_force, (*loop.approach, *loop.retraction[1:])
 

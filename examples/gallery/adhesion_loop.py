@@ -34,12 +34,12 @@ def loop_of(stiffness):
     sphere = RoughSphere(RADIUS)
     wall = LennardJones93.adhesive(1.0, 1.0, WORK, stiffness=stiffness)
     atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, contact_modulus=1.0, interaction=wall)
+    atoms.calc = RoughContact(sphere, contact_modulus=1.0, wall=wall)
     depth = np.cbrt(WORK**2 * RADIUS)  # scale of the penetration in JKR theory
     deepest = 3 * depth + wall.attraction_range / 2
     # the theory is that of a paraboloid, too, so that its width does not matter
     options = {"window": "auto", "validity": "ignore"}
-    return adhesion_loop(atoms, deepest, depth / 2, **options)
+    return adhesion_loop(atoms, deepest=deepest, step=depth / 2, **options)
 
 
 loops = {stiffness: loop_of(stiffness) for stiffness in STIFFNESSES}

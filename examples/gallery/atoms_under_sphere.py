@@ -15,6 +15,7 @@ from ase.optimize import LBFGS
 
 import ase_roughcontact as rough
 from ase_roughcontact.elasticity import Crystal
+from ase_roughcontact.foundation import CrystalSurface, add_indenter, crystal_slab
 from ase_roughcontact.plot import style
 
 SIZE, LAYERS = 10, 8
@@ -26,11 +27,11 @@ SLAB = {"layers": 11, "size": 7}
 # direction of slip.
 
 sphere = rough.RoughSphere(radius=5.0)
-surface = rough.CrystalSurface.from_calculator(EMT(), "Cu", **SLAB)
+surface = CrystalSurface.from_calculator(EMT(), "Cu", **SLAB)
 a0, size = surface.constants.spacing, (SIZE, SIZE)
-atoms, _ = rough.crystal_slab("Cu", size, LAYERS, EMT(), surface)
+atoms, _ = crystal_slab("Cu", size, LAYERS, EMT(), surface)
 axis = SIZE // 2 * a0 + np.array([0.4, 0.25])
-indenter = rough.add_indenter(atoms, sphere, position=axis)
+indenter = add_indenter(atoms, sphere, position=axis)
 touching = atoms.positions[-1, 2]
 
 
@@ -56,8 +57,8 @@ for depth in DEPTHS:
 
 crystal = Crystal.from_calculator(EMT(), "Cu", **SLAB)
 elastic = rough.substrate("Cu", size, sphere, spacing=crystal.spacing, periodic=True)
-elastic.positions[-1, :2], wall = axis, indenter.interaction
-elastic.calc = rough.RoughContact(sphere, solid=crystal, interaction=wall)
+elastic.positions[-1, :2], wall = axis, indenter.wall
+elastic.calc = rough.RoughContact(sphere, solid=crystal, wall=wall)
 depths, forces = np.transpose([(0.0, 0.0), *path])
 expected = []
 for depth in depths:

@@ -28,9 +28,9 @@ ROUGH = rc.SelfAffine(0.03, 0.8, 4 * A0, 64 * A0, domain=128 * A0, seed=1)
 def creep(roughness):
     """Return times (s) since the load acts, and contact areas (Å^2)."""
     sphere = rc.RoughSphere(RADIUS, roughness)
-    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0, fixed=False)
+    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0)
     solid = rc.Viscoelastic(MODULUS, CREEP)
-    atoms.calc = rc.RoughContact(sphere, solid=solid, interaction=rc.HardWall())
+    atoms.calc = rc.RoughContact(sphere, solid=solid, wall=rc.HardWall())
     path = rc.Schedule(0.0).step(LOAD).hold(DWELL)
     steps = list(rc.time_path(atoms, loads=path, window="auto"))[1:]
     return np.transpose([(step.time, step.contact_area) for step in steps])

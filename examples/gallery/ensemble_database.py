@@ -13,9 +13,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from ase.db import connect
 
+from ase_roughcontact import nN
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.plot import plot_curve, style
-from ase_roughcontact.scene import NANONEWTON, Scene, Steps
+from ase_roughcontact.scene import Scene, Steps
 
 SEEDS = 8
 LOADS = (3.0, 10.0, 30.0, 100.0, 300.0)  # nN
@@ -44,7 +45,7 @@ def calculate():
 
 def evaluate():
     """Draw area against load, and return the ratio to Eq. (4) at the last load."""
-    loads = np.array(LOADS) * NANONEWTON
+    loads = np.array(LOADS) * nN
     steps = read_ensemble(DATABASE, "converged=True")
     converged, expected = steps["step"].size, SEEDS * len(loads)
     if converged != expected:
@@ -55,7 +56,7 @@ def evaluate():
     hertz, predicted = bodies.hertz_area(loads), bodies.predicted_area(loads)
     smooth = np.geomspace(loads[0], loads[-1], 50)
     relative = bodies.predicted_area(smooth) / bodies.hertz_area(smooth)
-    eq4 = smooth / NANONEWTON, relative
+    eq4 = smooth / nN, relative
     options = {"theory": {"Eq. (4)": eq4}, "label": f"mean of {SEEDS} spheres"}
     with style():
         figure, axes = plt.subplots()

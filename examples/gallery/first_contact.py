@@ -9,10 +9,16 @@ Hertz. This is the shortest complete calculation.
 import matplotlib.pyplot as plt
 from ase.units import GPa
 
-from ase_roughcontact import ActiveSet, HardWall, RoughContact, RoughSphere, substrate
+from ase_roughcontact import (
+    ActiveSet,
+    HardWall,
+    Hertz,
+    RoughContact,
+    RoughSphere,
+    substrate,
+)
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.plot import plot_pressure, style
-from ase_roughcontact.theory import Hertz
 
 SIZE = 64  # atoms along a side of the window
 

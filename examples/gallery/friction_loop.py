@@ -13,20 +13,19 @@ import numpy as np
 
 import ase_roughcontact as rc
 from ase_roughcontact.analysis import loop_energies
-from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.plot import plot_friction_loop, plot_tractions, style
 
 A0, RADIUS, LOAD, MU = 2.5, 500.0, 60.0, 0.3  # Å, Å, eV/Å
 STEPS = 20  # between two turns
-SOLID = Isotropic(0.8, poisson=0.3)  # eV/Å^3
+SOLID = rc.Isotropic(0.8, poisson=0.3)  # eV/Å^3
 ROUGH = rc.SelfAffine(0.05, 0.8, 4 * A0, 32 * A0, domain=128 * A0, seed=1)
 
 
 def loop(roughness, amplitude):
     """Return the steps of a path to and fro, and the frame in the middle."""
     sphere = rc.RoughSphere(RADIUS, roughness)
-    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0, fixed=False)
-    atoms.calc = rc.RoughContact(sphere, solid=SOLID, interaction=rc.HardWall())
+    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0)
+    atoms.calc = rc.RoughContact(sphere, solid=SOLID, wall=rc.HardWall())
     turns = amplitude * np.array([0.0, 1.0, -1.0, 1.0])
     path = np.interp(np.arange(3 * STEPS + 1) / STEPS, range(4), turns)
     steps, friction = [], rc.Coulomb(MU)

@@ -13,6 +13,7 @@ import numpy as np
 from ase.optimize import FIRE, FIRE2, LBFGS
 
 from ase_roughcontact import (
+    Hertz,
     LennardJones93,
     NewtonKrylov,
     RoughContact,
@@ -21,7 +22,6 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.plot import plot_convergence, style
-from ase_roughcontact.theory import Hertz
 
 SIZE = 32  # atoms along a side of the window
 

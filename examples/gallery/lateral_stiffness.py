@@ -44,8 +44,8 @@ def lateral(indenter, solid, load):
     radius = (0.75 * force * indenter.radius / MODULUS) ** (1.0 / 3.0)
     shear = 0.5 * MODULUS * (1.0 - POISSON)
     mindlin = 3.0 * FRICTION * force * (2.0 - POISSON) / (16.0 * shear * radius)
-    atoms = rc.substrate("Cu", (8, 8), indenter, spacing=A0, fixed=False)
-    atoms.calc = rc.RoughContact(indenter, solid=solid, interaction=rc.HardWall())
+    atoms = rc.substrate("Cu", (8, 8), indenter, spacing=A0)
+    atoms.calc = rc.RoughContact(indenter, solid=solid, wall=rc.HardWall())
     path = rc.sliding_path(
         atoms,
         rc.Coulomb(FRICTION),

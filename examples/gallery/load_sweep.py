@@ -27,15 +27,14 @@ from ase_roughcontact.plot import plot_contact, plot_curve, style
 RADIUS = 1000.0  # of the sphere, in lattice spacings
 
 # %%
-# The indenter is a sphere with self-affine roughness. Under load control it must be
-# free to move (``fixed=False``). The window given here is only a start: with
-# ``window="auto"`` each step uses the atoms that can touch at its load.
+# The indenter is a sphere with self-affine roughness. The window given here is only a
+# start: with ``window="auto"`` each step uses the atoms that can touch at its load.
 
 a0, modulus, nanonewton = 2.55, 145 * GPa, 1e-9 * J / m
 slope, hurst, shortest, longest = 0.1, 0.8, 4 * a0, 512 * a0
 rough = SelfAffine(slope, hurst, shortest, longest, seed=1)
 sphere = RoughSphere(RADIUS * a0, rough)
-atoms = substrate("Cu", (8, 8), sphere, spacing=a0, fixed=False)
+atoms = substrate("Cu", (8, 8), sphere, spacing=a0)
 atoms.calc = RoughContact(sphere, modulus)
 
 loads = RADIUS * np.geomspace(0.01, 1.0, 7) * nanonewton
@@ -80,8 +79,8 @@ with style():
     hertz_radius = float(np.sqrt(hertz(loads[-1]) / np.pi))
     first = float(theory.first_contact_radius(sphere.radius, rough))
     title = f"(b) contact at {load[-1]:g} nN"
-    image = plot_contact(right, frames[-1], hertz_radius, None, title, first)
-    figure.colorbar(image, ax=right, label="pressure (GPa)")
+    plot_contact(right, frames[-1], hertz_radius, None, title, first)
+    figure.colorbar(right.images[0], ax=right, label="pressure (GPa)")
     figure.legend(
         *right.get_legend_handles_labels(), loc="outside lower right", ncols=2
     )

@@ -22,7 +22,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.analysis import ContactMap
-from ase_roughcontact.elasticity.material import HARDNESS, crystal_modulus
+from ase_roughcontact.elasticity import HARDNESS, crystal_modulus
 from ase_roughcontact.plot import style
 
 LOADS = (1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0, 80.0)
@@ -38,7 +38,7 @@ sphere = RoughSphere(4000 * a0, SelfAffine(0.01, 0.8, 4 * a0, 64 * a0, seed=2))
 
 def press(wall):
     """Return loads and areas, and the maps at the largest load and after unloading."""
-    atoms = substrate("Cu", (16, 16), sphere, fixed=False)
+    atoms = substrate("Cu", (16, 16), sphere)
     atoms.calc = RoughContact(sphere, modulus, wall)
     loads = np.array([*LOADS, *LOADS[-2::-1], 0.0]) * nanonewton
     areas, maps = [], []

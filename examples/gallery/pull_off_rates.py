@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 import ase_roughcontact as rc
-from ase_roughcontact.plot.style import letter, style
+from ase_roughcontact.plot import letter, style
 
 warnings.simplefilter("ignore", rc.ValidityWarning)  # contacts of a few atoms
 
@@ -39,9 +39,9 @@ def contact(path, turn, roughness=None):
     """Return times, depths and forces until the contact is lost after a time (s)."""
     sphere, solid = rc.RoughSphere(RADIUS, roughness), rc.Viscoelastic(MODULUS, CREEP)
     atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0)
-    atoms.calc = rc.RoughContact(sphere, solid=solid, interaction=WALL)
+    atoms.calc = rc.RoughContact(sphere, solid=solid, wall=WALL)
     curve = []
-    for step in rc.time_path(atoms, path, window="auto", tolerance=2e-3):
+    for step in rc.time_path(atoms, penetrations=path, window="auto", tolerance=2e-3):
         curve.append((step.time, step.penetration, step.normal_force))
         if step.time > turn and not step.repulsive_atoms + step.attractive_atoms:
             break

@@ -18,6 +18,7 @@ PACKAGES = {
     "topography": "Indenters",
     "optimize": "Optimizers",
     "plot": "Figures",
+    "foundation": "Explicit atoms",
 }
 
 

@@ -13,11 +13,10 @@ from pathlib import Path
 import numpy as np
 from ase.units import GPa, J, m
 
-from ase_roughcontact import LennardJones93
+from ase_roughcontact import LennardJones93, nN
 from ase_roughcontact.ensemble.columns import step_types
 from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.scene import (
-    NANONEWTON,
     InteractionConfig,
     RoughnessConfig,
     Scene,
@@ -103,7 +102,7 @@ def scene(
         sphere=SphereConfig(radius=radius),
         roughness=RoughnessConfig(rms_slope=slope, seed=seed, domain=DOMAIN),
         interaction=InteractionConfig(kind, adhesion),
-        path=Steps(values=tuple(loads / NANONEWTON)),
+        path=Steps(values=tuple(loads / nN)),
     )
 
 

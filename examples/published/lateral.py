@@ -5,9 +5,15 @@ Roughness from 8 points to a quarter of the period, at a contact of some 5 %.
 
 from published import Value, run
 
-from ase_roughcontact import HardWall, RoughContact, SelfAffine, Tresca, sliding_path
+from ase_roughcontact import (
+    HardWall,
+    Isotropic,
+    RoughContact,
+    SelfAffine,
+    Tresca,
+    sliding_path,
+)
 from ase_roughcontact import substrate as flat
-from ase_roughcontact.elasticity import Isotropic
 
 FIELDS = "poisson", "seed", "points", "area", "normal", "lateral"
 CASES = [(nu, seed, 256) for seed in (1, 2, 3) for nu in (0.0, 0.25, 0.45)]
@@ -19,9 +25,7 @@ def calculate(poisson, seed, points):
     period = float(points)
     rough = SelfAffine(0.1, 0.8, 8.0, period / 4, seed=seed, domain=period)
     atoms = flat("Cu", (points, points), rough, spacing=1.0, periodic=True, fixed=False)
-    atoms.calc = RoughContact(
-        rough, solid=Isotropic(1.0, poisson), interaction=HardWall()
-    )
+    atoms.calc = RoughContact(rough, solid=Isotropic(1.0, poisson), wall=HardWall())
     way = 1e-3
     steps = list(
         sliding_path(

@@ -70,7 +70,7 @@ def calculate(amplitude, spacing, reach):
     atoms.calc = RoughContact(sphere, 1.0, DugdaleWall(WORK, reach))
     unit = 1.5 * np.pi * WORK * RADIUS
     tensions = []
-    for step in load_path(atoms, DEPTHS, window="auto", validity="ignore"):
+    for step in load_path(atoms, penetrations=DEPTHS, window="auto", validity="ignore"):
         if not step.converged:
             raise RuntimeError(step.message)
         tensions.append(-step.normal_force / unit)

@@ -7,6 +7,12 @@ from built import atoms_under
 import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.foundation import (
+    ElasticFoundation,
+    FoundationPrecon,
+    add_indenter,
+    crystal_slab,
+)
 
 SPHERE, SOLID, WALL = rc.RoughSphere(60.0), Isotropic(1.0, poisson=0.3), rc.HardWall()
 PROBLEM = rc.Problem(SPHERE, SOLID, WALL, spacing=1.0)
@@ -29,17 +35,25 @@ CALLS = [
     ("atoms", lambda wrong: rc.snapshot(wrong)),
     ("atoms", lambda wrong: rc.release(wrong)),
     ("atoms", lambda wrong: rc.stick(wrong, rc.Tresca(1.0))),
-    ("atoms", lambda wrong: followed(rc.load_path, wrong, [0.1])),
-    ("atoms", lambda wrong: followed(rc.time_path, wrong, SCHEDULE)),
-    ("atoms", lambda wrong: rc.adhesion_loop(wrong, 0.1, 0.1)),
+    ("atoms", lambda wrong: followed(rc.load_path, wrong, penetrations=[0.1])),
+    ("atoms", lambda wrong: followed(rc.time_path, wrong, penetrations=SCHEDULE)),
+    ("atoms", lambda wrong: rc.adhesion_loop(wrong, deepest=0.1, step=0.1)),
     ("atoms", lambda wrong: rc.ActiveSet(wrong)),
     ("atoms", lambda wrong: rc.FourierModes(wrong)),
     ("atoms", lambda wrong: rc.HalfSpacePrecon(wrong)),
-    ("atoms", lambda wrong: rc.add_indenter(wrong, SPHERE)),
+    ("atoms", lambda wrong: add_indenter(wrong, SPHERE)),
     ("frame", lambda wrong: rc.restore(wrong, 1.0)),
     ("frame", lambda wrong: rc.pressure_of(wrong)),
-    ("validity", lambda wrong: followed(rc.load_path, atoms(), [0.1], validity=wrong)),
-    ("output", lambda wrong: followed(rc.load_path, atoms(), [0.1], output=wrong)),
+    (
+        "validity",
+        lambda wrong: followed(
+            rc.load_path, atoms(), penetrations=[0.1], validity=wrong
+        ),
+    ),
+    (
+        "output",
+        lambda wrong: followed(rc.load_path, atoms(), penetrations=[0.1], output=wrong),
+    ),
     ("solid", lambda wrong: rc.Problem(SPHERE, wrong, WALL, 1.0)),
     ("wall", lambda wrong: rc.Problem(SPHERE, SOLID, wrong, 1.0)),
     ("fft", lambda wrong: rc.Problem(SPHERE, SOLID, WALL, 1.0, fft=wrong)),
@@ -59,10 +73,13 @@ CALLS = [
     ("permanent", lambda wrong: rc.PlasticWall(1.0, permanent=wrong)),
     ("periodic", lambda wrong: rc.substrate("Cu", (8, 8), SPHERE, periodic=wrong)),
     ("fixed", lambda wrong: rc.substrate("Cu", (8, 8), SPHERE, fixed=wrong)),
-    ("callback", lambda wrong: rc.adhesion_loop(atoms(), 0.1, 0.1, callback=wrong)),
-    ("symbol", lambda wrong: rc.crystal_slab(wrong, (2, 2), 2, None)),
-    ("surface", lambda wrong: rc.ElasticFoundation(None, wrong, atoms())),
-    ("foundation", lambda wrong: rc.FoundationPrecon(atoms(), wrong)),
+    (
+        "callback",
+        lambda wrong: rc.adhesion_loop(atoms(), deepest=0.1, step=0.1, callback=wrong),
+    ),
+    ("symbol", lambda wrong: crystal_slab(wrong, (2, 2), 2, None)),
+    ("surface", lambda wrong: ElasticFoundation(None, wrong, atoms())),
+    ("foundation", lambda wrong: FoundationPrecon(atoms(), wrong)),
 ]
 
 

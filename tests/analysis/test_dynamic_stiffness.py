@@ -20,7 +20,7 @@ def test_stiffness_follows_from_the_complex_modulus(frequency):
     )
     path = rc.Schedule(0.0).ramp(0.5, time=1.0).hold(40.0)
     path = path.oscillate(0.002, frequency, cycles=3)
-    steps = list(rc.time_path(atoms, path, tolerance=1e-4))
+    steps = list(rc.time_path(atoms, penetrations=path, tolerance=1e-4))
     # of a fixed contact 2 a E*, with the radius a of Hertz's theory
     expected = 2.0 * np.sqrt(400.0 * 0.5) * creep.modulus(2.0 * np.pi * frequency)
     found = dynamic_stiffness(steps, frequency)

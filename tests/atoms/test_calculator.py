@@ -166,7 +166,7 @@ def test_parameters_can_be_stored_as_json(wall):
     calculator = rc.RoughContact(SPHERE, 1.0, wall, load=0.5)
     stored = json.loads(json.dumps(calculator.todict()))
     assert stored["indenter"] == SPHERE.todict()
-    assert stored["interaction"] == wall.todict()
+    assert stored["wall"] == wall.todict()
     assert (stored["contact_modulus"], stored["load"]) == (1.0, 0.5)
 
 
@@ -187,7 +187,7 @@ BAD_PARAMETERS = [
     ("load", [1.0, 2.0]),
     ("indenter", np.zeros((8, 6))),
     ("indenter", rc.RoughSphere),
-    ("interaction", "hard"),
+    ("wall", "hard"),
     ("fft", {"engine": "abacus"}),
     ("fft", {"thread": 1}),
     ("fft", None),
@@ -257,7 +257,7 @@ def test_calculator_has_no_reference_cycle():
         (
             rc.RoughContact(SPHERE, 1, rc.HardWall(), load=2),
             f"RoughContact(indenter={SPHERE!r}, contact_modulus=1.0, "
-            "interaction=HardWall(), load=2.0)",
+            "wall=HardWall(), load=2.0)",
         ),
     ],
     ids=["empty", "hard"],

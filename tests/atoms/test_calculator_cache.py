@@ -17,10 +17,10 @@ OTHERS = {
     "indenter": {"indenter": rc.RoughSphere(20.0)},
     "contact_modulus": {"contact_modulus": 2.0},
     "solid": {"solid": Isotropic(3.0), "contact_modulus": None},
-    "interaction": {"interaction": rc.LennardJones93.adhesive(1.0, 1.0, 0.1)},
+    "wall": {"wall": rc.LennardJones93.adhesive(1.0, 1.0, 0.1)},
     "heterogeneity": {
         "heterogeneity": rc.Heterogeneity(lambda x, y: 0.5 * np.cos(x)),
-        "interaction": rc.LennardJones93.adhesive(1.0, 1.0, 0.1),
+        "wall": rc.LennardJones93.adhesive(1.0, 1.0, 0.1),
     },
     "load": {"load": 0.7},
     "fft": {"fft": {"dtype": "float32"}},

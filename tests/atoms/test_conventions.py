@@ -67,7 +67,7 @@ def test_a_calculator_made_from_its_dictionary_gives_the_same(parts):
 )  # fmt: skip
 def test_hard_walls_are_made_from_their_dictionaries(wall):
     calc = rc.RoughContact(SPHERE, 1.0, wall)
-    assert rc.RoughContact(**calc.todict()).parameters["interaction"] == wall
+    assert rc.RoughContact(**calc.todict()).parameters["wall"] == wall
 
 
 def test_parameters_in_a_trajectory_make_the_calculator(tmp_path):
@@ -96,7 +96,7 @@ def test_what_does_not_describe_itself_completely_says_so():
     "name, value",
     [
         ("contact_modulus", 2.0),
-        ("interaction", rc.LennardJones93.repulsive(3.0, 1.0)),
+        ("wall", rc.LennardJones93.repulsive(3.0, 1.0)),
         ("solid", None),
     ],
 )

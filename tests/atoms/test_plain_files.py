@@ -26,17 +26,19 @@ def hard(solid=None, wall=None):
 
 
 def press(atoms, depth):
-    (step,) = rc.load_path(atoms, [depth], validity="ignore")
+    (step,) = rc.load_path(atoms, penetrations=[depth], validity="ignore")
     return step
 
 
 def age(atoms, schedule):
-    times = rc.time_path(atoms, schedule, tolerance=0.5, validity="ignore")
+    times = rc.time_path(atoms, penetrations=schedule, tolerance=0.5, validity="ignore")
     return list(times)[-1]
 
 
 def slide(atoms, path):
-    steps = rc.sliding_path(atoms, LAW, 0.8, displacements=path, validity="ignore")
+    steps = rc.sliding_path(
+        atoms, LAW, penetrations=0.8, displacements=path, validity="ignore"
+    )
     return list(steps)[-1]
 
 
@@ -170,7 +172,7 @@ def test_atoms_that_stick_can_be_written_but_not_continued(tmp_path, stuck, form
     fixed = [c for c in read_back.constraints if isinstance(c, FixAtoms)]
     assert [c.index.tolist() for c in fixed] == [[last]]
     np.testing.assert_allclose(read_back.positions, stuck.positions, atol=1e-7)
-    read_back.calc = rc.RoughContact(SPHERE, solid=SOLID, interaction=rc.HardWall())
+    read_back.calc = rc.RoughContact(SPHERE, solid=SOLID, wall=rc.HardWall())
     with pytest.raises(ValueError, match=r"snapshot\(atoms\)"):
         read_back.get_forces()
 

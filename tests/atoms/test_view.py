@@ -163,7 +163,7 @@ def test_frames_and_views_do_not_change_the_atoms():
     np.testing.assert_array_equal(atoms.positions, before)
     np.testing.assert_array_equal(atoms.get_tags(), tags)
     assert set(atoms.arrays) <= {"numbers", "positions", "tags"}
-    assert set(atoms.info) == {"indenter"}
+    assert set(atoms.info) == {"indenter", "support"}
 
 
 @pytest.mark.parametrize("form", [Path, str, read_all])

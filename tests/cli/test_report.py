@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from small_scene import ROUGH, SMOOTH, adhesive
 
-from ase_roughcontact import plot
+from ase_roughcontact import nN, plot
 from ase_roughcontact._util.printing import entries, plain
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
@@ -21,7 +21,7 @@ from ase_roughcontact.cli.report import (
     summary,
     table_columns,
 )
-from ase_roughcontact.scene import NANONEWTON, Scene
+from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.theory import asperity_radius
 
@@ -108,7 +108,7 @@ def test_at_light_loads_theory_is_for_the_first_asperity():
         reference = reference_for(scene)
         rho = factor * asperity_radius(scene.rough)
         plateau = (rho / scene.radius) ** (2 / 3)
-        light, heavy = reference.relative_area([1e-3 * NANONEWTON, 1e6 * NANONEWTON])
+        light, heavy = reference.relative_area([1e-3 * nN, 1e6 * nN])
         assert light == pytest.approx(plateau)
         assert heavy == pytest.approx(1.0, rel=0.02)
         assert f"A/A_Hertz = {plateau:.3g}" in inputs(reference)["theory"]
@@ -116,7 +116,7 @@ def test_at_light_loads_theory_is_for_the_first_asperity():
 
 def test_the_largest_tension_is_compared_with_the_pull_off_force(run):
     reference, steps, _ = run
-    tension = -min(step.normal_force for step in steps) / NANONEWTON
+    tension = -min(step.normal_force for step in steps) / nN
     text = results(reference, steps)["largest tension"]
     assert text.startswith(f"{tension:.4g} nN; pull-off force: ")
     assert "largest tension" not in results(reference, steps[2:3])
@@ -272,4 +272,4 @@ def test_forces_below_the_tolerance_are_not_drawn_on_a_logarithmic_axis(
     )
     rounding = replace(steps[1], normal_force=1e-9, tolerance=2e-9)
     draw(reference, [steps[2], rounding], folder)
-    assert drawn == [[steps[2].normal_force / NANONEWTON]]
+    assert drawn == [[steps[2].normal_force / nN]]

@@ -120,7 +120,7 @@ def test_atoms_on_a_coarser_grid_agree_with_the_state(shape):
     sphere = rc.RoughSphere(60.0)
     atoms = atoms_under(sphere, shape=shape)
     options = {"window": "auto", "grid": "2 a0", "validity": "ignore"}
-    for step in rc.load_path(atoms, [0.5, 1.6], **options):
+    for step in rc.load_path(atoms, penetrations=[0.5, 1.6], **options):
         fresh = atoms.copy()
         fresh.calc = rc.RoughContact(**atoms.calc.parameters)
         assert fresh.get_potential_energy() == pytest.approx(step.energy, rel=1e-6)
@@ -153,7 +153,9 @@ def modes_by_lbfgs(atoms, logfile):
 def test_after_an_error_atoms_are_in_the_last_relaxed_state(optimizer):
     atoms = atoms_of("repulsive", fixed=True)
     tolerance = {"fmax": 1e-5, "max_steps": 1000}
-    path = rc.load_path(atoms, [0.3, 2.0], optimizer, **tolerance)
+    path = rc.load_path(
+        atoms, penetrations=[0.3, 2.0], optimizer=optimizer, **tolerance
+    )
     step = next(path)
     with pytest.raises(RuntimeError, match="edge"):
         next(path)
@@ -163,14 +165,18 @@ def test_after_an_error_atoms_are_in_the_last_relaxed_state(optimizer):
 
 def test_forces_of_the_wall_bound_the_tolerance_of_any_optimizer():
     atoms = atoms_of("repulsive", fixed=True)
-    (step,) = rc.load_path(atoms, [1.0], FIRE, fmax=50.0, window="unchecked")
+    (step,) = rc.load_path(
+        atoms, penetrations=[1.0], optimizer=FIRE, fmax=50.0, window="unchecked"
+    )
     assert not step.converged
     assert "fmax" in step.message
 
 
 def test_message_of_a_step_has_forces_with_their_unit():
     atoms = atoms_of("repulsive", fixed=True)
-    (step,) = rc.load_path(atoms, [1.0], FIRE, fmax=50.0, window="unchecked")
+    (step,) = rc.load_path(
+        atoms, penetrations=[1.0], optimizer=FIRE, fmax=50.0, window="unchecked"
+    )
     assert f"{step.max_force:.3g} eV/Å" in step.message
 
 

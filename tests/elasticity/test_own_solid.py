@@ -51,7 +51,7 @@ def relaxed(periodic, wall, trajectory=None, **solid):
     atoms = rc.substrate(
         "Cu", (24, 20), SPHERE, spacing=1.0, periodic=periodic, fixed=False
     )
-    atoms.calc = rc.RoughContact(SPHERE, interaction=wall, **solid)
+    atoms.calc = rc.RoughContact(SPHERE, wall=wall, **solid)
     path = rc.load_path(
         atoms, loads=[5.0, 20.0], fmax=1e-9, output=rc.Output(trajectory=trajectory)
     )
@@ -93,7 +93,7 @@ def test_a_path_on_another_solid_is_not_resumed(tmp_path):
     relaxed(False, rc.HardWall(), file, solid=Coated(1.0, STIFFNESS))
     atoms = rc.substrate("Cu", (24, 20), SPHERE, spacing=1.0, fixed=False)
     solid = Coated(1.0, 2.0)
-    atoms.calc = rc.RoughContact(SPHERE, interaction=rc.HardWall(), solid=solid)
+    atoms.calc = rc.RoughContact(SPHERE, wall=rc.HardWall(), solid=solid)
     output = rc.Output(trajectory=file, resume=True)
     with pytest.raises(ValueError, match="stiffness"):
         list(rc.load_path(atoms, loads=[5.0], fmax=1e-9, output=output))
@@ -156,6 +156,8 @@ def test_only_a_half_space_of_silicon_is_compared_with_the_hardness_of_it(
 ):
     atoms = rc.substrate("Si", (12, 12), SPHERE)
     atoms.calc = rc.RoughContact(SPHERE, solid=solid(6.0, stiffness=100.0))
-    (step,) = rc.load_path(atoms, [0.5], window="unchecked", validity="ignore")
+    (step,) = rc.load_path(
+        atoms, penetrations=[0.5], window="unchecked", validity="ignore"
+    )
     assert step.normal_force / step.contact_area > HARDNESS["Si"] * GPa
     assert ("hardness" in step.validity) == judged

@@ -26,7 +26,7 @@ def known():
 
 def atoms_under_sphere(wall, **fft):
     atoms = rc.substrate("Cu", (20, 20), SPHERE, spacing=1.0)
-    atoms.calc = rc.RoughContact(SPHERE, solid=SOLID, interaction=wall, fft=fft)
+    atoms.calc = rc.RoughContact(SPHERE, solid=SOLID, wall=wall, fft=fft)
     return atoms
 
 
@@ -35,9 +35,11 @@ def steps_under(wall, coupling="", **fft):
     atoms = atoms_under_sphere(wall, **fft)
     options = {"validity": "ignore", "window": "auto"}
     if not coupling:
-        return list(rc.load_path(atoms, [0.5, 1.0], **options))
+        return list(rc.load_path(atoms, penetrations=[0.5, 1.0], **options))
     options |= {"displacements": [0.1, 0.3], "coupling": coupling}
-    return list(rc.sliding_path(atoms, rc.Coulomb(0.4), [0.5, 1.0], **options))
+    return list(
+        rc.sliding_path(atoms, rc.Coulomb(0.4), penetrations=[0.5, 1.0], **options)
+    )
 
 
 contacts = pytest.mark.parametrize(
@@ -98,7 +100,7 @@ def test_a_scene_names_the_engine():
 
 def test_atoms_that_stick_use_the_given_engine_alone():
     atoms = atoms_under_sphere(rc.HardWall(), engine="numpy")
-    list(rc.load_path(atoms, [1.0], validity="ignore"))
+    list(rc.load_path(atoms, penetrations=[1.0], validity="ignore"))
     with patch.dict(ENGINES, {"numpy": NumpyTransform}, clear=True):
         sticking = rc.stick(atoms, rc.Tresca(1.0))
         sticking.move(atoms, [0.1, 0.0])

@@ -119,7 +119,7 @@ def test_adhesive_window_grows_when_the_surface_bulges():
     for window in ("auto", "fixed"):
         atoms = rc.substrate("Cu", (511, 511), sphere, spacing=1.0)
         atoms.calc = rc.RoughContact(sphere, 1.0, wall)
-        path = rc.load_path(atoms, [0.0, 0.1], window=window, fmax=1e-10)
+        path = rc.load_path(atoms, penetrations=[0.0, 0.1], window=window, fmax=1e-10)
         records.append(list(path))
     for one, other in zip(*records, strict=True):
         assert one.normal_force == pytest.approx(other.normal_force, abs=1e-9)

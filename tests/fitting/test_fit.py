@@ -9,6 +9,7 @@ import pytest
 from force_curves import sampled
 from matplotlib.figure import Figure
 
+from ase_roughcontact import cantilever_curve
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.fitting.figures import draw_fit
@@ -23,7 +24,6 @@ from ase_roughcontact.fitting.parameters import (
 )
 from ase_roughcontact.fitting.residuals import Residuals
 from ase_roughcontact.fitting.smooth_fit import SmoothFit, smooth_fit
-from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene, relax_loop
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.theory import sphere_theory

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from force_curves import sampled
 
+from ase_roughcontact import cantilever_curve
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.fitting.fit import fit_curve
 from ase_roughcontact.fitting.least_squares import Trial, solve
-from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
 from ase_roughcontact.scene import Scene, relax_loop
 

@@ -4,7 +4,7 @@ from ase.build import bulk
 from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
 from spring_crystal import diamond_springs
 
-from ase_roughcontact import CrystalSurface, crystal_slab
+from ase_roughcontact.foundation import CrystalSurface, crystal_slab
 
 A = 3.6
 

@@ -8,7 +8,7 @@ from pair_crystal import pair_potential, slab
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
-from ase_roughcontact import CrystalSurface
+from ase_roughcontact.foundation import CrystalSurface
 
 SURFACES = ["surface", "hexagonal_surface", "diamond_surface"]
 

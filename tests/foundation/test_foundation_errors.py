@@ -13,7 +13,12 @@ from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
 from pair_crystal import A, pair_potential, slab
 from spring_crystal import Softer, fcc_springs
 
-import ase_roughcontact as rc
+from ase_roughcontact.foundation import (
+    CrystalSurface,
+    ElasticFoundation,
+    FoundationPrecon,
+    crystal_slab,
+)
 
 LAYERS = 4
 SPACING = A / 2**0.5
@@ -25,7 +30,7 @@ def atoms(surface):
 
 
 def foundation(atoms, surface):
-    return rc.ElasticFoundation(pair_potential(), surface, atoms, LAYERS)
+    return ElasticFoundation(pair_potential(), surface, atoms, LAYERS)
 
 
 def test_a_slab_that_is_not_held_any_more_warns_once(surface):
@@ -65,11 +70,11 @@ def test_a_slab_without_its_hold_after_a_file_warns(surface, tmp_path):
 def test_a_calculator_that_differs_from_the_surface(atoms, surface, calculator):
     surface = replace(surface, displacement=1e-3)
     with pytest.raises(ValueError, match="Give the same calculator"):
-        rc.ElasticFoundation(calculator, surface, atoms, LAYERS)
+        ElasticFoundation(calculator, surface, atoms, LAYERS)
 
 
 def test_differences_of_forces_are_near_enough_to_the_hessian(atoms, surface):
-    rc.ElasticFoundation(pair_potential(), replace(surface, displacement=1e-3), atoms)
+    ElasticFoundation(pair_potential(), replace(surface, displacement=1e-3), atoms)
 
 
 def test_another_lattice_constant_or_structure(surface):
@@ -78,7 +83,7 @@ def test_another_lattice_constant_or_structure(surface):
         foundation(atoms, surface)
     atoms = bcc100("Cu", (3, 4, LAYERS), a=surface.constants.spacing, vacuum=5.0)
     with pytest.raises(ValueError, match="layer 2 from below"):
-        rc.ElasticFoundation(pair_potential(), surface, atoms, 2)
+        ElasticFoundation(pair_potential(), surface, atoms, 2)
 
 
 def test_a_slab_of_ase_with_the_lattice_constant_is_accepted(surface):
@@ -170,23 +175,23 @@ def test_atoms_that_have_changed(atoms, spoil, message):
 def test_a_calculator_that_describes_slabs_in_another_way_is_found_out():
     softer = Softer(dict(fcc_springs(3.6)[0].shells))
     with pytest.raises(ValueError, match="'long_waves'"):
-        rc.CrystalSurface.from_calculator(softer, "Cu", "fcc111", layers=9, size=7)
+        CrystalSurface.from_calculator(softer, "Cu", "fcc111", layers=9, size=7)
 
 
 def test_a_slab_of_a_crystal_given_as_atoms_or_of_another_element(surface):
     size = 3, 3
-    atoms, _ = rc.crystal_slab(bulk("Cu"), size, 2, pair_potential(), surface)
+    atoms, _ = crystal_slab(bulk("Cu"), size, 2, pair_potential(), surface)
     assert len(atoms) == 18
     for other in ("Ni", bulk("Ni")):
         with pytest.raises(ValueError, match=r"Cu.* got Ni"):
-            rc.crystal_slab(other, size, 2, pair_potential(), surface)
+            crystal_slab(other, size, 2, pair_potential(), surface)
 
 
 def test_preconditioner_of_another_calculator_or_of_other_atoms(atoms):
     with pytest.raises(TypeError, match="ElasticFoundation"):
-        rc.FoundationPrecon(atoms, pair_potential())
+        FoundationPrecon(atoms, pair_potential())
     with pytest.raises(ValueError, match="48 atoms"):
-        rc.FoundationPrecon(atoms[:40], atoms.calc)
+        FoundationPrecon(atoms[:40], atoms.calc)
 
 
 def test_atoms_above_the_coupled_layers_may_go_anywhere(atoms):
@@ -210,4 +215,4 @@ def test_another_file(tmp_path, text):
     file = tmp_path / "copper.json"
     file.write_text(text)
     with pytest.raises(ValueError, match=r"copper\.json"):
-        rc.CrystalSurface.read(file)
+        CrystalSurface.read(file)

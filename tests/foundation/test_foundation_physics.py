@@ -14,6 +14,12 @@ from spring_crystal import Springs, fcc_springs
 import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Crystal
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
+from ase_roughcontact.foundation import (
+    CrystalSurface,
+    FoundationPrecon,
+    add_indenter,
+    crystal_slab,
+)
 
 
 def rayleigh_velocity(c11, c12, c44, density):
@@ -29,7 +35,7 @@ def rayleigh_velocity(c11, c12, c44, density):
 def test_long_surface_waves_have_the_velocity_of_rayleigh():
     a, layers = 3.6, 100
     springs, constants = fcc_springs(a)
-    surface = rc.CrystalSurface.from_calculator(
+    surface = CrystalSurface.from_calculator(
         springs, "Cu", lattice_constant=a, layers=9, size=5
     )
     greens = LatticeGreensFunction(surface.constants, layers)
@@ -47,7 +53,7 @@ def test_long_surface_waves_have_the_velocity_of_rayleigh():
 
 @pytest.fixture(scope="module")
 def copper():
-    return rc.CrystalSurface.from_calculator(EMT(), "Cu")
+    return CrystalSurface.from_calculator(EMT(), "Cu")
 
 
 class PointForce(Calculator):
@@ -84,26 +90,26 @@ def displacement(atoms, calculator, precon, force):
 
 def thick_slab(surface, n):
     """Slab of 40 layers with two free surfaces, and the preconditioner of one."""
-    atoms, foundation = rc.crystal_slab("Cu", (n, n), 40, EMT(), surface)
+    atoms, foundation = crystal_slab("Cu", (n, n), 40, EMT(), surface)
     distances = -np.diff(surface.column(40).positions[:, 2])
     number = len(surface.heights) - 1
     distances[-number:] = distances[:number][::-1]
     heights = -np.append(0.0, np.cumsum(distances))
     atoms.positions[:, 2] = np.repeat(heights[::-1], n * n)
-    return atoms, rc.FoundationPrecon(atoms, foundation)
+    return atoms, FoundationPrecon(atoms, foundation)
 
 
 @pytest.mark.parametrize("layers", [1, 2, 3])
 def test_a_body_centred_crystal(layers):
     a = 2.87
     springs = Springs({a * 3**0.5 / 2: 1.0, a: 0.5})
-    surface = rc.CrystalSurface.from_calculator(
+    surface = CrystalSurface.from_calculator(
         springs, "Fe", "bcc100", lattice_constant=a, layers=9, size=5
     )
     found = []
     for number in (layers, 20):
-        atoms, foundation = rc.crystal_slab("Fe", (3, 3), number, springs, surface)
-        precon = rc.FoundationPrecon(atoms, foundation)
+        atoms, foundation = crystal_slab("Fe", (3, 3), number, springs, surface)
+        precon = FoundationPrecon(atoms, foundation)
         # twenty layers of springs are at rest without a foundation, too
         calculator = springs if number == 20 else foundation
         found.append(displacement(atoms, calculator, precon, 1e-3))
@@ -127,8 +133,8 @@ def test_displacement_under_a_point_force_agrees_with_a_thick_slab(
     thick, precon = thick_slab(copper, n)
     expected = displacement(thick, EMT(), precon, force)
     for layers, error in errors.items():
-        atoms, foundation = rc.crystal_slab("Cu", (n, n), layers, EMT(), copper)
-        precon = rc.FoundationPrecon(atoms, foundation)
+        atoms, foundation = crystal_slab("Cu", (n, n), layers, EMT(), copper)
+        precon = FoundationPrecon(atoms, foundation)
         found = displacement(atoms, foundation, precon, force)
         assert found == pytest.approx(expected, rel=error)
 
@@ -136,11 +142,11 @@ def test_displacement_under_a_point_force_agrees_with_a_thick_slab(
 @pytest.mark.slow
 def test_a_hard_indenter_deforms_the_top_layers_plastically(surface):
     size, layers = (12, 12), 8
-    atoms, foundation = rc.crystal_slab("Cu", size, layers, pair_potential(), surface)
+    atoms, foundation = crystal_slab("Cu", size, layers, pair_potential(), surface)
     spacing, rest = surface.constants.spacing, atoms.positions.copy()
     # beside the symmetric place, where no direction of slip is preferred
     position = 6 * spacing + np.array([0.4, 0.25])
-    indenter = rc.add_indenter(atoms, rc.RoughSphere(6.0), position=position)
+    indenter = add_indenter(atoms, rc.RoughSphere(6.0), position=position)
     height, forces = atoms.positions[-1, 2], []
     for depth in np.arange(0.5, 3.5, 0.25):
         atoms.positions[-1, 2] = height - depth
@@ -163,17 +169,17 @@ def test_a_rough_sphere_on_copper_has_the_load_and_gaps_of_the_elastic_crystal(c
     crystal = Crystal.from_calculator(EMT(), "Cu", layers=11, size=7)
     n, a0 = 8, crystal.spacing
     sphere = rc.RoughSphere(40.0, rc.SelfAffine(0.1, 0.8, 3 * a0, 8 * a0, seed=1))
-    atoms, foundation = rc.crystal_slab("Cu", (n, n), 4, EMT(), copper)
-    indenter = rc.add_indenter(atoms, sphere)
+    atoms, foundation = crystal_slab("Cu", (n, n), 4, EMT(), copper)
+    indenter = add_indenter(atoms, sphere)
     touching, axis = atoms.positions[-1, 2], atoms.positions[-1, :2].copy()
     elastic = rc.substrate("Cu", (n, n), sphere, spacing=a0, periodic=True)
     elastic.positions[-1, :2] = axis
-    wall = indenter.interaction
-    elastic.calc = rc.RoughContact(sphere, solid=crystal, interaction=wall)
+    wall = indenter.wall
+    elastic.calc = rc.RoughContact(sphere, solid=crystal, wall=wall)
     top = np.flatnonzero(atoms.get_tags() == 1)
     for depth, error in ((0.1, 0.005), (0.4, 0.015)):
         atoms.positions[-1, 2] = touching - depth
-        precon = rc.FoundationPrecon(atoms, foundation)
+        precon = FoundationPrecon(atoms, foundation)
         relax = PreconLBFGS(atoms, precon=precon, use_armijo=False, logfile=None)
         assert relax.run(fmax=1e-3, steps=50)
         height = atoms.positions[-1, 2] - atoms.positions[top, 2].mean()

@@ -11,18 +11,19 @@ from ase.optimize.precon import PreconLBFGS
 from pair_crystal import pair_potential
 
 import ase_roughcontact as rc
+from ase_roughcontact.foundation import FoundationPrecon, add_indenter, crystal_slab
 
 
 def pressed(surface, n, layers=2):
     size = n, n
-    atoms, foundation = rc.crystal_slab("Cu", size, layers, pair_potential(), surface)
-    rc.add_indenter(atoms, rc.RoughSphere(15.0))
+    atoms, foundation = crystal_slab("Cu", size, layers, pair_potential(), surface)
+    add_indenter(atoms, rc.RoughSphere(15.0))
     atoms.positions[-1, 2] -= 0.4
     return atoms, foundation
 
 
 def preconditioned(atoms, foundation):
-    precon = rc.FoundationPrecon(atoms, foundation)
+    precon = FoundationPrecon(atoms, foundation)
     return PreconLBFGS(atoms, precon=precon, use_armijo=False, logfile=None)
 
 
@@ -40,8 +41,8 @@ def test_steps_with_the_preconditioner_do_not_increase_with_the_cell(surface):
 
 def test_preconditioner_is_the_hessian_of_the_atoms_at_rest(surface):
     size = 3, 3
-    atoms, foundation = rc.crystal_slab("Cu", size, 3, pair_potential(), surface)
-    precon = rc.FoundationPrecon(atoms, foundation)
+    atoms, foundation = crystal_slab("Cu", size, 3, pair_potential(), surface)
+    precon = FoundationPrecon(atoms, foundation)
     matrix = precon.asarray()
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-10)
     vector = np.random.default_rng(1).normal(size=len(matrix))
@@ -72,7 +73,7 @@ def test_dynamics_conserve_the_energy_to_second_order_in_the_time_step(surface):
     change = []
     for step in (2.0, 1.0):
         size = 3, 3
-        atoms, _ = rc.crystal_slab("Cu", size, 2, pair_potential(), surface)
+        atoms, _ = crystal_slab("Cu", size, 2, pair_potential(), surface)
         total, kinetic = energies(atoms, step, round(80 / step))
         change.append(np.ptp(total))
     assert change[0] / change[1] == pytest.approx(4.0, rel=0.05)

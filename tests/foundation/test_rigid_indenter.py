@@ -18,6 +18,13 @@ from pair_crystal import slab as slab_of
 
 import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Crystal, StressField
+from ase_roughcontact.foundation import (
+    CrystalSurface,
+    ElasticFoundation,
+    FoundationPrecon,
+    add_indenter,
+    crystal_slab,
+)
 
 
 def slab(surface, size=(6, 6), layers=2, **options):
@@ -34,7 +41,7 @@ def rough_sphere(surface):
 def test_forces_are_minus_the_gradient(request, name):
     surface = request.getfixturevalue(name)
     atoms = slab(surface, layers=1, held=False)
-    indenter = rc.add_indenter(atoms, rough_sphere(surface), load=0.3)
+    indenter = add_indenter(atoms, rough_sphere(surface), load=0.3)
     atoms.positions += np.random.default_rng(1).normal(size=(len(atoms), 3)) * 0.05
     atoms.positions[-1] -= [1.3, 0.4, 0.9]
     atoms.set_constraint()
@@ -48,7 +55,7 @@ def test_forces_are_minus_the_gradient(request, name):
 
 def test_a_free_indenter_carries_its_load(surface):
     atoms = slab(surface)
-    indenter = rc.add_indenter(atoms, rough_sphere(surface), load=0.8)
+    indenter = add_indenter(atoms, rough_sphere(surface), load=0.8)
     position = atoms.positions[-1].copy()
     assert LBFGS(atoms, logfile=None).run(fmax=1e-4, steps=300)
     assert indenter.get_property("normal_force") == pytest.approx(0.8, abs=2e-4)
@@ -61,7 +68,7 @@ def test_a_free_indenter_carries_its_load(surface):
 
 def test_the_wall_begins_at_the_default_height(surface):
     atoms = slab(surface)
-    indenter = rc.add_indenter(atoms, rc.RoughSphere(15.0), position=(0.0, 0.0))
+    indenter = add_indenter(atoms, rc.RoughSphere(15.0), position=(0.0, 0.0))
     assert atoms.get_forces()[-1] == pytest.approx(0.0, abs=1e-12)
     assert indenter.get_property("gap", atoms).min() == pytest.approx(
         surface.constants.spacing
@@ -94,7 +101,7 @@ def test_a_small_load_agrees_with_the_half_space_of_the_same_crystal(surface, cr
     assert rc.NewtonKrylov(half_space, logfile=None).run(fmax=1e-7)
     atoms = slab(surface, (n, n))
     position = half_space.positions[-1, :2]
-    indenter = rc.add_indenter(atoms, sphere, wall, position=position, load=load)
+    indenter = add_indenter(atoms, sphere, wall, position=position, load=load)
     assert LBFGS(atoms, logfile=None).run(fmax=1e-6, steps=300)
     gap = indenter.get_property("gap")[n * n : -1].reshape(n, n).T
     np.testing.assert_allclose(
@@ -105,8 +112,8 @@ def test_a_small_load_agrees_with_the_half_space_of_the_same_crystal(surface, cr
 def force_at(surface, depth, layers, held):
     """Force on a fixed indenter at a depth, relaxed."""
     atoms = slab(surface, layers=layers, held=held)
-    precon = rc.FoundationPrecon(atoms, atoms.calc)
-    indenter = rc.add_indenter(atoms, rc.RoughSphere(20.0))
+    precon = FoundationPrecon(atoms, atoms.calc)
+    indenter = add_indenter(atoms, rc.RoughSphere(20.0))
     atoms.positions[-1, 2] -= depth
     relax = PreconLBFGS(atoms, precon=precon, use_armijo=False, logfile=None)
     assert relax.run(fmax=1e-5, steps=100)
@@ -126,7 +133,9 @@ def test_depths_relative_to_the_surface_agree_with_the_half_space(surface, cryst
     wall = rc.LennardJones93.repulsive(crystal.contact_modulus, crystal.spacing)
     options = {"spacing": crystal.spacing, "periodic": True}
     half_space = atoms_under(sphere, wall, (6, 6), solid=crystal, **options)
-    (step,) = rc.load_path(half_space, [depth], validity="ignore", fmax=1e-6)
+    (step,) = rc.load_path(
+        half_space, penetrations=[depth], validity="ignore", fmax=1e-6
+    )
     found = force_at(surface, depth, 2, "surface")
     assert found == pytest.approx(step.normal_force, rel=0.01)
 
@@ -134,8 +143,8 @@ def test_depths_relative_to_the_surface_agree_with_the_half_space(surface, cryst
 def seam_error(atoms, crystal, load=2.0):
     """Error of zz at the seam relative to the stress of the continuum, and its mean."""
     foundation = atoms.calc
-    precon = rc.FoundationPrecon(atoms, foundation)
-    indenter = rc.add_indenter(atoms, rc.RoughSphere(100.0), load=load)
+    precon = FoundationPrecon(atoms, foundation)
+    indenter = add_indenter(atoms, rc.RoughSphere(100.0), load=load)
     relax = PreconLBFGS(atoms, precon=precon, use_armijo=False, logfile=None)
     assert relax.run(fmax=1e-4, steps=200)
     sites, a0 = foundation.all_sites(), crystal.spacing
@@ -161,7 +170,7 @@ def test_stress_at_the_seam_becomes_the_stress_of_the_continuum(surface, crystal
 def test_mean_stress_at_the_seam_is_zero_if_the_surface_is_held(surface):
     atoms = slab(surface, held="surface")
     foundation = atoms.calc
-    rc.add_indenter(atoms, rc.RoughSphere(20.0))
+    add_indenter(atoms, rc.RoughSphere(20.0))
     atoms.positions[-1, 2] -= 0.3
     assert LBFGS(atoms, logfile=None).run(fmax=1e-3, steps=200)
     stress = foundation.seam_stress(atoms).stress
@@ -171,18 +180,18 @@ def test_mean_stress_at_the_seam_is_zero_if_the_surface_is_held(surface):
 
 @pytest.mark.slow
 def test_stress_at_the_seam_of_emt_copper_is_the_stress_of_the_continuum():
-    copper = rc.CrystalSurface.from_calculator(EMT(), "Cu")
+    copper = CrystalSurface.from_calculator(EMT(), "Cu")
     crystal = Crystal.from_calculator(EMT(), "Cu")
     # measured: 0.12 at a depth of 1.8 spacings, 0.06 at 5.3
     for size, layers, largest in ((12, 3, 0.18), (16, 8, 0.09)):
-        atoms, _ = rc.crystal_slab("Cu", (size, size), layers, EMT(), copper)
+        atoms, _ = crystal_slab("Cu", (size, size), layers, EMT(), copper)
         assert seam_error(atoms, crystal) < largest
 
 
 @pytest.mark.parametrize("load", [None, 0.5])
 def test_an_indenter_that_a_new_constraint_frees_is_noticed(surface, load):
     atoms = slab(surface)
-    rc.add_indenter(atoms, rc.RoughSphere(20.0), load=load)
+    add_indenter(atoms, rc.RoughSphere(20.0), load=load)
     atoms.positions[-1, 2] -= 0.3
     atoms.set_constraint([*atoms.constraints, FixAtoms([0])])
     with warnings.catch_warnings():
@@ -197,7 +206,7 @@ def test_an_indenter_that_a_new_constraint_frees_is_noticed(surface, load):
 def drift(surface, mass):
     """Change of the energy in 200 fs under a load, with a time step of 4 fs."""
     atoms = slab(surface, (4, 4))
-    rc.add_indenter(atoms, rc.RoughSphere(20.0), load=1.0, mass=mass)
+    add_indenter(atoms, rc.RoughSphere(20.0), load=1.0, mass=mass)
     assert LBFGS(atoms, logfile=None).run(fmax=1e-3, steps=300)
     atoms.positions[-1, 2] += 0.05
     energies, dynamics = [], VelocityVerlet(atoms, 4.0 * units.fs)
@@ -214,19 +223,19 @@ def test_dynamics_under_a_load_conserve_the_energy(surface):
 
 def test_an_indenter_has_the_mass_of_a_layer_unless_one_is_given(surface):
     atoms = slab(surface, (4, 4))
-    rc.add_indenter(atoms, rc.RoughSphere(20.0))
+    add_indenter(atoms, rc.RoughSphere(20.0))
     assert atoms.get_masses()[-1] == pytest.approx(16 * atoms.get_masses()[0])
     other = slab(surface, (4, 4))
-    rc.add_indenter(other, rc.RoughSphere(20.0), mass=7.0)
+    add_indenter(other, rc.RoughSphere(20.0), mass=7.0)
     assert other.get_masses()[-1] == 7.0
     for wrong in (0.0, -1.0, "heavy"):
         with pytest.raises(ValueError, match="mass"):
-            rc.add_indenter(slab(surface, (4, 4)), rc.RoughSphere(20.0), mass=wrong)
+            add_indenter(slab(surface, (4, 4)), rc.RoughSphere(20.0), mass=wrong)
 
 
 def test_a_held_surface_that_is_released_is_noticed(surface):
     atoms = slab(surface, held="surface")
-    rc.add_indenter(atoms, rc.RoughSphere(20.0))
+    add_indenter(atoms, rc.RoughSphere(20.0))
     held = atoms.constraints
     atoms.set_constraint([*held[1:], FixAtoms(range(36))])  # another layer
     with pytest.warns(UserWarning, match="nothing holds the slab"):
@@ -248,10 +257,10 @@ def test_a_surface_that_is_not_complete_can_not_be_held(surface):
 def test_optimizers_find_the_same_state(surface, optimizer):
     atoms, options = slab(surface), {"logfile": None}
     foundation = atoms.calc
-    indenter = rc.add_indenter(atoms, rc.RoughSphere(15.0))
+    indenter = add_indenter(atoms, rc.RoughSphere(15.0))
     atoms.positions[-1, 2] -= 0.3
     if optimizer is PreconLBFGS:
-        precon = rc.FoundationPrecon(atoms, foundation)
+        precon = FoundationPrecon(atoms, foundation)
         options |= {"precon": precon, "use_armijo": False}
     assert optimizer(atoms, **options).run(fmax=1e-4, steps=500)
     assert indenter.get_property("normal_force") == pytest.approx(2.2437, abs=1e-3)
@@ -264,16 +273,16 @@ def test_a_slab_with_an_indenter_is_restarted_from_its_file(
 ):
     sphere = rough_sphere(surface)
     atoms = slab(surface)
-    rc.add_indenter(atoms, sphere, load=load)
+    add_indenter(atoms, sphere, load=load)
     atoms.positions[-1, 2] -= 0.3
     assert LBFGS(atoms, logfile=None).run(fmax=1e-2, steps=300)
     write(tmp_path / name, atoms)
     again = read(tmp_path / name)
-    foundation = rc.ElasticFoundation(pair_potential(), surface, again, 2)
+    foundation = ElasticFoundation(pair_potential(), surface, again, 2)
     again.calc = foundation
     if name.endswith(".extxyz"):
         foundation.hold(again)
-    rc.add_indenter(again, sphere, load=load)
+    add_indenter(again, sphere, load=load)
     assert len(again) == len(atoms)
     energies = [each.get_potential_energy() for each in (again, atoms)]
     assert energies[0] == pytest.approx(energies[1], abs=1e-6)
@@ -285,7 +294,7 @@ def test_a_slab_with_an_indenter_is_restarted_from_its_file(
 
 def test_a_slab_under_an_indenter_that_was_never_held_warns_once(surface):
     atoms = slab(surface, held=False)
-    rc.add_indenter(atoms, rc.RoughSphere(15.0), load=0.1)
+    add_indenter(atoms, rc.RoughSphere(15.0), load=0.1)
     with pytest.warns(UserWarning, match=r"foundation\.hold"):
         atoms.get_forces()
     atoms.positions[-1, 2] -= 0.1
@@ -295,23 +304,23 @@ def test_a_slab_under_an_indenter_that_was_never_held_warns_once(surface):
 def test_what_is_refused(surface):
     atoms = slab(surface)
     with pytest.raises(ValueError, match="soft wall"):
-        rc.add_indenter(atoms, rc.RoughSphere(15.0), rc.HardWall())
+        add_indenter(atoms, rc.RoughSphere(15.0), rc.HardWall())
     foundation = atoms.calc
-    rc.add_indenter(atoms, rc.RoughSphere(15.0))
+    add_indenter(atoms, rc.RoughSphere(15.0))
     with pytest.raises(ValueError, match=r"atoms\.calc = foundation"):
-        rc.add_indenter(atoms, rc.RoughSphere(15.0))
+        add_indenter(atoms, rc.RoughSphere(15.0))
     atoms.calc = foundation
     with pytest.raises(ValueError, match="an indenter already"):
-        rc.add_indenter(atoms, rc.RoughSphere(15.0), height=3.0)
+        add_indenter(atoms, rc.RoughSphere(15.0), height=3.0)
     atoms = slab(surface)
     atoms.calc = None
     with pytest.raises(ValueError, match="ElasticFoundation"):
-        rc.add_indenter(atoms, rc.RoughSphere(15.0))
+        add_indenter(atoms, rc.RoughSphere(15.0))
 
 
 def test_an_indenter_at_the_border_of_the_cell(surface):
     atoms = slab(surface)
-    rc.add_indenter(atoms, rc.RoughSphere(15.0))
+    add_indenter(atoms, rc.RoughSphere(15.0))
     atoms.positions[-1, 2] -= 3.0
     with pytest.raises(ValueError, match="use a larger cell"):
         atoms.get_potential_energy()
@@ -328,7 +337,7 @@ def test_a_roughness_with_the_period_of_the_cell_has_no_border(surface):
         rc.HeightMap(heights, side / 24, periodic=True),
     ):
         atoms = slab(surface)
-        indenter = rc.add_indenter(atoms, shape)
+        indenter = add_indenter(atoms, shape)
         atoms.positions[-1, 2] -= 0.6
         energies.append(atoms.get_potential_energy())
         assert indenter.get_property("contact").sum() == 36
@@ -339,7 +348,7 @@ def test_a_map_with_the_periods_of_a_rectangular_cell_has_no_border(surface):
     atoms, spacing = slab(surface, (6, 4)), surface.constants.spacing
     x, y = np.arange(24) / 24, np.arange(16) / 16
     waves = 0.1 * np.cos(2 * np.pi * x)[:, None] * np.cos(2 * np.pi * y)
-    indenter = rc.add_indenter(atoms, rc.HeightMap(waves, spacing / 4, periodic=True))
+    indenter = add_indenter(atoms, rc.HeightMap(waves, spacing / 4, periodic=True))
     atoms.positions[-1, 2] -= 0.6
     assert np.isfinite(atoms.get_potential_energy())
     assert indenter.get_property("contact").sum() == 24

@@ -5,7 +5,7 @@ import pytest
 from numpy_transform import NumpyTransform, with_numpy
 from pair_crystal import slab
 
-from ase_roughcontact import FoundationPrecon
+from ase_roughcontact.foundation import FoundationPrecon
 
 
 @pytest.fixture(autouse=True)

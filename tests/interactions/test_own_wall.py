@@ -61,7 +61,7 @@ def path(wall, depths, **files):
 def test_scene_file_makes_the_wall_from_its_parameters():
     scene = Scene.parse(SMALL + KEYS)
     assert scene.wall == Penalty(2e5 * GPa / scene.spacing)
-    assert "interaction=Penalty(" in repr(scene.atoms().calc)
+    assert "wall=Penalty(" in repr(scene.atoms().calc)
 
 
 class Exponential(Penalty):

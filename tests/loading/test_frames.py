@@ -52,7 +52,11 @@ def test_frames_of_a_path_are_snapshots_of_its_atoms(tmp_path, wall, path, optio
 
 def test_a_frame_is_freed_without_a_collection_of_garbage(tmp_path):
     atoms = atoms_under(SPHERE, shape=(16, 14), modulus=0.8, spacing=2.5)
-    list(load_path(atoms, [0.1], output=Output(trajectory=tmp_path / "a.traj")))
+    list(
+        load_path(
+            atoms, penetrations=[0.1], output=Output(trajectory=tmp_path / "a.traj")
+        )
+    )
     gc.disable()
     try:
         (frame,) = read_frames(tmp_path / "a.traj")
@@ -83,7 +87,9 @@ def test_frames_of_a_scene_are_snapshots_of_its_atoms(tmp_path):
     scene = Scene.parse(SCENE)
     list(scene.run(tmp_path / "run", validity="ignore"))
     atoms = scene.atoms()
-    path = load_path(atoms, scene.targets, window="auto", validity="ignore")
+    path = load_path(
+        atoms, penetrations=scene.targets, window="auto", validity="ignore"
+    )
     snapshots = [snapshot(atoms) for _ in path]
     frames = list(read_frames(tmp_path / "run" / "sweep.traj"))
     assert len(frames) == len(snapshots) == 3

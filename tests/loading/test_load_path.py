@@ -57,7 +57,7 @@ def test_path_of_loads_may_start_out_of_contact():
 
 @pytest.mark.parametrize("optimizer", [FIRE, LBFGS, partial(LBFGS, memory=5)])
 def test_all_optimizers_lead_to_the_same_states(optimizer):
-    records = list(written_path(make_atoms(), DEPTHS, optimizer, fmax=FMAX))
+    records = list(written_path(make_atoms(), DEPTHS, optimizer=optimizer, fmax=FMAX))
     assert all(record.converged and not record.message for record in records)
     assert same(records, list(written_path(make_atoms(), DEPTHS, fmax=FMAX)), 1e-3)
 
@@ -68,7 +68,7 @@ def test_optimizers_of_ase_keep_constraints_on_surface_atoms():
         np.argmin(np.hypot(*(atoms.positions - atoms.positions[-1])[:-1, :2].T))
     )
     atoms.set_constraint([*atoms.constraints, FixAtoms([center])])
-    record = next(written_path(atoms, [0.3], LBFGS, fmax=FMAX))
+    record = next(written_path(atoms, [0.3], optimizer=LBFGS, fmax=FMAX))
     assert atoms.positions[center, 2] == 0.0
     assert record.converged
     assert record.max_force <= FMAX
@@ -228,7 +228,7 @@ def test_rounding_of_the_targets_does_not_make_another_path(tmp_path):
         ({"heights": [[0.9]]}, "heights must be"),
         ({"heights": [10**400]}, "heights must be"),
         ({"heights": ["high"]}, "heights must be"),
-        ({"loads": [0.1]}, "free to move.*fixed=False"),
+        ({"loads": [0.1], "atoms": make_atoms(fixed=True)}, "free to move.*fixed=T"),
         ({"penetrations": [0.2], "fmax": 0.0}, "fmax must be a finite number > 0"),
         ({"penetrations": [0.2], "max_steps": 0}, "max_steps"),
         ({"penetrations": [0.2], "max_steps": 2.5}, "max_steps"),
@@ -254,9 +254,9 @@ def test_table_that_cannot_be_written_does_not_delete_the_trajectory(tmp_path):
     assert len(read(movie, ":")) == 1
 
 
-def test_a_name_in_place_of_an_output_is_an_error():
-    with pytest.raises(TypeError, match=r"output must be an Output, got 'a.csv'"):
-        rc.load_path(make_atoms(), DEPTHS, output="a.csv")
+def test_the_name_of_a_file_in_place_of_an_output_is_an_error():
+    with pytest.raises(ValueError, match=r"a folder, got 'a.csv'.*Output\(csv="):
+        rc.load_path(make_atoms(), penetrations=DEPTHS, output="a.csv")
 
 
 # The edge of the window
@@ -385,6 +385,6 @@ def test_result_describes_how_it_was_obtained():
 
 def test_adhesive_contact_without_load_converges():
     atoms = make_atoms(fixed=False)
-    atoms.calc.set(interaction=rc.LennardJones93.adhesive(1.0, 1.0, 0.02))
+    atoms.calc.set(wall=rc.LennardJones93.adhesive(1.0, 1.0, 0.02))
     (record,) = written_path(atoms, loads=[0.0], window="auto")
     assert record.converged and record.repulsive_atoms > 0

@@ -22,7 +22,7 @@ def wall(request):
 
 
 def solver_of(atoms, **options):
-    hard = atoms.calc.parameters["interaction"].hard
+    hard = atoms.calc.parameters["wall"].hard
     return (rc.ActiveSet if hard else rc.NewtonKrylov)(atoms, **options)
 
 

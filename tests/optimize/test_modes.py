@@ -230,7 +230,7 @@ def test_modes_follow_atoms_that_are_moved_during_a_run():
 @pytest.mark.parametrize(
     "change, words",
     [
-        (lambda atoms: atoms.calc.set(interaction=rc.HardWall()), "ActiveSet"),
+        (lambda atoms: atoms.calc.set(wall=rc.HardWall()), "ActiveSet"),
         (lambda atoms: atoms.set_constraint(FixAtoms([3])), "ASE's optimizers"),
     ],
     ids=["hard wall", "fixed atom"],

@@ -23,7 +23,9 @@ def gradient_descent(contact, *, height, external, start, tolerance):
     stiffness = 2.0 * halfspace.contact_modulus / halfspace.spacing
     while True:
         displacement = halfspace.displacement(pressure)
-        wall_energy, wall_pressure = contact.wall(contact.gap(displacement, height))
+        wall_energy, wall_pressure = contact.evaluate_wall(
+            contact.gap(displacement, height)
+        )
         residual = wall_pressure - pressure
         error = float(np.abs(residual).max() * halfspace.cell_area)
         elastic_energy = -0.5 * np.sum(displacement * pressure)
@@ -50,7 +52,11 @@ SPHERE = RoughSphere(40.0)
 
 def path(optimizer, **options):
     atoms = atoms_under(SPHERE, shape=(14, 14))
-    return list(load_path(atoms, [0.2, 0.4], optimizer, fmax=1e-7, **options))
+    return list(
+        load_path(
+            atoms, penetrations=[0.2, 0.4], optimizer=optimizer, fmax=1e-7, **options
+        )
+    )
 
 
 @pytest.mark.parametrize("window", ["fixed", "auto"])

@@ -182,10 +182,18 @@ def test_an_error_leaves_the_atoms_as_they_were():
 def test_a_contact_at_the_edge_is_no_error_before_it_has_converged():
     atoms = atoms_of(n=8)
     options = {"accuracy": 1e-4, "validity": "ignore", "max_steps": 3}
-    (found,) = rc.load_path(atoms, [2.0], LBFGS, **options)
+    (found,) = rc.load_path(atoms, penetrations=[2.0], optimizer=LBFGS, **options)
     assert not found.converged and "3 steps" in found.message
     with pytest.raises(RuntimeError, match="shape"):
-        list(rc.load_path(atoms, [2.0], LBFGS, accuracy=1e-4, validity="ignore"))
+        list(
+            rc.load_path(
+                atoms,
+                penetrations=[2.0],
+                optimizer=LBFGS,
+                accuracy=1e-4,
+                validity="ignore",
+            )
+        )
 
 
 def test_an_optimizer_of_scipy_that_stops_has_a_message():

@@ -48,7 +48,7 @@ def test_windows_at_given_heights_are_planned_exactly(control):
     atoms = make_atoms()
     first = plan_path(*problem_of(atoms), "penetrations", [0.0], "auto")
     assert first.steps[0].window == "9x9"  # the smallest window there is
-    record = next(rc.load_path(atoms, [2.0], window="auto"))
+    record = next(rc.load_path(atoms, penetrations=[2.0], window="auto"))
     target = 2.0 if control == "penetrations" else record.height
     (step,) = plan_path(*problem_of(make_atoms()), control, [target], "auto").steps
     assert (step.window, step.grid) == (record.window, record.grid)
@@ -144,7 +144,7 @@ def test_planned_memory_agrees_with_the_results(wall, window):
     window = "fixed" if fixed else "auto"
     atoms = make_atoms(rc.RoughSphere(100.0), wall, (64, 60), periodic=periodic)
     plan = plan_path(*problem_of(atoms), "penetrations", [0.5, 1.0], window)
-    records = rc.load_path(atoms, [0.5, 1.0], window=window)
+    records = rc.load_path(atoms, penetrations=[0.5, 1.0], window=window)
     for step, record in zip(plan.steps, records, strict=True):
         tolerance = 1e-12 if step.window == record.window else 0.05
         assert step.memory == pytest.approx(record.memory, rel=tolerance)

@@ -234,7 +234,7 @@ def test_window_of_a_load_carries_it():
 def test_loop_dissipates_the_work_of_the_flow():
     sphere, hardness = rc.RoughSphere(100.0), 0.02
     atoms = atoms_of(rc.PlasticWall(hardness, permanent=True), (24, 24), sphere=sphere)
-    loop = rc.adhesion_loop(atoms, 0.5, 0.1, validity="ignore")
+    loop = rc.adhesion_loop(atoms, deepest=0.5, step=0.1, validity="ignore")
     flow = hardness * atoms.calc.state(atoms).plastic_depth.sum()
     assert_allclose(loop.dissipated_energy, flow, rtol=0.02)
     assert not loop.approach_jumps and not loop.retraction_jumps

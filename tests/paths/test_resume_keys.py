@@ -24,7 +24,7 @@ def make_atoms(sphere=SPHERE, spring=None, spacing=1.0, wall=None, **options):
         "Cu", indenter=sphere, spacing=spacing, height=2.0, fixed=False, **lattice
     )
     atoms.calc = rc.RoughContact(
-        sphere, **{"contact_modulus": 1.0} | options, interaction=wall
+        sphere, **{"contact_modulus": 1.0} | options, wall=wall
     )
     if spring is None:
         atoms.set_constraint(FixAtoms([len(atoms) - 1]))

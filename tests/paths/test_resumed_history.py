@@ -13,19 +13,21 @@ CREEPING = Viscoelastic(0.8, Creep([1.0], [1.0]))
 
 
 def pressed(atoms, parts, **options):
-    return rc.load_path(atoms, [0.8, 1.0, 1.2, 1.1][: parts + 1], **options)
+    return rc.load_path(
+        atoms, penetrations=[0.8, 1.0, 1.2, 1.1][: parts + 1], **options
+    )
 
 
 def slid(atoms, parts, **options):
     options["displacements"] = [0.0, 0.4, 0.2, 0.3][: parts + 1]
-    return rc.sliding_path(atoms, rc.Coulomb(0.3), 1.0, **options)
+    return rc.sliding_path(atoms, rc.Coulomb(0.3), penetrations=1.0, **options)
 
 
 def held(atoms, parts, **options):
     path = Schedule(0.8)
     for _ in range(parts):
         path = path.ramp(path.last + 0.2, time=1.0)
-    return rc.time_path(atoms, path, tolerance=0.3, **options)
+    return rc.time_path(atoms, penetrations=path, tolerance=0.3, **options)
 
 
 # Path, wall, solid, and an entry of the history that the path leaves.
@@ -43,7 +45,7 @@ def kind(request):
 
     def new():
         atoms = rc.substrate("Cu", (16, 16), SPHERE, spacing=2.5)
-        atoms.calc = rc.RoughContact(SPHERE, solid=solid, interaction=wall)
+        atoms.calc = rc.RoughContact(SPHERE, solid=solid, wall=wall)
         return atoms
 
     def followed(atoms, parts, file):
@@ -92,7 +94,7 @@ def test_a_path_is_resumed_on_the_atoms_on_which_it_ended(kind, tmp_path):
 def test_the_rounding_of_frames_is_not_another_history(tmp_path):
     file = tmp_path / "a.traj"
     atoms = rc.substrate("Cu", (16, 16), SPHERE, spacing=2.5)
-    calculator = {"contact_modulus": 0.8, "interaction": PLASTIC}
+    calculator = {"contact_modulus": 0.8, "wall": PLASTIC}
     atoms.calc = rc.RoughContact(SPHERE, **calculator)
     list(pressed(atoms, 1, output=Output(trajectory=file)))
     *_, seen = read_frames(file)

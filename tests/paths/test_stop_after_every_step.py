@@ -159,7 +159,7 @@ def sliding_in_time(lateral, **options):
         return rc.sliding_path(
             atoms,
             RATE_AND_STATE,
-            1.0,
+            penetrations=1.0,
             **{lateral: schedule},
             tolerance=0.05,
             window="auto",
@@ -280,7 +280,7 @@ def test_a_path_that_stops_after_every_step_is_the_uninterrupted_one(name, tmp_p
 def test_atoms_after_a_plastic_step_keep_its_shape_when_the_indenter_is_lifted():
     wall = rc.PlasticWall(0.1, permanent=True)
     atoms = atoms_under(SPHERE, wall, (16, 16), periodic=True)
-    list(rc.load_path(atoms, [1.5], fmax=1e-9, validity="ignore"))
+    list(rc.load_path(atoms, penetrations=[1.5], fmax=1e-9, validity="ignore"))
     copy = atoms.copy()
     copy.calc = rc.RoughContact(**atoms.calc.parameters)
     for each in (atoms, copy):

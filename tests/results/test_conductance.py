@@ -64,7 +64,7 @@ def pressed(wall=None, depth=0.6, **options):
     """Step and contact region of a rough sphere that is pressed in."""
     atoms = atoms_under(SPHERE, wall or rc.HardWall(), (32, 32), **options)
     window = "fixed" if options.get("periodic") else "auto"
-    (step,) = rc.load_path(atoms, [depth], window=window, output=ASKED)
+    (step,) = rc.load_path(atoms, penetrations=[depth], window=window, output=ASKED)
     seen = ContactMap.from_atoms(atoms)
     assert step.converged and seen.contact_area == step.contact_area
     assert seen.contact.sum() > 30
@@ -124,7 +124,7 @@ def test_a_full_periodic_contact_has_an_infinite_conductance():
 
 def test_without_contact_there_is_no_conductance():
     atoms = atoms_under(SPHERE, rc.HardWall(), (32, 32))
-    (step,) = rc.load_path(atoms, [-0.5], output=ASKED)
+    (step,) = rc.load_path(atoms, penetrations=[-0.5], output=ASKED)
     assert step.conductance == 0.0
 
 

@@ -238,7 +238,7 @@ def test_single_atoms_of_a_rough_contact_are_an_error_of_a_cell():
 def test_error_of_the_area_is_at_most_the_cell():
     sphere = rc.RoughSphere(RADIUS)
     atoms = atoms_under(sphere, WALLS["repulsive"], (32, 32), periodic=True)
-    (full,) = rc.load_path(atoms, [1.5], validity="ignore")
+    (full,) = rc.load_path(atoms, penetrations=[1.5], validity="ignore")
     assert full.area_error == full.contact_area == 1024.0
 
 

@@ -39,7 +39,9 @@ def pressed(name="hard", depths=(0.5,), record=rc.LoadStep, atoms=None, **option
     atoms = atoms or atoms_under(SPHERE, WALLS[name], (64, 64))
     options = {"window": "unchecked", **options}
     output = rc.Output(record=record)
-    return list(rc.load_path(atoms, depths, output=output, **options)), atoms
+    return list(
+        rc.load_path(atoms, penetrations=depths, output=output, **options)
+    ), atoms
 
 
 def unknown(step):

@@ -58,7 +58,7 @@ class StepWithUnknown(rc.LoadStep):
 
 def test_an_own_column_that_is_nan_is_not_one_that_the_run_did_not_have():
     (step,) = rc.load_path(
-        make_atoms(), [0.4], output=rc.Output(record=StepWithUnknown)
+        make_atoms(), penetrations=[0.4], output=rc.Output(record=StepWithUnknown)
     )
     assert "function" in step.not_known["unknown"]
     columns = asdict(step)
@@ -72,7 +72,7 @@ def test_an_own_column_that_is_nan_is_not_one_that_the_run_did_not_have():
 
 def test_copies_of_a_result_know_which_columns_a_file_did_not_have():
     asked = rc.LoadStep.with_columns(["conductance"])
-    (step,) = rc.load_path(make_atoms(), [0.4])
+    (step,) = rc.load_path(make_atoms(), penetrations=[0.4])
     older = asked.from_columns(asdict(step))
     again = pickle.loads(pickle.dumps(older))
     assert again.not_known == older.not_known
@@ -148,7 +148,7 @@ def test_a_path_is_resumed_with_other_columns(tmp_path, before, after):
 
 def test_loop_has_own_columns_too():
     loop = rc.adhesion_loop(
-        make_atoms(), 0.1, 0.1, output=rc.Output(record=StepWithLargestGap)
+        make_atoms(), deepest=0.1, step=0.1, output=rc.Output(record=StepWithLargestGap)
     )
     assert loop.approach[-1].largest_gap < loop.approach[0].largest_gap
 

@@ -49,7 +49,7 @@ def test_columns_in_time_on_a_viscoelastic_solid():
     solid = rc.Viscoelastic(SOLID, rc.Creep.standard_solid(relaxed=0.5, time=1.0))
     atoms = atoms_under(SPHERE, rc.HardWall(), (32, 32), solid=solid, periodic=True)
     dwell = rc.Schedule(0.0).step(0.4).hold(0.1)
-    *_, step = rc.time_path(atoms, dwell, tolerance=0.1, output=OUTPUT)
+    *_, step = rc.time_path(atoms, penetrations=dwell, tolerance=0.1, output=OUTPUT)
     assert step.time == 0.1
     check(step, ContactMap.from_atoms(atoms))  # the modulus does not matter
 
@@ -60,7 +60,7 @@ def test_columns_of_a_loop_to_the_largest_tension(tmp_path):
     output = rc.Output(
         trajectory=tmp_path / "loop.traj", keep="all", columns=OUTPUT.columns
     )
-    loop = rc.adhesion_loop(atoms, 0.6, 1.0, tolerance=0.1, output=output)
+    loop = rc.adhesion_loop(atoms, deepest=0.6, step=1.0, tolerance=0.1, output=output)
     pulled = min(loop.retraction, key=lambda step: step.normal_force)
     assert pulled.normal_force < 0.0
     frames = read_frames(tmp_path / "loop.traj")

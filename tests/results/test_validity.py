@@ -61,7 +61,9 @@ def names_after(atoms, depth=1.0, **options):
     """Return the names of the limits that a step exceeds."""
     options = {"window": "auto", "validity": "ignore"} | options
     loads = {"loads": [depth]} if options.pop("loads", False) else {}
-    (step,) = rc.load_path(atoms, None if loads else [depth], **loads, **options)
+    (step,) = rc.load_path(
+        atoms, penetrations=None if loads else [depth], **loads, **options
+    )
     return {check.name for check in failed_checks(step.validity).values()}
 
 
@@ -236,7 +238,7 @@ def pull_off_force(radius, spacing, centre=0.0):
         sphere, 1.0, rc.LennardJones93.adhesive(1.0, 1.0, 0.003)
     )
     options = {"window": "auto", "validity": "ignore", "tolerance": 2e-3}
-    return rc.adhesion_loop(atoms, 0.04, 0.1, **options).pull_off_force
+    return rc.adhesion_loop(atoms, deepest=0.04, step=0.1, **options).pull_off_force
 
 
 @pytest.mark.slow
@@ -254,7 +256,7 @@ def path(validity, **options):
     """Path with largest pressures of 0.032, 0.045 and 0.055 E*, means of two thirds."""
     atoms = atoms_on(wall=rc.HardWall())
     return rc.load_path(
-        atoms, [0.5, 1.0, 1.5], window="auto", validity=validity, **options
+        atoms, penetrations=[0.5, 1.0, 1.5], window="auto", validity=validity, **options
     )
 
 
@@ -309,7 +311,9 @@ def test_adhesion_loops_report_the_states_that_they_keep():
     wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.003)
     atoms = atoms_on(rc.RoughSphere(15.0), wall)
     with pytest.warns(rc.ValidityWarning, match="at the tip") as caught:
-        loop = rc.adhesion_loop(atoms, -0.1, 0.05, smallest_step=0.05, window="auto")
+        loop = rc.adhesion_loop(
+            atoms, deepest=-0.1, step=0.05, smallest_step=0.05, window="auto"
+        )
     assert all("at the tip" in state.validity for state in loop.approach)
     assert {each.filename for each in caught} == {__file__}
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from force_curves import sampled
 
+from ase_roughcontact import cantilever_curve
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.elasticity.named_materials import ATTRACTION_RANGE
 from ase_roughcontact.fitting.fit import fit_curve
 from ase_roughcontact.fitting.force_curve import ForceCurve
-from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene, relax_loop
 
 NM, NN = UNITS["nm"], UNITS["nN"]

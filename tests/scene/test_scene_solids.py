@@ -253,7 +253,7 @@ def test_the_hardness_of_the_base_is_not_taken_for_a_layer_in_python():
     atoms.calc = rc.RoughContact(sphere, solid=Layer(0.5, thickness=20.0))
     for hardness, known in ((None, False), (np.nan, False), (1e-4, True)):
         limits = rc.Validity("ignore", hardness)
-        (step,) = rc.load_path(atoms, [0.5], validity=limits)
+        (step,) = rc.load_path(atoms, penetrations=[0.5], validity=limits)
         assert ("hardness" in step.validity) == known
 
 

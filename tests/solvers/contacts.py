@@ -42,7 +42,7 @@ def spring(stiffness, rest):
 
 def steps(contact, load=None, height=0.0, start=None, tolerance=1e-6, **options):
     """All states of the solver of a wall under a load or the law of a support."""
-    hard = contact.interaction.purely_hard
+    hard = contact.wall.purely_hard
     solver, kind = (
         (active_set, ActiveSetOptions) if hard else (newton_krylov, NewtonKrylovOptions)
     )

@@ -101,8 +101,8 @@ def test_start_from_the_solution_costs_one_convolution(name, periodic, solid):
     last = solve(contact, LOAD, tolerance=1e-9)
     again = steps(contact, LOAD, last.height, last.pressure, 1e-7)
     assert again[-1].converged
-    assert len(again) == 1 or contact.interaction.hard
-    if not contact.interaction.hard or contact.interaction.purely_hard:
+    assert len(again) == 1 or contact.wall.hard
+    if not contact.wall.hard or contact.wall.purely_hard:
         assert [state.pairs for state in again] == [1.0]
 
 

@@ -31,7 +31,7 @@ def relax(contact, height=0.0, load=None, start=None, tolerance=1e-7):
 def gap_and_reaction(contact, state):
     gap = contact.heights + state.height
     gap -= contact.halfspace.displacement(state.pressure)
-    return gap, state.pressure - contact.wall(np.maximum(gap, 0.0))[1]
+    return gap, state.pressure - contact.evaluate_wall(np.maximum(gap, 0.0))[1]
 
 
 def check_conditions(contact, state, tolerance=1e-6, overlap=2e-6):
@@ -74,8 +74,8 @@ def test_energy_is_the_constrained_minimum_that_scipy_finds(wall):
     def energy_and_gradient(u):
         state = contact.evaluate(u.reshape(heights.shape), 20.0)
         gap = heights - u.reshape(heights.shape)
-        energy, pressure = contact.wall(gap)
-        elastic = state.energy - contact.wall(state.gap)[0].sum()
+        energy, pressure = contact.evaluate_wall(gap)
+        elastic = state.energy - contact.evaluate_wall(state.gap)[0].sum()
         force = state.forces - state.forces.mean()
         return elastic + energy.sum(), -(force - pressure).ravel()
 
@@ -115,7 +115,7 @@ def test_adhesion_of_patches_agrees_with_each_patch(wall):
     np.testing.assert_allclose(state.pressure, expected.pressure, atol=2e-7)
     contact = contact_of(wall, adhesion=half)
     gap, reaction = gap_and_reaction(contact, relax(contact, height=-1.0))
-    pressure = contact.wall(np.maximum(gap, 0.0))[1]
+    pressure = contact.evaluate_wall(np.maximum(gap, 0.0))[1]
     assert (pressure[:, : n // 2] == 0.0).all() and pressure.min() < -0.01
     assert reaction.min() > -1e-6
 

@@ -37,7 +37,7 @@ def relax(contact, height=0.0, external=None, start=None, tolerance=TIGHT, **opt
 def wall_pressure(contact, state):
     gap = state.height + contact.heights
     gap -= contact.halfspace.displacement(state.pressure)
-    return contact.interaction.evaluate(gap)[1]
+    return contact.wall.evaluate(gap)[1]
 
 
 def normal_force(contact, state):
@@ -52,7 +52,7 @@ def minimum(contact, height):
 
     def energy(x):
         gap = height + contact.heights.ravel() + root @ x
-        energies, pressure, _ = contact.interaction.evaluate(gap)
+        energies, pressure, _ = contact.wall.evaluate(gap)
         return 0.5 * x @ x + energies.sum(), x - root.T @ pressure
 
     options = {"ftol": 1e-16, "gtol": 1e-10, "maxiter": 10000, "maxfun": 10000}
@@ -85,7 +85,7 @@ def test_a_cold_start_finds_the_state_of_a_slow_approach(seed, solid):
     wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.005 / max(compliance, 1.0))
     contact = scene(heights=sphere(64, seed), wall=wall, solid=solid)
     load = 10.0
-    height = contact.interaction.cutoff - contact.heights.min()
+    height = contact.wall.cutoff - contact.heights.min()
     state = relax(contact, height, start=np.zeros((64, 64)), tolerance=1e-3)[-1]
     while normal_force(contact, state) < load:
         height -= 0.05

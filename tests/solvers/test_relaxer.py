@@ -19,7 +19,7 @@ def contact(request):
 
 def test_a_run_out_of_steps_says_so(contact):
     state = State.flat(Box((0, 0), (32, 32)), contact.first_contact)
-    relax = default_relaxer(contact.interaction)
+    relax = default_relaxer(contact.wall)
     ends = [relax(contact, state, Support(False, 20.0), 1e-9, n) for n in (0, 1, 99)]
     assert [run.iterations for run in ends[:2]] == [0, 1]
     assert [run.message for run in ends[:2]] == [
@@ -33,7 +33,7 @@ def test_a_run_out_of_steps_says_so(contact):
 def test_pairs_agree_with_the_solver_alone(contact):
     def pairs(between):
         found = []
-        for state in default_relaxer(contact.interaction).solver(
+        for state in default_relaxer(contact.wall).solver(
             contact,
             height=0.0,
             external=constant(20.0),

@@ -175,7 +175,7 @@ def test_a_saddle_has_no_stiffness():
     options = {"validity": "ignore", "window": "unchecked"}
     (step,) = rc.load_path(atoms, penetrations=[0.2], **options)
     contact, state = contact_of_atoms(atoms), atoms.calc.state(atoms)
-    stiffness = contact.interaction.evaluate(state.gap)[2]
+    stiffness = contact.wall.evaluate(state.gap)[2]
     move = -1.0 * (~state.contact & (stiffness == 0.0))
     move /= abs(move.sum())
     move.flat[stiffness.argmin()] = 1.0  # the mean stays

@@ -78,7 +78,9 @@ def test_error_due_to_the_cutoff_of_a_full_wall_is_as_documented(depth):
     def force(cutoff):
         wall = {"distance": 1.0, "work_of_adhesion": 1 / 27, "cutoff": cutoff}
         atoms = atoms_under(rc.RoughSphere(100.0), rc.LennardJones93.full(**wall))
-        (record,) = rc.load_path(atoms, [depth], accuracy=1e-8, window="auto")
+        (record,) = rc.load_path(
+            atoms, penetrations=[depth], accuracy=1e-8, window="auto"
+        )
         state = atoms.calc.state(atoms)
         return record.normal_force, state.pressure[state.contact].sum()
 
@@ -101,7 +103,7 @@ def test_tolerance_and_errors_under_tension_agree_with_the_magnitudes():
     """Hard walls with attraction hold atoms in contact under a total tension."""
     sphere = rc.RoughSphere(30.0)
     atoms = atoms_under(sphere, rc.DugdaleWall(0.05, 0.6), (32, 32))
-    pressed, pulled = rc.load_path(atoms, [0.8, -0.35], validity="ignore")
+    pressed, pulled = rc.load_path(atoms, penetrations=[0.8, -0.35], validity="ignore")
     assert pressed.mean_pressure > 0.0 > pulled.mean_pressure
     assert pulled.tolerance > 0.1 * pressed.tolerance
     assert pulled.area_error > 0.0

@@ -39,7 +39,7 @@ def tip(wall=None, sphere=None, shape=(44, 44), **options):
 
 def path(targets, atoms=None, **options):
     options = {"validity": "ignore", **options}
-    return list(rc.load_path(atoms or tip(), targets, **options))
+    return list(rc.load_path(atoms or tip(), penetrations=targets, **options))
 
 
 def assert_same(found, expected, columns=COLUMNS):
@@ -124,9 +124,13 @@ def test_a_path_begins_with_the_contact_of_its_atoms():
 def test_a_sliding_tip_is_raised_with_its_contact(coupling):
     solid, friction = Isotropic(1.0, poisson=0.4), rc.Coulomb(0.3)
     options = {"displacements": [0.0, 0.1], "validity": "ignore", "coupling": coupling}
-    coarse = list(rc.sliding_path(tip(solid=solid), friction, COARSE, **options))
+    coarse = list(
+        rc.sliding_path(tip(solid=solid), friction, penetrations=COARSE, **options)
+    )
     options["displacements"] = np.append(np.zeros(len(PARTS) - 1), 0.1)
-    fine = list(rc.sliding_path(tip(solid=solid), friction, PARTS, **options))
+    fine = list(
+        rc.sliding_path(tip(solid=solid), friction, penetrations=PARTS, **options)
+    )
     assert_same(coarse[-1], fine[-1], ["normal_force", "contact_area"])
     assert coarse[-1].lateral_force_x == pytest.approx(
         fine[-1].lateral_force_x, rel=0.02

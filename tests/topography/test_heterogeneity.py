@@ -126,7 +126,9 @@ def test_automatic_windows_give_the_result_of_a_fixed_window():
     wall, pattern = rc.ExponentialWall(0.05, 0.7), PATTERNS["random"]
     depths = [-0.1, 0.4]
     fixed, auto = (
-        rc.load_path(adhesive_atoms(wall, pattern, shape), depths, window=window)
+        rc.load_path(
+            adhesive_atoms(wall, pattern, shape), penetrations=depths, window=window
+        )
         for shape, window in (((56, 56), "fixed"), ((8, 8), "auto"))
     )
     for one, other in zip(fixed, auto, strict=True):

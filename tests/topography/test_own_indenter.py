@@ -83,7 +83,7 @@ def test_a_sphere_of_its_own_class_has_an_automatic_window_under_attraction():
     for sphere in (Ball(200.0), RoughSphere(200.0)):
         atoms = substrate("Cu", (8, 8), sphere, spacing=A0)
         atoms.calc = RoughContact(sphere, 1.0, DugdaleWall(0.05, 1.0))
-        (step,) = load_path(atoms, [0.5], window="auto")
+        (step,) = load_path(atoms, penetrations=[0.5], window="auto")
         paths.append(step)
     own, known = paths
     assert own.converged and own.normal_force == pytest.approx(known.normal_force)

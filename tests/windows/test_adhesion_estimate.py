@@ -158,7 +158,7 @@ def test_the_radius_of_a_refused_contact_is_stated_in_spacings(spacing, monkeypa
         spacing=spacing,
     )
     with pytest.raises(MemoryError) as refused:
-        next(rc.load_path(atoms, [0.0], window="auto"))
+        next(rc.load_path(atoms, penetrations=[0.0], window="auto"))
     radius = int(re.search(r"radius of about (\d+) spacings", str(refused.value))[1])
     jkr = (2.0 * np.pi * 0.05 * 1e8) ** (1.0 / 3.0)  # at a penetration of zero
     assert radius == pytest.approx(jkr, abs=1.0)

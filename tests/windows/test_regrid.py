@@ -33,9 +33,7 @@ def test_grid_changes_and_nothing_else(periodic, refine, coarsen):
     assert new.origin == grid.origin and new.periodic == grid.periodic
     np.testing.assert_array_equal(atoms.positions[-1], axis)
     np.testing.assert_array_equal(atoms.cell, cell)
-    assert (
-        after.interaction == before.interaction == rc.LennardJones93.repulsive(1.0, 1.0)
-    )
+    assert after.wall == before.wall == rc.LennardJones93.repulsive(1.0, 1.0)
     assert atoms.calc.parameters["load"] == 0.5
     (constraint,) = atoms.constraints
     assert isinstance(constraint, FixAtoms)
@@ -49,7 +47,7 @@ def test_grid_changes_and_nothing_else(periodic, refine, coarsen):
 
 def test_grid_that_is_not_relative_to_the_atoms_is_an_error():
     with pytest.raises(ValueError, match=r"'a0/2' .* got '0\.5 a0'"):
-        rc.load_path(make_atoms(), [0.1], grid="0.5 a0")
+        rc.load_path(make_atoms(), penetrations=[0.1], grid="0.5 a0")
 
 
 def test_smoother_indenter_of_a_coarse_grid_has_the_same_long_waves():
@@ -100,7 +98,7 @@ def test_path_on_another_grid_agrees_with_atoms_on_this_grid(recwarn):
 def test_automatic_windows_fit_a_coarse_grid_from_any_first_window(shape):
     sphere = rc.RoughSphere(100.0)
     atoms = atoms_under(sphere, rc.HardWall(), shape)
-    (step,) = rc.load_path(atoms, [2.0], window="auto", grid="3 a0")
+    (step,) = rc.load_path(atoms, penetrations=[2.0], window="auto", grid="3 a0")
     theory = rc.theory.Hertz(100.0, 1.0)
     assert step.normal_force == pytest.approx(theory.force(np.sqrt(200.0)), rel=0.01)
 
@@ -114,7 +112,7 @@ def test_hardness_of_the_crystal_is_known_on_a_finer_grid():
     sphere = rc.RoughSphere(20.0)
     atoms = rc.substrate("Cu", (16, 16), sphere)
     atoms.calc = rc.RoughContact(sphere, 1.0)
-    (step,) = rc.load_path(atoms, [0.5], grid="a0/2", validity="ignore")
+    (step,) = rc.load_path(atoms, penetrations=[0.5], grid="a0/2", validity="ignore")
     assert "hardness" in step.validity
 
 

@@ -4,7 +4,11 @@
 """
 
 SHOWN = {
-    "api": {"AdhesionLoop": "instabilities", "adhesion_loop": "atoms"},
+    "api": {
+        "AdhesionLoop": "instabilities",
+        "adhesion_loop": "atoms",
+        "cantilever_curve": "cantilever",
+    },
     "plot": {"plot_cantilever": "figures", "plot_loop": "figures"},
     "scene": {"Loop": "scene", "relax_loop": "scene"},
 }

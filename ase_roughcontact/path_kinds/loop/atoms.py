@@ -8,24 +8,26 @@ from typing import Any
 from ase import Atoms
 
 from ase_roughcontact._util.callers import warn
+from ase_roughcontact._util.keywords import suggesting
 from ase_roughcontact._util.validation import function
 from ase_roughcontact.contact.control import HEIGHT
 from ase_roughcontact.loading.load_path import AtomsPath
 from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
 from ase_roughcontact.path_kinds.loop.specification import LoopSpecification
 from ase_roughcontact.path_kinds.loop.steps import LoopSteps
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import OutputLike
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.results.validity import Reaction, Validity
 from ase_roughcontact.stepping.accuracy import Accuracy
 from ase_roughcontact.stepping.options import Window
 
 
+@suggesting
 def adhesion_loop(
     atoms: Atoms,
+    *,
     deepest: float | None = None,
     step: float | None = None,
-    *,
     smallest_step: float | None = None,
     tolerance: float = LoopSpecification.tolerance,
     optimizer: Callable[..., Any] | None = None,
@@ -34,7 +36,7 @@ def adhesion_loop(
     max_steps: int = 10_000,
     window: Window = "fixed",
     validity: Reaction | Validity = "warn",
-    output: Output | None = None,
+    output: OutputLike | None = None,
     callback: Callable[[LoadStep], Any] | None = None,
 ) -> AdhesionLoop:
     r"""Press the indenter in from beyond the range of the wall, and pull it off again.

@@ -9,6 +9,7 @@ import numpy as np
 from ase import Atoms
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.keywords import suggesting
 from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.validation import instance_of
 from ase_roughcontact.atoms.calculator import model_of
@@ -48,7 +49,7 @@ from ase_roughcontact.path_kinds.sliding.timed_specification import (
     TimedSlidingSpecification,
 )
 from ase_roughcontact.path_kinds.sliding.timed_steps import TimedSlidingSteps
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import OutputLike
 from ase_roughcontact.paths.path_steps import PathSteps
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.validity import Reaction, Validity
@@ -112,7 +113,7 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
     >>> sphere = RoughSphere(radius=500.0)
     >>> atoms = substrate("Cu", (16, 16), sphere, spacing=2.5)
     >>> solid = Isotropic(0.8, poisson=0.3)
-    >>> atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall())
+    >>> atoms.calc = RoughContact(sphere, solid=solid, wall=HardWall())
     >>> (step,) = load_path(atoms, penetrations=[0.5])
     >>> stick(atoms, Tresca(0.01)).move(atoms, (0.05, 0.0))
     >>> bool(LBFGS(atoms, logfile=None).run(fmax=1e-5))
@@ -200,11 +201,12 @@ def _tractions(
 
 
 @lazy
+@suggesting
 def sliding_path(
     atoms: Atoms,
     friction: FrictionLaw,
-    penetrations: ArrayLike | None = None,
     *,
+    penetrations: ArrayLike | None = None,
     heights: ArrayLike | None = None,
     loads: ArrayLike | None = None,
     displacements: ArrayLike | Schedule | None = None,
@@ -219,7 +221,7 @@ def sliding_path(
     max_steps: int = 10_000,
     window: Window = "fixed",
     validity: Reaction | Validity = "warn",
-    output: Output | None = None,
+    output: OutputLike | None = None,
 ) -> Generator[SlidingStep, None, None]:
     """Move the indenter sideways against friction, one step after another.
 
@@ -279,15 +281,14 @@ def sliding_path(
     Examples
     --------
     >>> import numpy as np
-    >>> from ase_roughcontact import Coulomb, HardWall, RoughContact, RoughSphere
-    >>> from ase_roughcontact import sliding_path, substrate
-    >>> from ase_roughcontact.elasticity import Isotropic
+    >>> from ase_roughcontact import Coulomb, HardWall, Isotropic, RoughContact
+    >>> from ase_roughcontact import RoughSphere, sliding_path, substrate
     >>> sphere = RoughSphere(radius=500.0)
     >>> atoms = substrate("Cu", (32, 32), sphere, spacing=2.5)
     >>> solid = Isotropic(0.8, poisson=0.3)
-    >>> atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall())
-    >>> path = np.linspace(0.0, 2.0, 5)
-    >>> steps = list(sliding_path(atoms, Coulomb(0.3), 1.0, displacements=path))
+    >>> atoms.calc = RoughContact(sphere, solid=solid, wall=HardWall())
+    >>> path = {"penetrations": 1.0, "displacements": np.linspace(0.0, 2.0, 5)}
+    >>> steps = list(sliding_path(atoms, Coulomb(0.3), **path))
     >>> round(steps[-1].lateral_force_x / steps[-1].normal_force, 3)
     0.3
     """

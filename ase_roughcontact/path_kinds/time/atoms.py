@@ -7,6 +7,7 @@ from typing import Any
 
 from ase import Atoms
 
+from ase_roughcontact._util.keywords import suggesting
 from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact.contact.control import control_of
 from ase_roughcontact.loading.load_path import AtomsPath, single_path
@@ -16,7 +17,7 @@ from ase_roughcontact.path_kinds.time.specification import (
     check_cantilever,
 )
 from ase_roughcontact.path_kinds.time.steps import TimeSteps
-from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.output import OutputLike
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.results.validity import Reaction, Validity
 from ase_roughcontact.stepping.accuracy import Accuracy
@@ -24,10 +25,11 @@ from ase_roughcontact.stepping.options import Window
 
 
 @lazy
+@suggesting
 def time_path(
     atoms: Atoms,
-    penetrations: Schedule | None = None,
     *,
+    penetrations: Schedule | None = None,
     heights: Schedule | None = None,
     loads: Schedule | None = None,
     bases: Schedule | None = None,
@@ -39,7 +41,7 @@ def time_path(
     max_steps: int = 10_000,
     window: Window = "fixed",
     validity: Reaction | Validity = "warn",
-    output: Output | None = None,
+    output: OutputLike | None = None,
 ) -> Generator[TimeStep, None, None]:
     r"""Move or load the indenter on a viscoelastic solid, as a function of time.
 
@@ -102,9 +104,9 @@ def time_path(
     >>> creep = Creep.standard_solid(relaxed=0.5, time=1.0)
     >>> solid = Viscoelastic(1.0, creep)
     >>> atoms = substrate("Cu", (32, 32), sphere, spacing=2.5)
-    >>> atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall())
+    >>> atoms.calc = RoughContact(sphere, solid=solid, wall=HardWall())
     >>> dwell = Schedule(0.0).step(2.0).hold(20.0)
-    >>> steps = list(time_path(atoms, dwell))
+    >>> steps = list(time_path(atoms, penetrations=dwell))
     >>> round(steps[-1].normal_force / steps[1].normal_force, 3)
     0.5
     """

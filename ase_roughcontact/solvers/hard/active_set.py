@@ -136,7 +136,7 @@ def active_set(
 
 def _check(contact: Contact, height: float, fixed: bool, tolerance: float) -> None:
     """Raise `ValueError` if the solver does not support the contact."""
-    wall = contact.interaction
+    wall = contact.wall
     if not wall.purely_hard:
         raise ValueError(f"ActiveSet is for the hard wall, got {wall}")
     finite(height=height)
@@ -147,7 +147,7 @@ def _check(contact: Contact, height: float, fixed: bool, tolerance: float) -> No
 
 def check_height(contact: Contact, height: float) -> None:
     """Raise `ValueError` if all loads give full contact of a periodic surface."""
-    elastic = not contact.interaction.plastic
+    elastic = not contact.wall.plastic
     periodic = contact.halfspace.periodic
     full_contact = 0.0 - float(contact.heights.mean())  # not -0
     if periodic and elastic and height <= full_contact:
@@ -159,7 +159,7 @@ def check_height(contact: Contact, height: float) -> None:
 
 def _check_capacity(contact: Contact, load: float) -> None:
     """Raise `ValueError` if a load is larger than the hardness times the area."""
-    hardness, halfspace = contact.interaction.hardness, contact.halfspace
+    hardness, halfspace = contact.wall.hardness, contact.halfspace
     area = halfspace.cell_area * math.prod(halfspace.shape)
     if load > hardness * area:
         raise ValueError(
@@ -202,7 +202,7 @@ def _solve(
     box = window = Box((0, 0), halfspace.shape)
     if start is not None and can_crop:
         box = reachable(contact, height, start)
-        capacity = contact.interaction.hardness * box.size * halfspace.cell_area
+        capacity = contact.wall.hardness * box.size * halfspace.cell_area
         carries = load is None or load <= capacity
         box = _worthwhile(box, window) if carries else window
     while True:
@@ -241,7 +241,7 @@ def _full_contact(contact: Contact, load: float) -> np.ndarray | None:
     model = covering_model(halfspace, Box((0, 0), heights.shape))
     uneven = model.stiffness(heights - heights.mean()) / model.self_compliance
     pressure = (mean - uneven).astype(float)
-    elastic = (pressure > 0.0) & (pressure <= contact.interaction.hardness)
+    elastic = (pressure > 0.0) & (pressure <= contact.wall.hardness)
     full = np.count_nonzero(elastic) >= _MIN_POSITIVE_FRACTION * pressure.size
     return pressure.clip(0.0) if full else None
 

@@ -120,7 +120,7 @@ class _DefectCorrection:
         self._contact, self._halfspace = contact, contact.halfspace
         self._height, self._tolerance = support.height, tolerance
         self._options = options
-        self._hardness = contact.interaction.hardness
+        self._hardness = contact.wall.hardness
         area = self._halfspace.cell_area
         self._total = None if support.load is None else support.load / area
         # compliance of a spring to the sum of pressures

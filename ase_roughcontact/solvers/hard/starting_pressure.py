@@ -21,7 +21,7 @@ def initial_pressure(
     Without a start, it is the pressure of independent springs under the load, or zero
     if the height is given.
     """
-    hardness, halfspace = contact.interaction.hardness, contact.halfspace
+    hardness, halfspace = contact.wall.hardness, contact.halfspace
     compliance = halfspace.self_compliance
     if start is None:
         start = np.zeros(contact.heights.shape)
@@ -32,7 +32,7 @@ def initial_pressure(
         above = contact.heights - contact.heights.min()
         depth = winkler_depth(above, total, compliance)
         start = np.maximum(depth - above, 0.0) / compliance
-    if not contact.interaction.plastic:
+    if not contact.wall.plastic:
         return start * (total / start.sum())
     push = contact.heights / -compliance
     return with_sum(np.minimum(start, hardness), total, hardness, push)

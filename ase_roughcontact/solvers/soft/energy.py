@@ -84,7 +84,7 @@ class ContactEnergy:
     @classmethod
     def of(cls, contact: Contact, support: Support) -> ContactEnergy:
         """Return the energy without a reaction, with the wall's inverse if known."""
-        wall, stiffness = contact.interaction, 0.0
+        wall, stiffness = contact.wall, 0.0
         if wall.hard:
             factor = 1.0 if contact.adhesion is None else float(contact.adhesion.max())
             curvature = -factor * float(wall.evaluate(np.zeros(1))[2][0])
@@ -95,7 +95,7 @@ class ContactEnergy:
     @property
     def wall(self) -> Interaction:
         """Wall of the contact."""
-        return self.contact.interaction
+        return self.contact.wall
 
     @cached_property
     def area(self) -> float:

@@ -162,18 +162,18 @@ def newton_krylov(
         window, a number is not finite, or no load reaches the height of a periodic
         surface with a hard wall.
     """
-    if contact.interaction.purely_hard:
+    if contact.wall.purely_hard:
         raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
     finite(height=height)
     positive(tolerance=tolerance)
-    if contact.interaction.hard and external is None:
+    if contact.wall.hard and external is None:
         check_height(contact, height)
     start = checked_start(contact, start)
     energy = ContactEnergy.of(contact, Support.of(external))
     state = None if start is None else EnergyState(energy, start, height)
     if state is None or _is_far(state, options):
         state = _cold_start(energy, height, options)
-    if contact.interaction.hard:
+    if contact.wall.hard:
         state = state.again(energy.with_reaction(state))
     states = _relax(state, tolerance, options)
     del state  # frees memory

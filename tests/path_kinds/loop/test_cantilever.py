@@ -9,8 +9,8 @@ from ase.constraints import Hookean
 from built import atoms_under
 
 import ase_roughcontact as rc
+from ase_roughcontact import cantilever_curve
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
 
 STIFFNESS = 2.0
 DEEPEST = 2.5
@@ -24,7 +24,9 @@ def tip(**options):
 
 @cache
 def loop():
-    return rc.adhesion_loop(tip(), DEEPEST, 0.5, tolerance=3e-3, validity="ignore")
+    return rc.adhesion_loop(
+        tip(), deepest=DEEPEST, step=0.5, tolerance=3e-3, validity="ignore"
+    )
 
 
 def zero():

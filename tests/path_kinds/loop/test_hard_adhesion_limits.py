@@ -13,7 +13,9 @@ def loop_of(radius, wall, deepest, step, **options):
     sphere = rc.RoughSphere(radius)
     atoms = atoms_under(sphere, wall, (16, 16))
     options = {"window": "auto", "tolerance": 3e-3, "validity": "ignore", **options}
-    return rc.adhesion_loop(atoms, deepest, step, smallest_step=step / 64, **options)
+    return rc.adhesion_loop(
+        atoms, deepest=deepest, step=step, smallest_step=step / 64, **options
+    )
 
 
 def forces_of(radius, wall, penetrations):
@@ -105,7 +107,7 @@ def steps_of_a_flat(slope, part, tension, seed, n=32, **options):
         atoms = atoms_under(flat, wall, (n, n), periodic=True)
         options |= {"validity": "ignore"}
         steps += rc.load_path(
-            atoms, [part * (heights.mean() - heights.min())], **options
+            atoms, penetrations=[part * (heights.mean() - heights.min())], **options
         )
         options = {"accuracy": 1e-9}
     return steps

@@ -34,26 +34,28 @@ def sphere_above(radius, work, shape, stiffness=1.0, roughness=None, **options):
 
 @cache
 def repulsive():
-    return rc.adhesion_loop(sphere_above(20.0, 0.0, 12), 0.5, 0.1)
+    return rc.adhesion_loop(sphere_above(20.0, 0.0, 12), deepest=0.5, step=0.1)
 
 
 @cache
 def adhesive(**options):
     """Loop with a jump on either branch: Maugis parameter 0.7."""
     options = {"step": 0.25, "tolerance": 3e-3, **options}
-    return rc.adhesion_loop(sphere_above(50.0, 0.05, 40), 1.2, **options)
+    return rc.adhesion_loop(sphere_above(50.0, 0.05, 40), deepest=1.2, **options)
 
 
 @cache
 def stiff():
     """Loop on a stiff solid, without a jump: Maugis parameter 0.16."""
-    return rc.adhesion_loop(sphere_above(50.0, 0.005, 30, stiffness=0.1), 0.4, 0.1)
+    return rc.adhesion_loop(
+        sphere_above(50.0, 0.005, 30, stiffness=0.1), deepest=0.4, step=0.1
+    )
 
 
 @cache
 def rough():
     atoms = sphere_above(50.0, 0.05, 36, roughness=ROUGH)
-    return rc.adhesion_loop(atoms, 1.2, 0.25, tolerance=3e-3)
+    return rc.adhesion_loop(atoms, deepest=1.2, step=0.25, tolerance=3e-3)
 
 
 def both_branches(loop):
@@ -175,10 +177,12 @@ def test_result_does_not_depend_on_step_tolerance_accuracy_and_window(options, e
 
 def test_step_that_does_not_converge_is_halved():
     options = {"fmax": 1e-7, "tolerance": 10.0, "smallest_step": 1e-3}
-    whole = rc.adhesion_loop(sphere_above(20.0, 1e-4, 12), 0.25, 0.25, **options)
+    whole = rc.adhesion_loop(
+        sphere_above(20.0, 1e-4, 12), deepest=0.25, step=0.25, **options
+    )
     most = max(record.iterations for record in whole.approach) - 1
     limited = rc.adhesion_loop(
-        sphere_above(20.0, 1e-4, 12), 0.25, 0.25, max_steps=most, **options
+        sphere_above(20.0, 1e-4, 12), deepest=0.25, step=0.25, max_steps=most, **options
     )
     assert len(limited.approach) > len(whole.approach)
     assert max(record.iterations for record in limited.approach) <= most
@@ -188,7 +192,13 @@ def test_step_that_does_not_converge_is_halved():
 def test_state_that_does_not_converge_is_marked():
     atoms = sphere_above(20.0, 0.0, 12)
     loop = rc.adhesion_loop(
-        atoms, 0.2, 0.1, smallest_step=0.1, fmax=1e-9, max_steps=1, accuracy=1e-6
+        atoms,
+        deepest=0.2,
+        step=0.1,
+        smallest_step=0.1,
+        fmax=1e-9,
+        max_steps=1,
+        accuracy=1e-6,
     )
     assert not loop.approach[-1].converged
 
@@ -241,7 +251,9 @@ def test_pull_off_follows_maugis_and_dugdale(loop, radius, work, stiffness):
 def test_pull_off_and_area_follow_maugis_and_dugdale(radius, work, stiffness, error):
     length = np.cbrt(work**2 * radius)
     atoms = sphere_above(radius, work, 16, stiffness)
-    loop = rc.adhesion_loop(atoms, 3.0 * length, 0.5 * length, window="auto")
+    loop = rc.adhesion_loop(
+        atoms, deepest=3.0 * length, step=0.5 * length, window="auto"
+    )
     theory = dugdale(radius, work, stiffness)
     assert loop.pull_off_force == pytest.approx(theory.pull_off_force, rel=0.02)
     # atoms are in contact where they are repelled; a soft wall adds a rim to them
@@ -253,7 +265,7 @@ def test_pull_off_and_area_follow_maugis_and_dugdale(radius, work, stiffness, er
 @pytest.mark.slow  # two hundred states of 56 x 56 atoms
 def test_pull_off_approaches_dmt_from_below():
     atoms = sphere_above(100.0, 0.005, 56, stiffness=0.01)
-    loop = rc.adhesion_loop(atoms, 1.0, 0.25)
+    loop = rc.adhesion_loop(atoms, deepest=1.0, step=0.25)
     assert 1.96 < reduced_pull_off(loop, 100.0, 0.005) < 2.0
     assert jumps(loop) == ()
 
@@ -262,7 +274,7 @@ def test_pull_off_approaches_dmt_from_below():
 def test_pull_off_approaches_jkr_from_above():
     atoms = sphere_above(1000.0, 0.05, 16)
     loop = rc.adhesion_loop(
-        atoms, 4.0, 1.0, tolerance=3e-3, accuracy="fast", window="auto"
+        atoms, deepest=4.0, step=1.0, tolerance=3e-3, accuracy="fast", window="auto"
     )
     assert 1.5 < reduced_pull_off(loop, 1000.0, 0.05) < 1.54
 
@@ -271,7 +283,9 @@ def same_sphere(spacings):
     """Pull-off of one continuum problem with so many spacings to the length E*/k."""
     radius, work = 50.0 * spacings, 0.05 * spacings
     atoms = sphere_above(radius, work, 16, stiffness=1.0 / spacings)
-    loop = rc.adhesion_loop(atoms, 1.2 * spacings, 0.25 * spacings, window="auto")
+    loop = rc.adhesion_loop(
+        atoms, deepest=1.2 * spacings, step=0.25 * spacings, window="auto"
+    )
     return reduced_pull_off(loop, radius, work), len(loop.retraction_jumps)
 
 
@@ -301,7 +315,7 @@ def test_all_states_are_written(tmp_path):
     table, movie = tmp_path / "loop.csv", tmp_path / "loop.traj"
     atoms = sphere_above(20.0, 0.0, 8)
     loop = rc.adhesion_loop(
-        atoms, 0.1, 0.1, output=rc.Output(csv=table, trajectory=movie)
+        atoms, deepest=0.1, step=0.1, output=rc.Output(csv=table, trajectory=movie)
     )
     records = [*loop.approach, *loop.retraction[1:]]
     with open(table, newline="") as file:
@@ -338,22 +352,26 @@ def test_invalid_arguments_are_errors_before_anything_moves(arguments, message):
 
 def test_free_or_loaded_indenter_is_an_error():
     with pytest.raises(ValueError, match="fixed indenter"):
-        rc.adhesion_loop(sphere_above(50.0, 0.05, 8, fixed=False), 0.5, 0.1)
+        rc.adhesion_loop(
+            sphere_above(50.0, 0.05, 8, fixed=False), deepest=0.5, step=0.1
+        )
     atoms = sphere_above(50.0, 0.05, 8)
     atoms.calc.set(load=1.0)
     with pytest.raises(ValueError, match="load=0"):
-        rc.adhesion_loop(atoms, 0.5, 0.1)
+        rc.adhesion_loop(atoms, deepest=0.5, step=0.1)
 
 
 def test_wall_of_infinite_range_is_an_error():
     atoms = sphere_above(50.0, 0.05, 8)
     wall = rc.LennardJones93.full(distance=1.0, work_of_adhesion=0.05, cutoff=3.0)
     object.__setattr__(wall, "cutoff", np.inf)
-    atoms.calc.set(interaction=wall)
+    atoms.calc.set(wall=wall)
     with pytest.raises(ValueError, match="finite cutoff, got inf"):
-        rc.adhesion_loop(atoms, 0.5, 0.1)
+        rc.adhesion_loop(atoms, deepest=0.5, step=0.1)
 
 
 def test_steps_below_the_rounding_of_heights_are_refused():
     with pytest.raises(ValueError, match=r"must be above 1\.\de-12.* 1e-14"):
-        rc.adhesion_loop(sphere_above(20.0, 0.05, 12), 0.5, 0.1, smallest_step=1e-14)
+        rc.adhesion_loop(
+            sphere_above(20.0, 0.05, 12), deepest=0.5, step=0.1, smallest_step=1e-14
+        )

@@ -27,7 +27,7 @@ def lost_energy(step, spacing, rough=None, adhesion=None):
     wall = rc.DugdaleWall(WORK, 0.8)
     atoms = atoms_under(sphere, wall, (16, 16), heterogeneity=adhesion, spacing=spacing)
     options = {"window": "auto", "validity": "ignore"}
-    loop = rc.adhesion_loop(atoms, UNIT, step * UNIT, **options)
+    loop = rc.adhesion_loop(atoms, deepest=UNIT, step=step * UNIT, **options)
     return loop.dissipated_energy / np.cbrt(WORK**5 * RADIUS**4)
 
 
@@ -52,7 +52,7 @@ def test_random_roughness_pins_the_edge_of_a_contact():
         sphere = rc.RoughSphere(200.0, rough)
         atoms = atoms_under(sphere, wall, (16, 16))
         options = {"window": "auto", "validity": "ignore", "tolerance": 3e-3}
-        loop = rc.adhesion_loop(atoms, depth * unit, 0.5 * unit, **options)
+        loop = rc.adhesion_loop(atoms, deepest=depth * unit, step=0.5 * unit, **options)
         assert all(state.converged for state in (*loop.approach, *loop.retraction))
         assert loop.dissipated_energy == pytest.approx(
             loop.energy_lost_in_jumps, rel=0.02
@@ -72,7 +72,7 @@ def test_states_next_to_instabilities_converge():
     atoms = atoms_under(sphere, rc.PowerLawWall(0.05, 0.5), (16, 16))
     unit = np.cbrt(0.05**2 * RADIUS)
     options = {"window": "auto", "validity": "ignore", "tolerance": 3e-3}
-    loop = rc.adhesion_loop(atoms, 0.5 * unit, 0.5 * unit, **options)
+    loop = rc.adhesion_loop(atoms, deepest=0.5 * unit, step=0.5 * unit, **options)
     assert all(state.converged for state in (*loop.approach, *loop.retraction))
 
 
@@ -81,6 +81,6 @@ def test_loop_continues_after_states_in_which_atoms_overlap_with_a_hard_wall():
     sphere = rc.RoughSphere(20.0)
     atoms = atoms_under(sphere, rc.DugdaleWall(0.05, 0.6), (16, 16))
     options = {"window": "auto", "validity": "ignore", "max_steps": 4}
-    loop = rc.adhesion_loop(atoms, 0.2, 0.2, smallest_step=0.1, **options)
+    loop = rc.adhesion_loop(atoms, deepest=0.2, step=0.2, smallest_step=0.1, **options)
     assert not all(state.converged for state in loop.approach)
     assert loop.retraction[-1].repulsive_atoms == 0

@@ -21,7 +21,7 @@ def state():
     """
     sphere = RoughSphere(20.0)
     atoms = atoms_under(sphere, shape=(16, 16))
-    record = next(load_path(atoms, [0.2]))
+    record = next(load_path(atoms, penetrations=[0.2]))
     return replace(
         record,
         height=2.0,

@@ -22,7 +22,9 @@ def pull_off(sphere, wall, deepest, finer=1.0, tolerance=1e-3):
 def loop_of(sphere, wall, deepest, finer=1.0, tolerance=1e-3):
     atoms = atoms_under(sphere, wall, (12, 12))
     step = default_step(wall, deepest) / finer
-    return adhesion_loop(atoms, deepest, step, tolerance=tolerance, window="auto")
+    return adhesion_loop(
+        atoms, deepest=deepest, step=step, tolerance=tolerance, window="auto"
+    )
 
 
 @pytest.mark.filterwarnings("ignore:the pull-off force")

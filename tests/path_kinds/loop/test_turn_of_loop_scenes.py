@@ -2,9 +2,9 @@
 
 import pytest
 
+from ase_roughcontact import cantilever_curve
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
-from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene, relax_loop
 from ase_roughcontact.scene.preview import preview
 

@@ -30,7 +30,7 @@ PATH = np.array([[0.0, 0.0], [0.1, 0.05], [0.15, 0.05], [0.05, 0.0]])
 
 
 def calculator():
-    return RoughContact(SPHERE, solid=SOLID, interaction=HardWall())
+    return RoughContact(SPHERE, solid=SOLID, wall=HardWall())
 
 
 def atoms_on(**options):
@@ -40,7 +40,9 @@ def atoms_on(**options):
 
 def slide(atoms, path=PATH, coefficient=0.3, **options):
     law = Coulomb(coefficient)
-    return list(sliding_path(atoms, law, 1.0, displacements=path, **options))
+    return list(
+        sliding_path(atoms, law, penetrations=1.0, displacements=path, **options)
+    )
 
 
 def test_atoms_that_stick_move_with_the_indenter():
@@ -74,7 +76,7 @@ def test_the_indenter_has_the_lateral_force():
 
 def test_results_agree_with_the_last_step_after_an_optimizer_of_ase():
     atoms, wall = atoms_on(), LennardJones93.repulsive(0.8, 2.5)
-    atoms.calc.set(interaction=wall)
+    atoms.calc.set(wall=wall)
     last = slide(atoms, PATH[:3], optimizer=LBFGS, fmax=1e-3)[-1]
     force = [last.lateral_force_x, last.lateral_force_y]
     assert atoms.calc.get_property("lateral_force", atoms) == pytest.approx(force)
@@ -83,10 +85,12 @@ def test_results_agree_with_the_last_step_after_an_optimizer_of_ase():
 def test_a_surface_that_slid_can_be_loaded_again():
     slid, new = atoms_on(), atoms_on()
     slide(slid)
-    (again,), (expected,) = (list(load_path(each, [1.5])) for each in (slid, new))
+    (again,), (expected,) = (
+        list(load_path(each, penetrations=[1.5])) for each in (slid, new)
+    )
     assert again.normal_force == pytest.approx(expected.normal_force, rel=1e-6)
     assert SurfaceGrid.of(slid) == SurfaceGrid.of(new)
-    list(load_path(slid, [8.0], window="auto"))  # in another window
+    list(load_path(slid, penetrations=[8.0], window="auto"))  # in another window
     assert SurfaceGrid.of(slid).window != (32, 30)
 
 
@@ -149,7 +153,7 @@ def test_views_show_which_atoms_slip(tmp_path):
 def test_frames_of_a_sliding_path_are_snapshots_of_its_atoms(tmp_path):
     atoms, output = atoms_on(), Output(trajectory=tmp_path / "a.traj")
     options = {"displacements": PATH, "coupling": "solved", "output": output}
-    path = sliding_path(atoms, Coulomb(0.3), 1.0, **options)
+    path = sliding_path(atoms, Coulomb(0.3), penetrations=1.0, **options)
     snapshots = [snapshot(atoms) for _ in path]
     frames = list(read_frames(output.trajectory))
     assert len(frames) == len(snapshots) == len(PATH)

@@ -286,7 +286,13 @@ def test_a_killed_path_is_resumed(tmp_path):
     files = Output(trajectory=tmp_path / "p.traj", resume=True)
     with pytest.raises(ValueError, match="coupling"):
         list(
-            sliding_path(atoms_on(SOLID), Coulomb(MU), DEPTHS, **options, output=files)
+            sliding_path(
+                atoms_on(SOLID),
+                Coulomb(MU),
+                penetrations=DEPTHS,
+                **options,
+                output=files,
+            )
         )
 
 
@@ -294,7 +300,9 @@ def test_frames_have_the_displacements_by_pressure_and_tractions(tmp_path):
     output = Output(trajectory=tmp_path / "p.traj")
     options = {"displacements": [0.0, 0.3], "coupling": "solved"}
     law, atoms = Coulomb(MU), atoms_on(SOLID)
-    last = list(sliding_path(atoms, law, 1.0, **options, output=output))[-1]
+    last = list(sliding_path(atoms, law, penetrations=1.0, **options, output=output))[
+        -1
+    ]
     frame = read(tmp_path / "p.traj")
     origin = np.array(frame.info["lattice"]["origin"])[:, None]
     x, y = origin + 2.5 * np.indices((32, 32)).reshape(2, -1)
@@ -328,18 +336,24 @@ def test_bounds_that_jump_may_have_no_solution():
 
 def test_coupled_atoms_go_on_with_coupling():
     atoms, law = atoms_on(SOLID), Coulomb(MU)
-    list(sliding_path(atoms, law, 1.0, displacements=[0.0, 0.3], coupling="solved"))
+    list(
+        sliding_path(
+            atoms, law, penetrations=1.0, displacements=[0.0, 0.3], coupling="solved"
+        )
+    )
     with pytest.raises(ValueError, match="give the same coupling"):
-        list(sliding_path(atoms, law, 1.0, displacements=[0.0]))
+        list(sliding_path(atoms, law, penetrations=1.0, displacements=[0.0]))
     options = {"displacements": [0.0], "coupling": "solved"}
-    (step,) = sliding_path(atoms, law, 1.0, **options)
+    (step,) = sliding_path(atoms, law, penetrations=1.0, **options)
     assert step.lateral_force_x > 0.0
 
 
 def test_choices_and_solids_without_coupling_are_refused():
     law = Coulomb(MU)
     with pytest.raises(ValueError, match="neglected"):
-        sliding_path(atoms_on(SOLID), law, 1.0, displacements=PATH, coupling="solve")
+        sliding_path(
+            atoms_on(SOLID), law, penetrations=1.0, displacements=PATH, coupling="solve"
+        )
     creeping = Viscoelastic(Isotropic(1.0, 0.3), Creep([1.0], [1.0]))
     with pytest.raises(NotImplementedError, match="friction"):
         coupled(stepper_of(16, creeping), 1.0, law, [0.0])

@@ -134,7 +134,12 @@ def test_frames_have_state_and_slip_rates(tmp_path):
     atoms, output = atoms_on(SOLID), Output(trajectory=file)
     schedule = Schedule(0.0).ramp(0.2, rate=RATE)
     (*_, last) = sliding_path(
-        atoms, LAW, 0.5, displacements=schedule, tolerance=0.02, output=output
+        atoms,
+        LAW,
+        penetrations=0.5,
+        displacements=schedule,
+        tolerance=0.02,
+        output=output,
     )
     (*_, frame) = read_frames(file)
     lateral = ContactMap.from_frame(frame).lateral
@@ -150,11 +155,13 @@ def test_frames_have_state_and_slip_rates(tmp_path):
 def test_without_a_schedule_rate_and_state_friction_is_refused():
     atoms = atoms_on(SOLID)
     with pytest.raises(ValueError, match="Schedule"):
-        sliding_path(atoms, LAW, 0.5, displacements=[0.0, 1.0])
+        sliding_path(atoms, LAW, penetrations=0.5, displacements=[0.0, 1.0])
     with pytest.raises(ValueError, match="Schedule"):
         stick(atoms, LAW)
     with pytest.raises(TypeError, match="RateAndState"):
-        sliding_path(atoms, Coulomb(0.3), 0.5, displacements=Schedule(0.0).hold(1.0))
+        sliding_path(
+            atoms, Coulomb(0.3), penetrations=0.5, displacements=Schedule(0.0).hold(1.0)
+        )
 
 
 def test_a_sudden_change_is_refused():

@@ -270,23 +270,39 @@ def test_another_path_is_not_resumed(tmp_path):
     law, output = Coulomb(MU), Output(**files, resume=True)
     list(
         sliding_path(
-            atoms_on(SOLID), law, 1.0, displacements=PATH, output=Output(**files)
+            atoms_on(SOLID),
+            law,
+            penetrations=1.0,
+            displacements=PATH,
+            output=Output(**files),
         )
     )
     with pytest.raises(ValueError, match=r"displacements\[1\] was 0.2, 0, is 0.4"):
         other = {"displacements": 2.0 * PATH}
-        list(sliding_path(atoms_on(SOLID), law, 1.0, **other, output=output))
+        list(
+            sliding_path(atoms_on(SOLID), law, penetrations=1.0, **other, output=output)
+        )
     with pytest.raises(ValueError, match="friction"):
         other = {"displacements": PATH}
-        list(sliding_path(atoms_on(SOLID), Coulomb(0.4), 1.0, **other, output=output))
+        list(
+            sliding_path(
+                atoms_on(SOLID), Coulomb(0.4), penetrations=1.0, **other, output=output
+            )
+        )
     with pytest.raises(ValueError, match="lateral forces"):
-        list(sliding_path(atoms_on(SOLID), law, 1.0, forces=PATH, output=output))
+        list(
+            sliding_path(
+                atoms_on(SOLID), law, penetrations=1.0, forces=PATH, output=output
+            )
+        )
 
 
 def test_normal_results_are_those_without_friction():
     law = Coulomb(MU)
-    sliding = list(sliding_path(atoms_on(SOLID), law, DEPTHS, displacements=PATH))
-    normal = list(load_path(atoms_on(SOLID), DEPTHS))
+    sliding = list(
+        sliding_path(atoms_on(SOLID), law, penetrations=DEPTHS, displacements=PATH)
+    )
+    normal = list(load_path(atoms_on(SOLID), penetrations=DEPTHS))
     found = [s.normal_force for s in sliding]
     assert found == pytest.approx([s.normal_force for s in normal], rel=1e-12)
 
@@ -294,21 +310,25 @@ def test_normal_results_are_those_without_friction():
 def test_wrong_arguments_say_what_is_expected():
     law = Coulomb(MU)
     with pytest.raises(ValueError, match="exactly one of displacements, forces, bases"):
-        sliding_path(atoms_on(SOLID), law, 1.0)
+        sliding_path(atoms_on(SOLID), law, penetrations=1.0)
     with pytest.raises(ValueError, match="bases need a spring"):
-        sliding_path(atoms_on(SOLID), law, 1.0, bases=PATH)
+        sliding_path(atoms_on(SOLID), law, penetrations=1.0, bases=PATH)
     with pytest.raises(ValueError, match="all 6 displacements"):
-        sliding_path(atoms_on(SOLID), law, [1.0, 2.0], displacements=PATH)
+        sliding_path(atoms_on(SOLID), law, penetrations=[1.0, 2.0], displacements=PATH)
     with pytest.raises(NotImplementedError, match=r"Isotropic\(contact_modulus, pois"):
-        sliding_path(atoms_on(Isotropic(0.8)), law, 1.0, displacements=PATH)
+        sliding_path(
+            atoms_on(Isotropic(0.8)), law, penetrations=1.0, displacements=PATH
+        )
 
     with pytest.raises(TypeError, match=r"law such as Coulomb\(0.3\), got 0.3"):
-        sliding_path(atoms_on(SOLID), 0.3, 1.0, displacements=PATH)
+        sliding_path(atoms_on(SOLID), 0.3, penetrations=1.0, displacements=PATH)
 
     class Wrong(LoadStep):
         pass
 
     with pytest.raises(TypeError, match="derive Wrong from SlidingStep"):
         output = Output(record=Wrong)
-        sliding_path(atoms_on(SOLID), law, 1.0, displacements=PATH, output=output)
+        sliding_path(
+            atoms_on(SOLID), law, penetrations=1.0, displacements=PATH, output=output
+        )
     assert issubclass(SlidingStep, LoadStep)

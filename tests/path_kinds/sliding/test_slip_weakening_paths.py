@@ -136,7 +136,9 @@ def test_frames_and_maps_have_the_slip(tmp_path):
     file = tmp_path / "p.traj"
     atoms, output = atoms_on(SOLID), Output(trajectory=file)
     path = [0.0, 0.4, 1.2]
-    (*_, last) = sliding_path(atoms, LAW, 1.0, displacements=path, output=output)
+    (*_, last) = sliding_path(
+        atoms, LAW, penetrations=1.0, displacements=path, output=output
+    )
     (*_, frame) = read_frames(file)
     found = ContactMap.from_frame(frame).lateral[SLIP.name]
     assert found.max() == pytest.approx(last.largest_slip, rel=1e-6)
@@ -145,7 +147,7 @@ def test_frames_and_maps_have_the_slip(tmp_path):
 
 def test_atoms_that_stick_have_the_weakened_bound():
     atoms = atoms_on(SOLID)
-    list(sliding_path(atoms, LAW, 1.0, displacements=[0.0, 2.0, 1.99]))
+    list(sliding_path(atoms, LAW, penetrations=1.0, displacements=[0.0, 2.0, 1.99]))
     slip = atoms.arrays[SLIP.name].copy()
     sticking = stick(atoms, LAW)
     assert (atoms.arrays[SLIP.name] == slip).all()

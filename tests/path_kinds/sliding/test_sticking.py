@@ -44,7 +44,7 @@ def atoms_on(shape=(16, 15), wall=None, solid=ISOTROPIC, **options):
 
 def pressed(depth=0.5, **options):
     atoms = atoms_on(**options)
-    list(load_path(atoms, [depth], fmax=1e-7, validity="ignore"))
+    list(load_path(atoms, penetrations=[depth], fmax=1e-7, validity="ignore"))
     return atoms
 
 
@@ -55,7 +55,9 @@ def slid(path, law=LAW, depth=0.5, **options):
     if path is not None:
         moves["displacements"] = path
     atoms = atoms_on(**options)
-    steps = sliding_path(atoms, law, depth, fmax=1e-7, validity="ignore", **moves)
+    steps = sliding_path(
+        atoms, law, penetrations=depth, fmax=1e-7, validity="ignore", **moves
+    )
     return atoms, list(steps)[-1]
 
 
@@ -167,7 +169,9 @@ def test_paths_end_and_begin_with_atoms_that_stick(tmp_path):
     release(atoms)
     assert atoms.constraints[0].todict() == FixAtoms([len(atoms) - 1]).todict()
     rest = list(
-        sliding_path(atoms, LAW, 0.5, displacements=path[2:], validity="ignore")
+        sliding_path(
+            atoms, LAW, penetrations=0.5, displacements=path[2:], validity="ignore"
+        )
     )
     for found, until in zip(rest, (3, 4), strict=True):
         _, expected = slid(path[:until])
@@ -267,8 +271,10 @@ def test_what_does_not_support_atoms_that_stick_says_so():
     for call in (
         lambda: stick(atoms, LAW),
         lambda: ActiveSet(atoms),
-        lambda: load_path(atoms, [0.6]),
-        lambda: sliding_path(atoms, LAW, 0.5, displacements=[0, 1], optimizer=LBFGS),
+        lambda: load_path(atoms, penetrations=[0.6]),
+        lambda: sliding_path(
+            atoms, LAW, penetrations=0.5, displacements=[0, 1], optimizer=LBFGS
+        ),
     ):
         with pytest.raises(ValueError, match=r"stick to the indenter: .* release"):
             call()
@@ -290,7 +296,7 @@ def test_a_constraint_that_is_removed_without_release_is_an_error():
     for call in (
         lambda: LBFGS(atoms, logfile=None).run(fmax=1e-6),
         lambda: stick(atoms, law),
-        lambda: load_path(atoms, [0.2]),
+        lambda: load_path(atoms, penetrations=[0.2]),
     ):
         with pytest.raises(ValueError, match=r"not among atoms\.constraints.* release"):
             call()
@@ -304,7 +310,7 @@ def test_a_constraint_that_is_removed_without_release_is_an_error():
     assert force == pytest.approx(0.5 * (0.02 - moved[-1, 0]), rel=1e-4)
     assert force > 1e-3
     for other in (copy, frame):  # the frame is no longer stuck
-        other.calc = RoughContact(SPHERE, solid=ISOTROPIC, interaction=HardWall())
+        other.calc = RoughContact(SPHERE, solid=ISOTROPIC, wall=HardWall())
         assert other.get_potential_energy() > 0.0
     atoms.set_constraint(others)
     release(atoms)
@@ -355,7 +361,7 @@ def test_what_cannot_stick_says_why():
     with pytest.raises(ValueError, match=r"padding .*restore\(snapshot"):
         stick(frame, LAW)
     whole = restore(frame, ISOTROPIC)
-    whole.calc = RoughContact(SPHERE, solid=ISOTROPIC, interaction=HardWall())
+    whole.calc = RoughContact(SPHERE, solid=ISOTROPIC, wall=HardWall())
     assert len(stick(whole, LAW).index) == frame.info["contact_area"] / 2.5**2
     whole.positions[-1, 0] += 0.1
     with pytest.raises(ValueError, match=r" 0\.1 Å .* method move"):

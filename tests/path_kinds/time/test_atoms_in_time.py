@@ -53,7 +53,7 @@ ERRORS = {
 @pytest.mark.parametrize("window", ["fixed", "auto"])
 def test_atoms_are_in_the_last_state(wall, window):
     atoms = atoms_on(wall)
-    for step in time_path(atoms, PATH.ramp(1.0, time=1.0), window=window):
+    for step in time_path(atoms, penetrations=PATH.ramp(1.0, time=1.0), window=window):
         state = atoms.calc.state(atoms)
         assert state.normal_force == pytest.approx(step.normal_force, abs=1e-9)
         assert atoms.positions[-1, 2] == step.height
@@ -65,7 +65,7 @@ def test_atoms_are_in_the_last_state(wall, window):
 
 def test_forces_are_the_gradient_of_the_instantaneous_energy():
     atoms = atoms_on(SOFT)
-    for step in time_path(atoms, PATH):
+    for step in time_path(atoms, penetrations=PATH):
         if step.time > 2.2:
             break
     index = 16 * 32 + 16
@@ -78,9 +78,15 @@ def test_forces_are_the_gradient_of_the_instantaneous_energy():
 )
 def test_optimizers_agree(optimizer):
     path = Schedule(0.0).ramp(2.0, time=1.0)
-    expected = list(time_path(atoms_on(SOFT), path, tolerance=1e-3, accuracy=1e-5))[-1]
+    expected = list(
+        time_path(atoms_on(SOFT), penetrations=path, tolerance=1e-3, accuracy=1e-5)
+    )[-1]
     steps = time_path(
-        atoms_on(SOFT), path, tolerance=1e-3, fmax=1e-5, optimizer=optimizer
+        atoms_on(SOFT),
+        penetrations=path,
+        tolerance=1e-3,
+        fmax=1e-5,
+        optimizer=optimizer,
     )
     assert list(steps)[-1].normal_force == pytest.approx(
         expected.normal_force, rel=1e-3
@@ -92,14 +98,16 @@ def test_optimizers_agree(optimizer):
 @pytest.mark.parametrize("wall", [HardWall(), ADHESIVE], ids=["hard", "adhesive"])
 def test_a_path_is_resumed_with_its_history(tmp_path, wall, stop, keep):
     tight = {"accuracy": 1e-6}
-    whole = list(time_path(atoms_on(wall), PATH, **tight))
+    whole = list(time_path(atoms_on(wall), penetrations=PATH, **tight))
     files = {"trajectory": tmp_path / "p.traj", "csv": tmp_path / "p.csv", "keep": keep}
-    steps = time_path(atoms_on(wall), PATH, output=Output(**files), **tight)
+    steps = time_path(
+        atoms_on(wall), penetrations=PATH, output=Output(**files), **tight
+    )
     for _ in range(stop):
         next(steps)
     steps.close()
     output = Output(**files, resume=True)
-    rest = list(time_path(atoms_on(wall), PATH, output=output, **tight))
+    rest = list(time_path(atoms_on(wall), penetrations=PATH, output=output, **tight))
     rest = {s.step: s for s in rest}
     assert len(whole) == max(rest) + 1
     for step in whole[stop:]:
@@ -111,22 +119,24 @@ def test_a_path_is_resumed_with_its_history(tmp_path, wall, stop, keep):
 
 def test_a_longer_path_is_resumed_and_another_one_refused(tmp_path):
     files = {"trajectory": tmp_path / "p.traj"}
-    list(time_path(atoms_on(HardWall()), PATH, output=Output(**files)))
+    list(time_path(atoms_on(HardWall()), penetrations=PATH, output=Output(**files)))
     output = Output(**files, resume=True)
-    longer = list(time_path(atoms_on(HardWall()), PATH.hold(1.0), output=output))
+    longer = list(
+        time_path(atoms_on(HardWall()), penetrations=PATH.hold(1.0), output=output)
+    )
     assert longer[-1].time == 4.0
     other = Schedule(0.0).ramp(1.9, time=1.0)
     with pytest.raises(ValueError, match=r"another path .*parts"):
-        list(time_path(atoms_on(HardWall()), other, output=output))
+        list(time_path(atoms_on(HardWall()), penetrations=other, output=output))
     with pytest.raises(ValueError, match="creep"):
         slower = atoms_on(HardWall(), creep=Creep.standard_solid(0.3, 2.0))
-        list(time_path(slower, PATH, output=output))
+        list(time_path(slower, penetrations=PATH, output=output))
 
 
 def test_frames_have_the_gap_of_the_crept_surface(tmp_path):
     atoms = atoms_on(HardWall())
     file = tmp_path / "p.traj"
-    list(time_path(atoms, PATH, output=Output(trajectory=file)))
+    list(time_path(atoms, penetrations=PATH, output=Output(trajectory=file)))
     state = atoms.calc.state(atoms)
     frame = read(file)
     gap = with_columns(frame, atoms.calc.parameters["indenter"]).arrays["gap"][:-1]
@@ -140,7 +150,7 @@ def test_frames_have_the_gap_of_the_crept_surface(tmp_path):
 def test_a_snapshot_is_a_calculation_again(tmp_path, rebuilt):
     atoms, file = atoms_on(SOFT), tmp_path / "p.traj"
     path = Schedule(0.0).ramp(2.0, time=1.0)
-    list(time_path(atoms, path, accuracy=1e-6))
+    list(time_path(atoms, penetrations=path, accuracy=1e-6))
     write(file, snapshot(atoms))
     frame = read(file)
     again = restore(frame, 0.8) if rebuilt else frame
@@ -149,24 +159,24 @@ def test_a_snapshot_is_a_calculation_again(tmp_path, rebuilt):
     assert again.get_potential_energy() == pytest.approx(energy, rel=1e-9)
     assert abs(again.get_forces()[:-1]).max() < 1e-4
     hold = Schedule(2.0).hold(0.5)
-    expected = list(time_path(atoms, hold, accuracy=1e-6))[-1]
-    found = list(time_path(again, hold, accuracy=1e-6))[-1]
+    expected = list(time_path(atoms, penetrations=hold, accuracy=1e-6))[-1]
+    found = list(time_path(again, penetrations=hold, accuracy=1e-6))[-1]
     assert found.normal_force == pytest.approx(expected.normal_force, rel=1e-6)
 
 
 def test_atoms_with_the_past_of_another_solid_are_refused(tmp_path):
     file = tmp_path / "p.traj"
     atoms = atoms_on(HardWall())
-    list(time_path(atoms, Schedule(0.0).ramp(2.0, time=1.0)))
+    list(time_path(atoms, penetrations=Schedule(0.0).ramp(2.0, time=1.0)))
     write(file, snapshot(atoms))
     other = Creep.standard_solid(relaxed=0.3, time=2.0)
     for crept in (atoms, read(file)):
         slower = Viscoelastic(0.8, other)
-        crept.calc = RoughContact(RoughSphere(200.0), interaction=SOFT, solid=slower)
+        crept.calc = RoughContact(RoughSphere(200.0), wall=SOFT, solid=slower)
         with pytest.raises(
             ValueError, match=r"has crept in .*3\.33.* but this .*6\.66"
         ):
-            list(time_path(crept, Schedule(2.0).hold(1.0)))
+            list(time_path(crept, penetrations=Schedule(2.0).hold(1.0)))
         with pytest.raises(ValueError, match="crept"):
             crept.get_potential_energy()
 
@@ -188,13 +198,15 @@ def test_columns_of_a_path_in_time_are_derived_from_its_class():
     class Right(TimeStep):
         largest_gap: float = column(lambda s: s.fields.gap.max(), "largest gap", "Å")
 
-    step = next(time_path(atoms_on(HardWall()), PATH, output=Output(record=Right)))
+    step = next(
+        time_path(atoms_on(HardWall()), penetrations=PATH, output=Output(record=Right))
+    )
     assert np.isfinite(step.largest_gap)
 
 
 def test_errors_say_what_a_path_in_time_needs():
     with pytest.raises(ValueError, match="exactly one of"):
-        time_path(atoms_on(HardWall()), PATH, loads=PATH)
+        time_path(atoms_on(HardWall()), penetrations=PATH, loads=PATH)
     with pytest.raises(ValueError, match="give cantilever"):
         time_path(atoms_on(HardWall(), fixed=False), bases=PATH)
 
@@ -202,7 +214,9 @@ def test_errors_say_what_a_path_in_time_needs():
 def test_frames_of_a_path_in_time_are_snapshots_of_its_atoms(tmp_path):
     atoms, output = atoms_on(HardWall(), (8, 8)), Output(trajectory=tmp_path / "a.traj")
     path = Schedule(0.0).ramp(0.5, time=1.0).ramp(0.2, time=1.0)
-    path = time_path(atoms, path, window="auto", tolerance=0.1, output=output)
+    path = time_path(
+        atoms, penetrations=path, window="auto", tolerance=0.1, output=output
+    )
     snapshots = [snapshot(atoms) for _ in path]
     frames = list(read_frames(output.trajectory))
     assert len(frames) == len(snapshots) > 2
