@@ -107,7 +107,8 @@ class Table:
         for i, line in enumerate(lines):
             entries = (_longest(row[i], words=i == left - 1) for row in rows)
             widths.append(max([_longest(line), *entries]))
-        self._columns, self._rows = Columns(lines, tuple(widths), left), rows
+        self.heads, self.rows = heads, rows
+        self._columns = Columns(lines, tuple(widths), left)
 
     def __rich_console__(
         self, console: Console, options: ConsoleOptions
@@ -117,7 +118,7 @@ class Table:
         missing = self._columns.left_out(kept, options.max_width)
         if missing:
             yield missing
-        yield self._columns.drawn(kept, self._rows, any(self._columns.heads))
+        yield self._columns.drawn(kept, self.rows, any(self._columns.heads))
 
 
 class TableRows:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import base64
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from jinja2 import Environment
 
@@ -72,6 +72,31 @@ _FLAT_CAPTIONS = {
     "and contact stiffness and conductance, against the nominal pressure.",
     "contact.png": "Pressure on the points in contact.",
 }
+# Words in place of warnings.
+_GOOD = "All {rows} converged within the limits of the model."
+# Words above a table of results.
+_EXPLAINED = (
+    "± is the estimated error; errors below the last digit are left out. Point at a "
+    "heading for what it means."
+)
+
+
+class PageTable(NamedTuple):
+    """Table of a page.
+
+    Attributes
+    ----------
+    heads : list of (str, str, str)
+        Names of the columns, their units, and what they mean; may be empty texts.
+    rows : list of (bool, list)
+        Whether a row is no result, and its texts with their errors.
+    notes : list of str
+        Sentences below the table.
+    """
+
+    heads: list[tuple[str, str, str]]
+    rows: list[tuple[bool, list[tuple[str, str]]]]
+    notes: Sequence[str] = ()
 
 
 def page(
@@ -135,11 +160,14 @@ def page(
     warnings = _warnings(scene, steps)
     if reason := report.reason_without_maps(steps, "contact.png" in pictures):
         warnings.append(f"No contact.png, {reason}.")
-    return _rendered(
-        folder,
+    return rendered(
+        **_of_folder(folder, captions, pictures),
         rows="steps",
+        count=len(steps),
+        good=_GOOD.format(rows="steps"),
+        explained=_EXPLAINED,
         data=data,
-        table_name="curve.csv",
+        table=folder / "curve.csv",
         answer=answer(reference, steps),
         warnings=warnings,
         inputs=report.inputs(reference),
@@ -147,16 +175,19 @@ def page(
             **report.results(reference, steps),
             **report.unknown_counted(unknown, len(steps)),
         },
-        captions={name: text for name, text in captions.items() if name in pictures},
         stresses=[(each, _encoded(each.png)) for each in stresses],
         stresses_caption=_DEPTHS_CAPTION,
-        heads=[
-            (name.replace("_", " "), units[name], each.description)
-            for name, each in shown.items()
-        ],
-        steps=[
-            (not step.converged, [_cell(step, name, units[name]) for name in shown])
-            for step in steps
+        tables=[
+            PageTable(
+                [
+                    (name.replace("_", " "), units[name], each.description)
+                    for name, each in shown.items()
+                ],
+                [
+                    (not step.converged, [_cell(step, k, units[k]) for k in shown])
+                    for step in steps
+                ],
+            )
         ],
     )
 
@@ -186,11 +217,14 @@ def page_of_places(reference: Reference, places: Sequence[Place], folder: Path) 
     attributes = {k: unit for k, unit in PLACE_UNITS.items() if k != "area_error"}
     heads = [(name.replace("_", " "), unit, "") for name, unit in attributes.items()]
     heads += [(k.replace("_", " "), units[k], text) for k, text in shown.items()]
-    return _rendered(
-        folder,
+    return rendered(
+        **_of_folder(folder, {"places.png": _PLACES_CAPTION}, ["places.png"]),
         rows="places",
+        count=total,
+        good=_GOOD.format(rows="places"),
+        explained=_EXPLAINED,
         data=data_of_places(scene, places) if places else None,
-        table_name="places.csv",
+        table=folder / "places.csv",
         answer="",
         warnings=[
             *scene.warnings,
@@ -202,15 +236,18 @@ def page_of_places(reference: Reference, places: Sequence[Place], folder: Path) 
         ],
         inputs=report.inputs(reference),
         results={},
-        captions={"places.png": _PLACES_CAPTION},
-        heads=heads,
-        steps=[
-            (
-                not place.converged,
-                [_place_cell(place, k, unit) for k, unit in attributes.items()]
-                + [_text(place.value(k) / UNITS[units[k]]) for k in shown],
+        tables=[
+            PageTable(
+                heads,
+                [
+                    (
+                        not place.converged,
+                        [_place_cell(place, k, unit) for k, unit in attributes.items()]
+                        + [_text(place.value(k) / UNITS[units[k]]) for k in shown],
+                    )
+                    for place in places
+                ],
             )
-            for place in places
         ],
     )
 
@@ -236,33 +273,51 @@ def _text(value: float) -> tuple[str, str]:
     return number(value).replace("-", "\N{MINUS SIGN}"), ""
 
 
-def _rendered(
-    folder: Path,
-    captions: Mapping[str, str],
+def rendered(
     data: Mapping[str, Any] | None,
-    table_name: str,
+    table: Path,
+    figures: Iterable[tuple[bytes, str]],
     **values: Any,
 ) -> str:
-    """Return the page of a folder, with its table, and its figures with captions."""
-    parts, table = files("ase_roughcontact.cli"), folder / table_name
+    """Return a page from the template ``report.html``.
+
+    Parameters
+    ----------
+    data : mapping or None
+        Numbers for the chart and the maps.
+    table : path
+        Table to save, as far as it exists.
+    figures : iterable of (bytes, str)
+        Pictures and their captions.
+    **values
+        Further values of the template.
+    """
+    parts = files("ase_roughcontact.cli")
     environment = Environment(autoescape=True, trim_blocks=True)
     template = environment.from_string(parts.joinpath("report.html").read_text("utf-8"))
     return template.render(
-        title=folder.resolve().name,
+        version=version("ase-roughcontact"),
         data=as_json(data) if data else "",
         has_maps=bool(data and data["maps"]),
         script=parts.joinpath("report.js").read_text("utf-8"),
-        table_name=table_name,
+        table_name=table.name,
         table=_encoded(table.read_bytes()) if table.is_file() else "",
-        version=version("ase-roughcontact"),
-        figures=[
-            (_encoded((folder / name).read_bytes()), caption)
-            for name, caption in captions.items()
-            if (folder / name).is_file()
-        ],
-        scene=(folder / "scene.toml").read_text(encoding="utf-8"),
+        figures=[(_encoded(picture), caption) for picture, caption in figures],
         **values,
     )
+
+
+def _of_folder(
+    folder: Path, captions: Mapping[str, str], pictures: Sequence[str]
+) -> dict[str, Any]:
+    """Return title, scene and figures of the page of a folder."""
+    found = [
+        ((folder / name).read_bytes(), text)
+        for name, text in captions.items()
+        if name in pictures and (folder / name).is_file()
+    ]
+    scene = (folder / "scene.toml").read_text(encoding="utf-8")
+    return {"title": folder.resolve().name, "scene": scene, "figures": found}
 
 
 def _encoded(picture: bytes) -> str:

@@ -48,15 +48,8 @@ def data_of_run(results: Results) -> dict[str, Any]:
     for name in names:
         scale = UNITS.get(units[name], 1.0)
         error = results.error_column(name)
-        columns.append(
-            {
-                "name": name,
-                "label": name.replace("_", " "),
-                "unit": units[name],
-                "values": _listed(results[name] / scale),
-                "errors": _listed(results[error] / scale) if error in names else None,
-            }
-        )
+        errors = results[error] / scale if error in names else None
+        columns.append(chart_column(name, units[name], results[name] / scale, errors))
     y, x = results.usual_columns
     return {
         "columns": columns,
@@ -87,13 +80,9 @@ def data_of_places(scene: Scene, places: Sequence[Place]) -> dict[str, Any]:
         if units[name]
     }
     columns = [
-        {
-            "name": name,
-            "label": name.replace("_", " "),
-            "unit": units[name],
-            "values": _listed(each),
-            "errors": _listed(values["area_error"]) if name == "area" else None,
-        }
+        chart_column(
+            name, units[name], each, values["area_error"] if name == "area" else None
+        )
         for name, each in values.items()
         if np.isfinite(each).any()
     ]
@@ -107,6 +96,34 @@ def data_of_places(scene: Scene, places: Sequence[Place]) -> dict[str, Any]:
         "lines": False,
         "theory": None,
         "maps": None,
+    }
+
+
+def chart_column(
+    name: str,
+    unit: str,
+    values: Iterable[float],
+    errors: Iterable[float] | None = None,
+    label: str = "",
+) -> dict[str, Any]:
+    """Return a column of a chart.
+
+    Parameters
+    ----------
+    name, unit : str
+        Name of the column, and the unit of its values.
+    values : iterable of float
+    errors : iterable of float, optional
+        Their errors.
+    label : str, optional
+        Words for the name.
+    """
+    return {
+        "name": name,
+        "label": label or name.replace("_", " "),
+        "unit": unit,
+        "values": _listed(values),
+        "errors": None if errors is None else _listed(errors),
     }
 
 

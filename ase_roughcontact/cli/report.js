@@ -222,7 +222,8 @@ class Chart {
     this.chosen = number;
     const [x, y] = [this.column("x"), this.column("y")];
     const error = point.error ? ` \u00b1 ${Number(point.error.toPrecision(2))}` : "";
-    this.output.value = `${data.rows} ${point.row}: ${x.label} ${withUnit(point.x, x.unit)}, ` +
+    const row = data.labels?.[point.row] ?? `${data.rows} ${point.row}`;
+    this.output.value = `${row}: ${x.label} ${withUnit(point.x, x.unit)}, ` +
       `${y.label} ${short(point.y)}${error} ${y.unit}`;
     this.draw();
   }
@@ -464,11 +465,12 @@ function sortable(table) {
       const direction = cell.getAttribute("aria-sort") === "ascending" ? -1 : 1;
       for (const other of head.cells) other.removeAttribute("aria-sort");
       cell.setAttribute("aria-sort", direction > 0 ? "ascending" : "descending");
-      const key = row => {
-        const value = parseFloat(row.cells[column].textContent.replace("\u2212", "-"));
-        return Number.isNaN(value) ? Infinity : value;
+      const text = row => row.cells[column].textContent.replace("\u2212", "-");
+      const compare = (one, other) => {
+        const difference = parseFloat(text(one)) - parseFloat(text(other));
+        return Number.isNaN(difference) ? text(one).localeCompare(text(other)) : difference;
       };
-      table.tBodies[0].append(...[...rows].sort((a, b) => direction * (key(a) - key(b)) || 0));
+      table.tBodies[0].append(...[...rows].sort((a, b) => direction * compare(a, b)));
     });
   });
 }

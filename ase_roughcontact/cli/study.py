@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ase_roughcontact._util.files import check_replaced
+from ase_roughcontact._util.files import check_replaced, replaced
 from ase_roughcontact._util.printing import number, show, table, write
 from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact._util.validation import shown
@@ -139,10 +139,11 @@ class Study:
         """Columns of table and figure: the given ones, or the default."""
         return self.columns or (default_column(self.variant),)
 
-    def files(self, database: str) -> tuple[Path, Path]:
-        """Return the names of the table and the figure, beside the database."""
+    def files(self, database: str) -> tuple[Path, Path, Path]:
+        """Return the names of table, figure and page, beside the database."""
         root = "roughcontact" if "://" in database else os.path.splitext(database)[0]
-        return Path(f"{root}-study.csv"), Path(f"{root}-study.png")
+        csv, png, html = (Path(f"{root}-study.{end}") for end in ("csv", "png", "html"))
+        return csv, png, html
 
     def check_files(self, database: str) -> None:
         """Raise `ValueError` if a table would replace one of another program."""
@@ -153,7 +154,7 @@ class Study:
 def show_study(
     options: argparse.Namespace, study: Study, seeds: Sequence[int] | None = None
 ) -> None:
-    """Print, write and draw the means of a study.
+    """Print, write and draw the means of a study, and write its page.
 
     Parameters
     ----------
@@ -163,27 +164,34 @@ def show_study(
     seeds : sequence of int, optional
         Seeds that replace the seeds of the study.
     """
-    # imports matplotlib
+    # import matplotlib and jinja2
+    from ase_roughcontact.cli.study_page import page_of_study
     from ase_roughcontact.ensemble.figures import draw_study
 
     values = dict(study.values)
     if seeds is not None:
         values[SEED] = list(seeds)
     scene, units, panels = study.variant, dict[str, str](), dict[str, Any]()
-    every = list[StudyPoint]()
+    every, columns = list[StudyPoint](), []
     for column in study.shown_columns:
         points = study_points(
             study.scene, values, options.database, column, study.together
         )
         heading, every = column_heading(scene, column), every + points
         panels[heading], units[heading] = points, printed_units(scene, column)
+        printed = _study_table(scene, points, study)
+        columns.append((points, heading, units[heading], printed))
         if prints_text(options):
-            show("", *_study_table(scene, points, study))
-    csv, png = study.files(options.database)
+            show("", *printed)
+    csv, png, html = study.files(options.database)
     write_study(csv, every)
     draw_study(png, panels, study.over, units, _targets(scene, every))
+    text, _ = scene_text(options)
+    page = page_of_study(html.stem, text, study.over, columns, (csv, png))
+    with replaced(html) as name:
+        Path(name).write_text(page, encoding="utf-8")
     if prints_text(options):
-        write(f"\n{csv}\n{png}")
+        write(f"\n{csv}\n{png}\n{html}")
 
 
 def _study_table(scene: Scene, points: Sequence[StudyPoint], study: Study) -> list[Any]:

@@ -1,6 +1,8 @@
 """Studies: values of parameters in a scene or in options, with a table and a figure."""
 
 import csv
+import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ from ensemble_scenes import SCENE, Here
 from matplotlib.figure import Figure
 from scipy.stats import t
 
+from ase_roughcontact._util.printing import number
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import read_ensemble, study_points
 from ase_roughcontact.scene import Scene, Steps
@@ -87,6 +90,18 @@ def test_a_study_ends_with_means_over_the_seeds_and_a_figure(
     assert axes.get_xlabel() == "sphere radius"
     printed = capsys.readouterr().out
     assert f"{means[0]:.4g}"[:4] in printed and "e-study.png" in printed
+    page = (tmp_path / "e-study.html").read_text()
+    (answer,) = re.findall(r'class="answer">(.*?)</p>', page)
+    error = float(rows[0]["standard_error"]) / 100.0
+    assert f"{number(means[0])} ± {number(error, 2)} nm² at sphere radius 40" in answer
+    assert "at sphere radius 80" in answer and "3 realisations" in answer
+    (text,) = re.findall(r'id="data">(.*?)</script>', page)
+    columns = {each["name"]: each for each in json.loads(text)["columns"]}
+    assert columns["sphere.radius"]["values"] == [40.0, 40.0, 60.0, 60.0, 80.0, 80.0]
+    assert columns["contact_area"]["unit"] == "nm²"
+    np.testing.assert_allclose(columns["contact_area"]["values"], means)
+    errors = [float(row["standard_error"]) / 100.0 for row in rows]
+    np.testing.assert_allclose(columns["contact_area"]["errors"], errors)
     largest = max(float(row["value_error"]) for row in rows) / 100.0  # nm^2
     shown = printed.split("single values by up to ")[1].split(",")[0]
     assert float(shown) == pytest.approx(largest, rel=0.05)
