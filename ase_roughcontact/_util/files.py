@@ -1,14 +1,12 @@
-"""Safe writing of files: by one process, completely or not at all, named in errors."""
+"""Safe writing of files: completely or not at all, and named in errors."""
 
 from __future__ import annotations
 
 import csv
-import errno
 import os
 import sys
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from itertools import zip_longest
 from pathlib import Path
 from typing import IO, Any
@@ -18,90 +16,12 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib  # noqa: F401
 
-try:
-    import fcntl
-except ImportError:  # on Windows
-    fcntl = None  # type: ignore[assignment]
-
 PathName = str | os.PathLike
-
-# Errors of a file system without locks.
-_NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP}
-
-
-@contextmanager
-def locked(*files: PathName) -> Iterator[None]:
-    """Lock files against other processes until the end of the context or process.
-
-    The lock is on the file ``file.lock`` in the same folder, which is removed at the
-    end. On a file system without locks, a `RuntimeWarning` is given.
-
-    Raises
-    ------
-    RuntimeError
-        If another process is writing one of the files.
-    """
-    unlocked = list[str]()
-    with ExitStack() as stack:
-        for name in files:
-            file = os.fspath(name)
-            try:
-                free = stack.enter_context(lock(f"{file}.lock"))
-            except OSError as error:
-                if error.errno not in _NO_LOCKS:
-                    raise
-                unlocked.append(f"{file} ({error.strerror})")
-                continue
-            if not free:
-                raise RuntimeError(
-                    f"another run is writing {file}: wait for its end, or give another "
-                    "name"
-                )
-        if unlocked:
-            warnings.warn(
-                f"the file system has no locks for {' and '.join(unlocked)}: make sure "
-                "that no other run writes the same files",
-                RuntimeWarning,
-                stacklevel=2,
-            )
-        yield
-
-
-@contextmanager
-def lock(name: PathName) -> Iterator[bool]:
-    """Lock a file until the end of the context, or of this process for any reason.
-
-    The file is created, and removed at the end, unless it was replaced. The context
-    yields true if no other process or thread holds the lock.
-
-    Raises
-    ------
-    OSError
-        If the system or its file system has no locks, or the file is a symbolic link.
-    """
-    refuse_link(name)
-    if fcntl is None:
-        raise OSError(errno.ENOSYS, "locks of files need a POSIX system")
-    with open(name, "ab") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # the last process with the lock may have removed the file meanwhile
-            free = _is_file(name, file)
-        except BlockingIOError:
-            free = False
-        except OSError:
-            Path(name).unlink(missing_ok=True)
-            raise
-        try:
-            yield free
-        finally:
-            if free and _is_file(name, file):
-                Path(name).unlink(missing_ok=True)
 
 
 def check_is_there(name: PathName, file: IO[Any]) -> None:
     """Raise `OSError` if an open file is not the one of a name any more."""
-    if not _is_file(name, file):
+    if not is_file_of_name(name, file):
         raise OSError(
             f"{os.fspath(name)} was removed or replaced while it was written: all "
             "finished steps are in the restart file, if there is one; start again to "
@@ -109,7 +29,7 @@ def check_is_there(name: PathName, file: IO[Any]) -> None:
         )
 
 
-def _is_file(name: PathName, file: IO[Any]) -> bool:
+def is_file_of_name(name: PathName, file: IO[Any]) -> bool:
     """Return whether a name still belongs to an open file."""
     try:
         return os.path.samestat(os.fstat(file.fileno()), os.stat(name))
@@ -166,27 +86,28 @@ def table_writer(
     left out. A table without rows is removed at the end. A symbolic link is refused.
     """
     refuse_link(file)
-    with closed_at_end(file) as stack:
-        with replaced(file) as new:
-            text = open(new, "w", newline="", encoding="utf-8")  # noqa: SIM115
-            opened = stack.enter_context(text)
-            table = csv.DictWriter(opened, list(columns), extrasaction="ignore")
-            table.writerow(columns)
-            empty = opened.tell()
-            table.writerows(rows)
+    with replaced(file) as new, open(new, "w", newline="", encoding="utf-8") as first:
+        table = csv.DictWriter(first, list(columns), extrasaction="ignore")
+        table.writerow(columns)
+        empty = first.tell()
+        table.writerows(rows)
+    # not before it has its name: Windows replaces no open file
+    opened = open(file, "a", newline="", encoding="utf-8")  # noqa: SIM115
+    table = csv.DictWriter(opened, list(columns), extrasaction="ignore")
+
+    def write(row: Mapping[str, Any]) -> None:
+        check_is_there(file, opened)
+        with named_in_errors(file):
+            table.writerow(row)
             opened.flush()
 
-        def write(row: Mapping[str, Any]) -> None:
-            check_is_there(file, opened)
-            with named_in_errors(file):
-                table.writerow(row)
-                opened.flush()
-
-        try:
-            yield write
-        finally:
-            if opened.tell() == empty:
-                Path(file).unlink(missing_ok=True)
+    try:
+        yield write
+    finally:
+        with named_in_errors(file), opened:
+            without_rows = opened.tell() == empty
+        if without_rows:
+            Path(file).unlink(missing_ok=True)
 
 
 def write_table(
@@ -200,17 +121,6 @@ def write_table(
         writer = csv.writer(stream)
         writer.writerow(heads)
         writer.writerows(rows)
-
-
-@contextmanager
-def closed_at_end(file: PathName) -> Iterator[ExitStack]:
-    """Yield a stack that names a file in errors when the stack is closed."""
-    stack = ExitStack()
-    try:
-        yield stack
-    finally:
-        with named_in_errors(file):
-            stack.close()
 
 
 def check_replaced(file: Path, mark: bytes) -> None:

@@ -26,7 +26,8 @@ from ase import Atoms
 from ase.calculators.singlepoint import SinglePointCalculator
 from ase.db import connect
 
-from ase_roughcontact._util.files import PathName, lock
+from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.locks import lock
 from ase_roughcontact.ensemble.checks import (
     CHECKSUM,
     checksum,

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from ase_roughcontact._util.checked_rows import CHECKSUM, checked_rows, with_checksum
-from ase_roughcontact._util.files import locked, table_writer
+from ase_roughcontact._util.files import table_writer
 from ase_roughcontact._util.lazy import lazy
+from ase_roughcontact._util.locks import locked
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.ensemble.foreseen import expected_width, warn_of_problems

@@ -10,7 +10,6 @@ import os
 import struct
 import zlib
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from typing import IO, NamedTuple
 
@@ -137,14 +136,14 @@ class FrameFile:
     def __init__(self, file: PathName, contents: Iterable[bytes]) -> None:
         self._file = file
         self._ends = [len(MAGIC)]
-        with named_in_errors(file), ExitStack() as on_error:
-            with replaced(file) as new:
-                self._opened = on_error.enter_context(open(new, "wb"))
-                self._opened.write(MAGIC)
+        with named_in_errors(file):
+            with replaced(file) as new, open(new, "wb") as first:
+                first.write(MAGIC)
                 for each in contents:
-                    self._write(each)
-                self._opened.flush()
-            on_error.pop_all()
+                    self._write(each, first)
+            # not before it has its name: Windows replaces no open file
+            self._opened = open(file, "r+b")  # noqa: SIM115
+            self._opened.seek(self._ends[-1])
 
     def add(self, contents: bytes) -> None:
         """Add a frame.
@@ -156,7 +155,7 @@ class FrameFile:
         """
         self.check_is_there()
         with named_in_errors(self._file):
-            self._write(contents)
+            self._write(contents, self._opened)
             self._opened.flush()
 
     def drop_last(self) -> None:
@@ -176,9 +175,9 @@ class FrameFile:
         with named_in_errors(self._file):
             self._opened.close()
 
-    def _write(self, contents: bytes) -> None:
+    def _write(self, contents: bytes, opened: IO[bytes]) -> None:
         sizes = _SIZES.pack(len(contents), zlib.crc32(contents))
-        self._opened.write(sizes + _CHECK.pack(zlib.crc32(sizes)) + contents)
+        opened.write(sizes + _CHECK.pack(zlib.crc32(sizes)) + contents)
         self._ends.append(self._ends[-1] + len(sizes) + _CHECK.size + len(contents))
 
 

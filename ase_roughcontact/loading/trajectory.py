@@ -199,10 +199,8 @@ def _replaced(
     """Return a new file with the frames of some steps and another one."""
     if frames is not None:
         frames.check_is_there()
-    new = FrameFile(file, chain(_contents_of(file, kept), [last]))
-    if frames is not None:
         frames.close()
-    return new
+    return FrameFile(file, chain(_contents_of(file, kept), [last]))
 
 
 def _contents_of(file: PathName, steps: Container[int]) -> Iterator[bytes]:

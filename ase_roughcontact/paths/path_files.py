@@ -9,13 +9,9 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ase_roughcontact._util.files import (
-    PathName,
-    locked,
-    refuse_link,
-    table_writer,
-)
+from ase_roughcontact._util.files import PathName, refuse_link, table_writer
 from ase_roughcontact._util.identity import differences
+from ase_roughcontact._util.locks import locked
 from ase_roughcontact.contact import State
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.path_steps import OtherPathError, PathStep, PathSteps

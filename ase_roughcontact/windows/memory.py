@@ -98,7 +98,7 @@ def peak_memory() -> float:
     On systems other than Linux it is the present one.
     """
     try:
-        text = Path("/proc/self/status").read_text()
+        text = Path("/proc/self/status").read_text("utf-8")
     except OSError:
         return float(psutil.Process().memory_info().rss)
     (line,) = [each for each in text.splitlines() if each.startswith("VmHWM:")]
@@ -130,7 +130,7 @@ def control_group_memory(root: Path = Path("/")) -> float:
         Bytes; infinity without limits.
     """
     try:
-        lines = (root / "proc/self/cgroup").read_text().splitlines()
+        lines = (root / "proc/self/cgroup").read_text("utf-8").splitlines()
     except OSError:
         return math.inf
     free = math.inf
@@ -151,9 +151,9 @@ def _unused_in_group(folder: Path) -> float:
         ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
     ):
         try:
-            allowed = int((folder / limit).read_text())  # or "max"
-            used = int((folder / usage).read_text())
-            lines = (folder / "memory.stat").read_text().splitlines()
+            allowed = int((folder / limit).read_text("utf-8"))  # or "max"
+            used = int((folder / usage).read_text("utf-8"))
+            lines = (folder / "memory.stat").read_text("utf-8").splitlines()
         except (OSError, ValueError):
             continue
         # cached files that are not in use give way

@@ -173,7 +173,7 @@ def run(studies):
     """Calculate what the table lacks."""
     done = {tuple(row[name] for name in CASE) for row in read()}
     if not done:
-        TABLE.write_text(",".join(FIELDS) + "\n")
+        TABLE.write_text(",".join(FIELDS) + "\n", "utf-8")
     for study in studies:
         for case, setting in product(cases(study), SETTINGS[study]):
             if tuple(map(str, (study, *case, setting))) in done:

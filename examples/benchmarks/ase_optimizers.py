@@ -61,7 +61,7 @@ def settings(name):
 
 def report(out):
     """Print the steps to an error of 1 %, or why an optimizer is refused."""
-    with open(out, newline="") as file:
+    with open(out, encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     names = list(dict.fromkeys(row["optimizer"] for row in rows))
     found = {(r["optimizer"], r["wall"], r["control"]): r for r in rows}
@@ -106,7 +106,7 @@ def main(arguments=None):
             given = {"wall": wall, "control": control}
             given["settings"] = settings(result.optimizer)
             rows.append(given | asdict(result))
-    with open(options.out, "w", newline="") as file:
+    with open(options.out, "w", encoding="utf-8", newline="") as file:
         names = [name for name in rows[0] if name != "history"]
         table = csv.DictWriter(file, names, extrasaction="ignore")
         table.writeheader()

@@ -70,7 +70,7 @@ def draw(compared, file):
 
 def report(out):
     """Print what the rough sphere took, from the table."""
-    with open(out.with_suffix(".csv"), newline="") as file:
+    with open(out.with_suffix(".csv"), encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["case"] == "rough"]
     rows.sort(key=lambda row: float(row["pairs"]))
     print_table(
@@ -112,7 +112,7 @@ def main(arguments=None):
         for case, comparison in compared.items()
         for result in comparison.results
     ]
-    with open(out.with_suffix(".csv"), "w", newline="") as file:
+    with open(out.with_suffix(".csv"), "w", encoding="utf-8", newline="") as file:
         names = [name for name in rows[0] if name != "history"]
         table = csv.DictWriter(file, names, extrasaction="ignore")
         table.writeheader()

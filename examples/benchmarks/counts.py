@@ -129,7 +129,7 @@ def main():
         rows.append((name, iterations, f"{pairs:.1f}"))
         print(f"{name:45} {iterations:6} {pairs:8.1f}", flush=True)
     if file:
-        with open(file, "w", newline="") as out:
+        with open(file, "w", encoding="utf-8", newline="") as out:
             csv.writer(out, lineterminator="\n").writerows(rows)
 
 

@@ -79,7 +79,7 @@ def adhesive_loop():
     """Return a function that runs a loop by the command."""
     folder = Path(tempfile.mkdtemp())
     file, out = folder / "loop.toml", folder / "out"
-    file.write_text(LOOP)
+    file.write_text(LOOP, "utf-8")
     return lambda: main(["run", str(file), "--out", str(out)])
 
 

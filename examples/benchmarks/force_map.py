@@ -84,7 +84,9 @@ def write(folder):
             for name, branch in (("approach", approach), ("retraction", retraction)):
                 points = np.transpose(branch)
                 lines += [f"{z:.4f},{f:.6f},{name}" for z, f in points]
-            (folder / f"{row:02}-{column:02}.csv").write_text("\n".join(lines) + "\n")
+            (folder / f"{row:02}-{column:02}.csv").write_text(
+                "\n".join(lines) + "\n", "utf-8"
+            )
     return approaches
 
 

@@ -178,7 +178,7 @@ def aspher(gap: np.ndarray, pressure: float) -> Callable[[float], Solution]:
 
 def write(path: Path, row: list) -> None:
     new = not path.exists()
-    with path.open("a", newline="") as file:
+    with path.open("a", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         if new:
             writer.writerow(FIELDS)

@@ -92,7 +92,7 @@ def run():
     """Calculate what the table lacks."""
     done = {tuple(row[name] for name in (*CASE, "spacing")) for row in read()}
     if not done:
-        TABLE.write_text(",".join(FIELDS) + "\n")
+        TABLE.write_text(",".join(FIELDS) + "\n", "utf-8")
     for spacing, case in product(SPACINGS, cases()):
         if tuple(map(str, (*case, spacing))) not in done:
             rows = list(calculate(*case, spacing))

@@ -86,7 +86,7 @@ def values_of(loop):
 def run():
     """Calculate what is missing."""
     if not TABLE.exists():
-        TABLE.write_text(",".join(FIELDS) + "\n")
+        TABLE.write_text(",".join(FIELDS) + "\n", "utf-8")
     with TABLE.open(newline="") as file:
         known = {(row["wall"], int(row["seed"])) for row in csv.DictReader(file)}
     for seed in SEEDS:

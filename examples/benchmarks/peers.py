@@ -184,13 +184,13 @@ def read(path: Path) -> dict[tuple, dict[str, str]]:
     """Rows of the file by their keys."""
     if not path.exists():
         return {}
-    with path.open(newline="") as file:
+    with path.open(encoding="utf-8", newline="") as file:
         return {tuple(row[name] for name in KEY): row for row in csv.DictReader(file)}
 
 
 def write(path: Path, row: dict) -> None:
     new = not path.exists()
-    with path.open("a", newline="") as file:
+    with path.open("a", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, FIELDS)
         if new:
             writer.writeheader()

@@ -47,10 +47,10 @@ def fit():
 
     rng = np.random.default_rng(7)
     write_gwy(Path("scan.gwy"), scan(rng), (PIXEL, PIXEL))
-    Path("my.toml").write_text(SCENE)
+    Path("my.toml").write_text(SCENE, encoding="utf-8")
     main(["run", "my.toml", "--out", "results", "--quiet"])
     write_curve("results/cantilever.csv", Path("curve.csv"), rng)
-    Path("fit.toml").write_text(SCENE.replace(str(WORK), "0.05"))
+    Path("fit.toml").write_text(SCENE.replace(str(WORK), "0.05"), encoding="utf-8")
     free = "work_of_adhesion,force_offset,force_slope"
     main(["fit", "curve.csv", "fit.toml", "--free", free, "--quiet"])
 

@@ -339,10 +339,10 @@ def scan(points, pixel, height, curvature=0.0):
 
 def write_scene(name, folder):
     """Write scene and scans of a name into a folder; return the file."""
-    (folder / "tip.txt").write_text(scan(64, 0.75, 0.25, 1 / 25))
-    (folder / "scan.txt").write_text(scan(128, 0.5, 0.15))
+    (folder / "tip.txt").write_text(scan(64, 0.75, 0.25, 1 / 25), "utf-8")
+    (folder / "scan.txt").write_text(scan(128, 0.5, 0.15), "utf-8")
     file = folder / "scene.toml"
-    file.write_text(SCENES[name])
+    file.write_text(SCENES[name], "utf-8")
     return file
 
 
@@ -420,7 +420,7 @@ def children(parent):
     """Return the processes that another one has started."""
     found = Path(f"/proc/{parent}/task/{parent}/children")
     try:
-        return [int(each) for each in found.read_text().split()]
+        return [int(each) for each in found.read_text(encoding="utf-8").split()]
     except OSError:  # it has ended
         return []
 
@@ -428,7 +428,7 @@ def children(parent):
 def peak_memory(number):
     """Return the peak of the resident memory of a process (bytes); zero if it ended."""
     try:
-        text = Path(f"/proc/{number}/status").read_text()
+        text = Path(f"/proc/{number}/status").read_text(encoding="utf-8")
     except OSError:
         return 0
     found = re.search(r"VmHWM:\s+(\d+) kB", text)
@@ -438,7 +438,7 @@ def peak_memory(number):
 def steps_of(folder, command):
     """Return the number of steps that a run has written."""
     if command == "run":
-        return len((folder / "out" / "curve.csv").read_text().splitlines()) - 1
+        return len((folder / "out" / "curve.csv").read_text("utf-8").splitlines()) - 1
     if command == "places":
         return None
     with connect(folder / "spheres.db") as database:

@@ -54,7 +54,7 @@ def loop_of(slope, seed, depth, step, spacing):
 def run():
     """Calculate what is missing."""
     if not TABLE.exists():
-        TABLE.write_text(",".join(FIELDS) + "\n")
+        TABLE.write_text(",".join(FIELDS) + "\n", "utf-8")
     with TABLE.open(newline="") as file:
         known = {tuple(float(row[k]) for k in CASE) for row in csv.DictReader(file)}
     for case in CASES:

@@ -72,7 +72,7 @@ def path_of(atoms, loads):
 def run():
     """Calculate what is missing."""
     if not TABLE.exists():
-        TABLE.write_text(",".join(FIELDS) + "\n")
+        TABLE.write_text(",".join(FIELDS) + "\n", "utf-8")
     with TABLE.open(newline="") as file:
         known = {tuple(float(row[k]) for k in CASE) for row in csv.DictReader(file)}
     for case in CASES:

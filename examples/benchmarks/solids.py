@@ -318,7 +318,7 @@ def main(arguments=None):
         with options.table.open() as file:
             done = {tuple(row[c] for c in COLUMNS[:4]) for row in csv.DictReader(file)}
     else:
-        options.table.write_text(",".join(COLUMNS) + "\n")
+        options.table.write_text(",".join(COLUMNS) + "\n", "utf-8")
     for name, solid in solids():
         for study, (calculate, walls) in STUDIES.items():
             if study == "sphere" and name not in ("isotropic", "EMT-Cu"):

@@ -297,7 +297,7 @@ def rows(case, size, done):
 def read(file):
     if not file.exists():
         return []
-    with open(file, newline="") as text:
+    with open(file, encoding="utf-8", newline="") as text:
         return list(csv.DictReader(text))
 
 
@@ -379,7 +379,7 @@ def main():
         (report_pull_off if "pull-off" in options.case else report_cells)(lines)
         return
     done = {tuple(row[name] for name in KEY) for row in read(options.table)}
-    with open(options.table, "a", newline="") as file, threads(1):
+    with open(options.table, "a", encoding="utf-8", newline="") as file, threads(1):
         writer = csv.DictWriter(file, FIELDS)
         if not done:
             writer.writeheader()

@@ -72,11 +72,11 @@ def write() -> None:
                 *(["   :members:"] if kind == "class" else []),
                 "",
             ]
-            (WRITTEN / f"{name}.rst").write_text("\n".join(page))
+            (WRITTEN / f"{name}.rst").write_text("\n".join(page), "utf-8")
             first = (thing.__doc__ or "").strip().partition("\n")[0]
             role = "class" if kind == "class" else "func"
             target = f":{role}:`{name} <{thing.__module__}.{name}>`"
             if package:
                 lists += [f"- {target}: {first}"]
         lists.append("")
-    (WRITTEN / "packages.inc").write_text("\n".join(lists))
+    (WRITTEN / "packages.inc").write_text("\n".join(lists), "utf-8")

@@ -34,14 +34,14 @@ _NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 def stored(name: str) -> str:
     """Lines of a stored result for a page: numbers, and the command that made them."""
-    command, _, text = (STORED / f"{name}.md").read_text().partition("\n")
+    command, _, text = (STORED / f"{name}.md").read_text("utf-8").partition("\n")
     return f"{text.strip()}\n\n`{command.removeprefix('$ ')}`\n"
 
 
 def reports() -> Iterator[tuple[Path, list[str]]]:
     """Yield results that are made from stored rows, and their commands."""
     for file in sorted(STORED.glob("*.md")):
-        command = file.read_text().partition("\n")[0].removeprefix("$ ")
+        command = file.read_text("utf-8").partition("\n")[0].removeprefix("$ ")
         if command.endswith("--report"):
             yield file, [sys.executable, *command.split()[1:]]
 
@@ -75,7 +75,7 @@ def outputs(page: Path) -> Iterator[tuple[re.Match, str]]:
     if files.is_dir():
         shutil.copytree(files, ".", dirs_exist_ok=True)
     names: dict = {"__name__": "__main__"}
-    whole, end, printed = page.read_text(), 0, ""
+    whole, end, printed = page.read_text(encoding="utf-8"), 0, ""
     for block in _BLOCK.finditer(whole):
         kind, text = block.groups()
         if kind == "text":
@@ -110,7 +110,7 @@ def agree(text: str, other: str, tolerance: float = 0.02) -> bool:
 
 def with_outputs(page: Path) -> str:
     """Return the text of a page with what its code prints."""
-    text, end, parts = page.read_text(), 0, []
+    text, end, parts = page.read_text(encoding="utf-8"), 0, []
     for block, printed in outputs(page):
         parts += [text[end : block.start(2)], printed]
         end = block.end(2)
@@ -129,7 +129,7 @@ def main() -> None:
     for page in PAGES:
         if options.pages and page.stem not in options.pages:
             continue
-        before = page.read_text()
+        before = page.read_text("utf-8")
         made = with_stored(before)
         if "```text" in made and "```python" in made:
             with tempfile.TemporaryDirectory() as folder:
@@ -141,7 +141,7 @@ def main() -> None:
         if made != before and not options.pictures:
             print(page.name, "rewritten" if options.write else "differs")
             if options.write:
-                page.write_text(made)
+                page.write_text(made, "utf-8")
             elif not agree(before, made):
                 sys.exit(1)
 

@@ -65,7 +65,7 @@ def checksum(file: str, command: str, inputs: str) -> str:
 
 def _data(file: Path) -> str:
     """Return a checksum of an input: of a page its code, of a scene its values."""
-    text = file.read_text()
+    text = file.read_text(encoding="utf-8")
     if file.suffix == ".toml":
         text = json.dumps(tomllib.loads(text), sort_keys=True)
     if file.suffix == ".md":
@@ -85,7 +85,9 @@ def _with_imported(scripts: list[Path]) -> set[Path]:
         if script in found:
             continue
         found.add(script)
-        names = set(re.findall(r"(?m)^\s*(?:from|import) (\w+)", script.read_text()))
+        names = set(
+            re.findall(r"(?m)^\s*(?:from|import) (\w+)", script.read_text("utf-8"))
+        )
         beside = [script.with_name(f"{name}.py") for name in names - {"markdown"}]
         scripts += [module for module in beside if module.exists()]
     return found
@@ -93,7 +95,7 @@ def _with_imported(scripts: list[Path]) -> set[Path]:
 
 def _code(script: Path, rows: bool) -> str:
     """Return the statements of a script, the same in all versions of Python."""
-    tree = ast.parse(script.read_text())
+    tree = ast.parse(script.read_text(encoding="utf-8"))
     if rows:
         tree.body = [
             node
@@ -146,7 +148,7 @@ def _command(file: str) -> str:
     table = EXAMPLES / file
     if not file.endswith(".md") or not table.exists():
         return ""
-    return table.read_text().partition("\n")[0]
+    return table.read_text("utf-8").partition("\n")[0]
 
 
 def write(listed: dict[str, dict[str, str]]) -> None:
@@ -199,7 +201,7 @@ def renew(file: str) -> set[str]:
             text=True,
         )
         if printed:
-            (EXAMPLES / file).write_text(f"{command}\n{run.stdout.rstrip()}\n")
+            (EXAMPLES / file).write_text(f"{command}\n{run.stdout.rstrip()}\n", "utf-8")
         found = {file}
         for name, row in listed.items():
             made = Path(folder, Path(name).name)

@@ -40,7 +40,7 @@ TABLE = Path(__file__).parent / "results" / "flat-reference.csv"
 
 def flat_fraction(work, file=TABLE):
     """Fraction in contact as a function of the pressure, interpolated in a table."""
-    lines = [line for line in file.read_text().splitlines() if line[0] != "#"]
+    lines = [line for line in file.read_text("utf-8").splitlines() if line[0] != "#"]
     table = np.genfromtxt(lines, delimiter=",", names=True)
     table = table[np.isclose(table["work_of_adhesion"], work, rtol=1e-6, atol=0.0)]
     curve = PchipInterpolator(table["pressure"], table["contact_fraction"])
@@ -127,7 +127,7 @@ def main(arguments=None):
     add("--out", default="flat_reference.csv")
     arguments = sys.argv[1:] if arguments is None else arguments
     options = parser.parse_args(arguments)
-    with open(options.out, "w", newline="") as file:
+    with open(options.out, "w", encoding="utf-8", newline="") as file:
         file.write(header(options, shlex.join(arguments)))
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(COLUMNS)

@@ -162,7 +162,7 @@ class Curve:
 
 def read_table(file: Path) -> dict[str, np.ndarray]:
     """Columns of a file of `write_csv`."""
-    with open(file, newline="") as stream:
+    with open(file, encoding="utf-8", newline="") as stream:
         header, *rows = csv.reader(stream)
     header = [head.partition(" (")[0] for head in header]  # without units
     columns = dict(zip(header, map(np.array, zip(*rows, strict=True)), strict=True))

@@ -70,7 +70,7 @@ def claims() -> dict[str, Claim]:
 
 def read_rows(file: Path) -> list[dict]:
     """Return the rows of a table, as texts by the names of the columns."""
-    with file.open(newline="") as lines:
+    with file.open(encoding="utf-8", newline="") as lines:
         return list(csv.DictReader(lines))
 
 
@@ -110,7 +110,7 @@ def run(
     """Calculate the cases that the table beside a script lacks."""
     table = Path(script).with_suffix(".csv")
     if not table.exists():
-        table.write_text(",".join(fields) + "\n")
+        table.write_text(",".join(fields) + "\n", "utf-8")
     known = {tuple(row.values()) for row in read_rows(table)}
     for case in map(tuple, cases):
         if any(row[: len(case)] == tuple(map(str, case)) for row in known):

@@ -1,6 +1,5 @@
 """The substrate as ASE Atoms: built, checked, written, read back, restored."""
 
-import ase.db
 import ase.io
 import numpy as np
 import pytest

@@ -24,7 +24,7 @@ class Stored:
     def read(cls: type[AnyStored], file: str | Path) -> AnyStored:
         """Read a file written by `write`; raise `ValueError` for other files."""
         try:
-            entries = json.loads(Path(file).read_text())
+            entries = json.loads(Path(file).read_text("utf-8"))
             if entries.pop("format") != cls._format():
                 raise ValueError(f"its format is not {cls._format()!r}")
             return cls._of(entries)
@@ -39,7 +39,7 @@ class Stored:
             for key, value in entries.items()
         )
         with replaced(file) as name:
-            Path(name).write_text("{\n" + ",\n".join(lines) + "\n}\n")
+            Path(name).write_text("{\n" + ",\n".join(lines) + "\n}\n", "utf-8")
 
     @classmethod
     def _of(cls: type[AnyStored], entries: dict[str, Any]) -> AnyStored:

@@ -12,8 +12,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from ase_roughcontact._util.checked_rows import checked_rows
-from ase_roughcontact._util.files import PathName, locked, replaced, table_writer
+from ase_roughcontact._util.files import PathName, replaced, table_writer
 from ase_roughcontact._util.lazy import lazy
+from ase_roughcontact._util.locks import locked
 from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.fitting.measurement import given_calibration
 from ase_roughcontact.fitting.series.listing import CurveName, listed_curves

@@ -1,6 +1,6 @@
 """Locks of files."""
 
-from ase_roughcontact._util.files import lock
+from ase_roughcontact._util.locks import lock
 
 
 def test_a_lock_does_not_remove_the_one_that_has_replaced_it(tmp_path):
