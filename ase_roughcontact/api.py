@@ -117,6 +117,7 @@ __all__ = [
 if TYPE_CHECKING:
     from ase_roughcontact.fitting.series.row import FittedCurve
     from ase_roughcontact.fitting.series.run import fit_curves, read_fitted_curves
+    from ase_roughcontact.fitting.series.table import FittedCurves
     from ase_roughcontact.path_kinds.loop.atoms import adhesion_loop
     from ase_roughcontact.path_kinds.loop.cantilever import cantilever_curve
     from ase_roughcontact.path_kinds.loop.instabilities import AdhesionLoop
@@ -129,6 +130,7 @@ if TYPE_CHECKING:
     __all__ += [
         "AdhesionLoop",
         "FittedCurve",
+        "FittedCurves",
         "SlidingStep",
         "TimeStep",
         "TimedSlidingStep",

@@ -13,8 +13,10 @@ from ase_roughcontact.ensemble.places import read_places, run_places
 from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble
 from ase_roughcontact.ensemble.study import StudyPoint, study_points, write_study
+from ase_roughcontact.ensemble.table import EnsembleTable
 
 __all__ = [
+    "EnsembleTable",
     "MeanArea",
     "MeanValue",
     "Progress",

@@ -14,6 +14,7 @@ import numpy as np
 from ase_roughcontact._util.files import PathName, check_different, write_table
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
+from ase_roughcontact.ensemble.table import EnsembleTable
 from ase_roughcontact.results.flat_record import FlatStep
 from ase_roughcontact.results.record import (
     MISSING,
@@ -229,7 +230,7 @@ def case_columns(scene: Scene, steps: Sequence[LoadStep]) -> dict[str, Any]:
 
 def read_ensemble(
     database: PathName, selection: str | None = None, **query: Any
-) -> dict[str, np.ndarray]:
+) -> EnsembleTable:
     """Read the load steps of an ensemble, or its cases with the results of their paths.
 
     Parameters
@@ -243,8 +244,9 @@ def read_ensemble(
 
     Returns
     -------
-    dict of ndarray, shape (steps,) or (cases,)
-        Columns by name, sorted by case and step. Inputs are in the units of the scene
+    EnsembleTable
+        A dict of columns by name, sorted by case and step, with `units`, `to_pandas`
+        and `figure`. Inputs are in the units of the scene
         file: lengths of sphere and roughness in spacings, works of adhesion in J/m^2.
         Everything else is in ASE's units: ``spacing`` in Å, ``contact_modulus`` in
         eV/Å^3, ``target`` in Å or, for ``control == "load"``, in eV/Å, and the columns
@@ -276,7 +278,7 @@ def read_ensemble(
     for name, kind in (case_types() if of_cases else step_types()).items():
         values = [row.get(name, MISSING[kind]) for row in ordered]
         columns[name] = np.array(values, dtype=kind)
-    return columns
+    return EnsembleTable(columns, column_units())
 
 
 def write_csv(
@@ -300,6 +302,6 @@ def write_csv(
     for values in columns.values():
         is_float = values.dtype.kind == "f"
         texts.append([f"{value:.10g}" for value in values] if is_float else values)
-    units = column_units()
+    units = columns.units
     heads = [f"{name} ({units[name]})" if name in units else name for name in columns]
     write_table(file, heads, zip(*texts, strict=True))

@@ -3,6 +3,7 @@
 SHOWN = {
     "api": {
         "FittedCurve": "series.row",
+        "FittedCurves": "series.table",
         "fit_curves": "series.run",
         "read_fitted_curves": "series.run",
     }

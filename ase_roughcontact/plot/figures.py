@@ -19,6 +19,8 @@ def column_figure(
     error: np.ndarray | None,
     points: np.ndarray,
     theory: Mapping[str, np.ndarray],
+    *,
+    joined: bool = True,
 ) -> Figure:
     """Draw a column against another one, beside curves of theory.
 
@@ -34,6 +36,8 @@ def column_figure(
         Values on the horizontal axis of the curves of theory.
     theory : mapping of str to ndarray, shape (n,)
         Values by theory, by label.
+    joined : bool
+        Whether a line joins the points.
 
     Returns
     -------
@@ -48,7 +52,8 @@ def column_figure(
             axes.plot(points, values, f"k{line}", lw=1, label=name)
         if error is not None:
             axes.errorbar(x, y, 2.0 * error, fmt="none", ecolor=GREY, lw=1)
-        axes.plot(x, y, "o-", color=BLUE, ms=4, lw=0.8, label="simulation")
+        line = "-" if joined else ""
+        axes.plot(x, y, f"o{line}", color=BLUE, ms=4, lw=0.8, label="simulation")
         axes.set(xlabel=labels[0], ylabel=labels[1])
         if theory:
             axes.legend(frameon=False)

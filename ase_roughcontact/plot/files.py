@@ -32,10 +32,15 @@ def written(file: Path, height: float, width: float = WIDTH) -> Iterator[Figure]
     with style():
         figure = Figure(figsize=(width, height))
         yield figure
-        with replaced(file) as name:
-            kind = _format(file)
-            key = _MARK_KEY.get(kind)
-            figure.savefig(name, format=kind, metadata={key: _MARK} if key else None)
+        save(figure, file)
+
+
+def save(figure: Figure, file: Path) -> None:
+    """Write a figure to a file; its ending is the format, PNG without an ending."""
+    with style(), replaced(file) as name:
+        kind = _format(file)
+        key = _MARK_KEY.get(kind)
+        figure.savefig(name, format=kind, metadata={key: _MARK} if key else None)
 
 
 def draw_file(file: Path, draw: Callable[..., Any], *values: Any) -> None:

@@ -11,10 +11,9 @@ from typing import Any, overload
 
 import numpy as np
 
-from ase_roughcontact._util.extras import imported
 from ase_roughcontact._util.rounding import ROUNDING
-from ase_roughcontact._util.summary import Summarized, html_table, short_text
-from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact._util.summary import Summarized, short_text
+from ase_roughcontact._util.units import printed_unit
 from ase_roughcontact._util.validation import FloatArray, lookup
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.map_dataset import map_dataset
@@ -26,9 +25,8 @@ from ase_roughcontact.scene.path_result import results_of
 from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.results import RESTART
 from ase_roughcontact.scene.scene import Scene
+from ase_roughcontact.scene.tabular import Tabular
 
-# Largest number of steps in a table of a notebook.
-_MAX_ROWS = 20
 # Columns that differ from run to run.
 _COSTS = "seconds", "memory"
 # Number of points of a curve of theory, and the factor by which it exceeds the steps.
@@ -36,7 +34,7 @@ _CURVE_POINTS = 100
 _CURVE_EXTENT = 1.1
 
 
-class Results(Summarized, Sequence[LoadStep]):
+class Results(Tabular, Sequence[LoadStep]):
     """Results of a run of a scene: steps, columns, maps, theory and figures.
 
     It is a sequence of the finished steps; the run may be interrupted or in progress.
@@ -80,6 +78,9 @@ class Results(Summarized, Sequence[LoadStep]):
     69
     """
 
+    index_column = "step"
+    ordered = True
+
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
         self.scene = Scene.of_results(folder)
@@ -97,8 +98,7 @@ class Results(Summarized, Sequence[LoadStep]):
     def __getitem__(self, number: Any) -> Any:
         """Return a step by its number, some steps, or the column of a name."""
         if isinstance(number, str):
-            lookup(number, columns_of(self.scene.record), "column")
-            return np.array([getattr(step, number) for step in self._steps])
+            return self.column(number)
         try:
             return self._steps[number]
         except IndexError:
@@ -106,6 +106,16 @@ class Results(Summarized, Sequence[LoadStep]):
                 f"there is no step {number}: give 0 to {len(self) - 1}, or a negative "
                 "number from the last step"
             ) from None
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the columns."""
+        return list(columns_of(self.scene.record))
+
+    def column(self, name: str) -> np.ndarray:
+        """Return a column, or raise `ValueError` with the most similar name."""
+        lookup(name, columns_of(self.scene.record), "column")
+        return np.array([getattr(step, name) for step in self._steps])
 
     @property
     def units(self) -> dict[str, str]:
@@ -181,25 +191,6 @@ class Results(Summarized, Sequence[LoadStep]):
         frame = frame_of_step(self._trajectory, step)
         return ContactMap.from_frame(frame, self.scene.sampled_surface)
 
-    def to_pandas(self) -> Any:
-        """Return the columns of all steps as a table of pandas.
-
-        Returns
-        -------
-        pandas.DataFrame
-            One row for each step; ``attrs["units"]`` has the units of the columns.
-
-        Raises
-        ------
-        ImportError
-            If pandas is not installed.
-        """
-        pandas = imported("pandas", "tables", "a table needs pandas")
-        names = list(columns_of(self.scene.record))
-        table = pandas.DataFrame({name: self[name] for name in names})
-        table.attrs["units"] = self.units
-        return table.set_index("step")
-
     def to_xarray(self, number: int) -> Any:
         """Return the map of a step as a data set of xarray.
 
@@ -222,66 +213,29 @@ class Results(Summarized, Sequence[LoadStep]):
         """
         return map_dataset(self.map(number), self[number])
 
-    def figure(self, column: str = "", along: str = "") -> Any:
-        """Draw a column against another one, in printed units, beside theory.
-
-        Parameters
-        ----------
-        column : str
-            Column on the vertical axis: by default the force, or the area under a
-            controlled load. Bars show twice its estimated error.
-        along : str
-            Column on the horizontal axis: by default the controlled quantity, the
-            lateral displacement, or the time. Areas against the normal force are drawn
-            beside theory.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        ValueError
-            If there is no such column, or it has texts.
-        """
-        from ase_roughcontact.plot.figures import column_figure
-
-        names = columns_of(self.scene.record)
-        usual_column, usual_along = self.usual_columns
-        column, along = column or usual_column, along or usual_along
-        theory: dict[str, FloatArray] = {}
-        x, y = self._numbers(along), self._numbers(column)
-        x_unit, y_unit = self._unit(along), self._unit(column)
-        points = x
-        if column in ("contact_area", "continuum_area") and along == "normal_force":
-            points, theory = self.areas_by_theory()
-        error = self.error_column(column)
-        return column_figure(
-            (x / x_unit, y / y_unit),
-            (self._label(along), self._label(column)),
-            self[error] / y_unit if error in names else None,
-            points / x_unit,
-            {name: each / y_unit for name, each in theory.items()},
-        )
+    def theory(
+        self, column: str, along: str
+    ) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Return forces and areas by theory, for an area against the normal force."""
+        if column not in ("contact_area", "continuum_area") or along != "normal_force":
+            return super().theory(column, along)
+        forces, areas = self.areas_by_theory()
+        unit = self.factor(column)
+        printed = {name: each / unit for name, each in areas.items()}
+        return forces / self.factor(along), printed
 
     def error_column(self, column: str) -> str:
         """Return the name of the column with errors of a column, if there is one."""
         errors = {self.scene.area_column: "area_error", "normal_force": "force_error"}
-        return errors.get(column, f"{column}_error")
-
-    def _numbers(self, name: str) -> np.ndarray:
-        """Return a column, or raise `ValueError` if it has no numbers."""
-        values = self[name]
-        if values.dtype.kind == "U":
-            raise ValueError(
-                f"the column {name} has texts, such as {str(values[0])!r}: "
-                "give a column of numbers"
-            )
-        return values
+        return errors.get(column, super().error_column(column))
 
     @property
     def usual_columns(self) -> tuple[str, str]:
-        """Columns that a figure shows by default: the vertical, the horizontal one."""
+        """Columns on the vertical and the horizontal axis of a figure by default.
+
+        The force, or the area under a controlled load, against the controlled quantity,
+        the lateral displacement, or the time.
+        """
         path, control = self.scene.path, self.scene.control
         if path.has_friction:
             axis = max("xy", key=lambda each: float(np.ptp(self[f"lateral_{each}"])))
@@ -317,14 +271,9 @@ class Results(Summarized, Sequence[LoadStep]):
             areas[self.scene.bodies.labelled("theory with roughness")] = rough
         return forces, areas
 
-    def _printed(self, name: str) -> str:
+    def printed(self, name: str) -> str:
         """Return the unit in which a column is printed."""
         return printed_unit(self.units.get(name, ""), self.scene.contact_modulus)
-
-    def _label(self, name: str) -> str:
-        """Return name and printed unit of a column."""
-        label, unit = name.replace("_", " "), self._printed(name)
-        return f"{label} ({unit})" if unit else label
 
     def diff(self, other: Results | str | Path) -> ResultsDifference:
         """Compare the results with results of another run.
@@ -368,34 +317,16 @@ class Results(Summarized, Sequence[LoadStep]):
             found["not_converged"] = str(int((~self["converged"]).sum()))
         return found
 
-    def _repr_html_(self) -> str:
-        """Return a table of steps for notebooks, in printed units."""
+    @property
+    def shown(self) -> list[str]:
+        """Names of the columns of a table in a notebook."""
         columns = columns_of(self.scene.record)
         names = [name for name, each in columns.items() if each.label]
         if not self["converged"].all():
             names.append("converged")
         if self["validity"].any():
             names.append("validity")
-        steps, half = self._steps, _MAX_ROWS // 2
-        if len(steps) > _MAX_ROWS:
-            steps = [*steps[:half], *steps[-half:]]
-        rows = [
-            [str(step.step), *(self._text(name, getattr(step, name)) for name in names)]
-            for step in steps
-        ]
-        if len(steps) < len(self):
-            rows.insert(half, ["...", *("" for _ in names)])
-        return html_table(repr(self), ["step", *map(self._label, names)], rows)
-
-    def _text(self, name: str, value: Any) -> str:
-        """Return a value of a column in its printed unit."""
-        if isinstance(value, (str, bool)):
-            return str(value)
-        return "not known" if value != value else short_text(value / self._unit(name))
-
-    def _unit(self, name: str) -> float:
-        """Return the unit in which a column is printed, in units of ASE."""
-        return UNITS[self._printed(name)]
+        return names
 
 
 @dataclass(frozen=True)

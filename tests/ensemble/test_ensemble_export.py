@@ -1,5 +1,6 @@
 """Load steps of ensembles as arrays and as CSV files."""
 
+import pickle
 from shutil import copyfile
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from ensemble_scenes import SCENES, STEPS, rows
 
 from ase_roughcontact._util.files import table_rows
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import case_of, read_ensemble, write_csv
 
@@ -46,3 +48,32 @@ def test_a_table_does_not_replace_its_database(undisturbed, tmp_path):
     options = ["--database", str(database), "--table", str(database)]
     assert main(["ensemble", *options]) == 2
     assert len(read_ensemble(database)["step"]) == STEPS
+
+
+def test_columns_of_an_ensemble_have_units_tables_and_figures(undisturbed, tmp_path):
+    steps = read_ensemble(undisturbed)
+    assert steps.units["radius"] == "a0" and steps.units["normal_force"] == "eV/Å"
+    assert "target" not in steps.units  # it depends on the control
+    cases = len({*steps["case"]})
+    assert repr(steps).startswith(f"EnsembleTable(cases={cases}, steps={STEPS}, ")
+    figure = steps.figure(file=tmp_path / "area.svg")
+    assert (tmp_path / "area.svg").read_bytes()[:5] == b"<?xml"
+    (axes,) = figure.axes
+    assert axes.get_xlabel() == "normal force (nN)"
+    (points,) = (each for each in axes.lines if each.get_label() == "simulation")
+    np.testing.assert_allclose(points.get_xdata() * UNITS["nN"], steps["normal_force"])
+    assert points.get_linestyle() == "None"
+    table = steps._repr_html_()
+    assert "<th>contact area (nm²)</th>" in table and "contact modulus" not in table
+    with pytest.raises(ValueError, match="'normal_force'"):
+        steps.figure("normal_forse")
+    found = pickle.loads(pickle.dumps(steps))
+    assert found.units == steps.units and found.keys() == steps.keys()
+
+
+def test_columns_of_an_ensemble_are_a_table_of_pandas(undisturbed):
+    pytest.importorskip("pandas", reason="needs the extra tables")
+    cases = read_ensemble(undisturbed, record="case")
+    table = cases.to_pandas()
+    assert table.attrs["units"]["contact_modulus"] == "eV/Å^3"
+    assert table["state"].tolist() == cases["state"].tolist()

@@ -10,7 +10,7 @@ from curve_formats import jpk_map
 from matplotlib.figure import Figure
 from scipy.optimize import brentq, curve_fit
 
-from ase_roughcontact import fit_curves, read_fitted_curves
+from ase_roughcontact import FittedCurves, fit_curves, read_fitted_curves
 from ase_roughcontact._util.printing import plain
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
@@ -411,3 +411,27 @@ def test_bars_of_a_series_are_standard_errors_in_the_unit_of_the_axis(
         ends = np.array(bars.lines[2][0].get_segments())[:, :, 1]
         np.testing.assert_allclose(np.ptp(ends, axis=1), 2.0 * error)
     np.testing.assert_allclose(height.lines[0].get_ydata(), [0.0, 30.0, 80.0])
+
+
+def test_curves_have_columns_with_units_tables_and_figures(tmp_path):
+    kpa, um = UNITS["kPa"], UNITS["um"]
+    numbers = [(1.0, 2.0), (2.0, 4.0), (np.nan, np.nan)]
+    curves = FittedCurves(
+        FittedCurve("a.csv", number=i, x=x * um, contact_modulus=e * kpa, noise=1.0)
+        for i, (x, e) in enumerate(numbers)
+    )
+    assert curves.units["contact_modulus"] == "eV/Å^3"
+    np.testing.assert_allclose(curves["x"], np.array([1.0, 2.0, np.nan]) * um)
+    assert curves[1] == [*curves][1] and curves[:2]["number"].tolist() == [0, 1]
+    assert repr(curves) == (
+        "FittedCurves(curves=3, not_fitted=0, median_modulus=3 kPa)"
+    )
+    (axes,) = curves.figure(file=tmp_path / "map.pdf").axes
+    assert (tmp_path / "map.pdf").read_bytes()[:4] == b"%PDF"
+    assert axes.get_xlabel() == "x (um)"
+    assert axes.get_ylabel() == "contact modulus (kPa)"
+    (points,) = (each for each in axes.lines if each.get_label() == "simulation")
+    np.testing.assert_allclose(points.get_xydata(), numbers)
+    assert "<td>not known</td>" in curves._repr_html_()
+    with pytest.raises(ValueError, match="'contact_modulus'"):
+        curves["contact_modulos"]

@@ -25,6 +25,7 @@ from ase_roughcontact.fitting.series.row import (
     from_row,
     to_row,
 )
+from ase_roughcontact.fitting.series.table import FittedCurves
 
 _log = logging.getLogger(__name__)
 # Number of curves that a worker fits one after the other.
@@ -137,12 +138,17 @@ def fit_curves(
             yield curve
 
 
-def read_fitted_curves(file: PathName) -> list[FittedCurve]:
+def read_fitted_curves(file: PathName) -> FittedCurves:
     """Return the results in a file ``curves.csv``.
 
     Parameters
     ----------
     file : path
+
+    Returns
+    -------
+    FittedCurves
+        A list of `FittedCurve`, with columns by name, `to_pandas` and `figure`.
 
     Raises
     ------
@@ -150,7 +156,7 @@ def read_fitted_curves(file: PathName) -> list[FittedCurve]:
         If the file is damaged.
     """
     with checked_rows(file) as rows:
-        return [from_row(row) for row in rows]
+        return FittedCurves(from_row(row) for row in rows)
 
 
 @contextmanager
