@@ -15,7 +15,7 @@ from ase_roughcontact._util.parts import found_parts, shown_by
 ROOT = Path(__file__).parents[1]
 PACKAGE = "ase_roughcontact"
 # What is deleted with a part: its commands, and parts that build on it with theirs.
-FITS = ("fitting", "cli/fit.py", "cli/curve.py", "cli/curves.py")
+FITS = ("fitting", "cli/fit.py", "cli/curve.py", "cli/curves.py", "cli/curves_page.py")
 DELETED_WITH = {
     "fitting": FITS,
     "foundation": ("foundation",),

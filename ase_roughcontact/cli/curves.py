@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import fields
+from pathlib import Path
 
+from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.printing import show, write
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli.common import json_line, progress_bar
@@ -28,12 +30,15 @@ def curves(options: argparse.Namespace) -> int:
     quartiles, and how many curves failed and why are printed. Maps of modulus, pull-off
     force, contact point and misfit are in DIR/maps.png, or these quantities over the
     number of the curve in DIR/series.png, if all were measured at one place; a
-    histogram of the moduli is in DIR/histogram.png. An interrupted run is resumed by
-    running it again.
+    histogram of the moduli is in DIR/histogram.png. DIR/curves.html is a page with
+    all of it, on which any column is drawn over another one and maps show the value
+    under the pointer. An interrupted run is resumed by running it again.
 
     Exit status: 0 all curves were read and fitted, 1 some were not, 2 an option or the
     folder is invalid.
     """
+    # import matplotlib and jinja2
+    from ase_roughcontact.cli.curves_page import page_of_curves
     from ase_roughcontact.fitting.series.figures import draw_series
 
     fitted = fit_curves(
@@ -57,6 +62,9 @@ def curves(options: argparse.Namespace) -> int:
             if options.json:
                 write(_line(curve))
     files = [options.out / "curves.csv", *draw_series(found, options.out)]
+    files.append(options.out / "curves.html")
+    with replaced(files[-1]) as name:
+        Path(name).write_text(page_of_curves(found, options.out), encoding="utf-8")
     if not (options.quiet or options.json):
         show(*SeriesSummary(found).parts)
         write("\n".join(map(str, files)))

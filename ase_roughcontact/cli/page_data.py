@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,7 @@ def data_of_places(scene: Scene, places: Sequence[Place]) -> dict[str, Any]:
         "y": y if y in known else known[-1],
         "lines": False,
         "theory": None,
-        "maps": None,
+        "maps": _map_of_places(places, columns),
     }
 
 
@@ -179,14 +180,75 @@ def _maps(results: Results, units: dict[str, str]) -> dict[str, Any] | None:
             "pressure": UNITS[units["largest_pressure"]],
             "gap": UNITS["nm"],
         },
-        "colours": _encoded(
-            (colormaps["viridis"](np.arange(_COLOURS))[:, :3] * 255)
-            .round()
-            .astype("u1")
-        ),
+        "length": "nm",
+        "from_zero": True,
+        "colours": _colours(),
         "upward": not scanned,
         "rightward": scanned != "indenter",
     }
+
+
+def _map_of_places(
+    places: Sequence[Place], columns: Sequence[Mapping[str, Any]]
+) -> dict[str, Any] | None:
+    """Return maps of columns over places on a grid, None if there are none."""
+    x, y = (np.array([getattr(p, k) for p in places]) / UNITS["nm"] for k in "xy")
+    along = [np.unique(each) for each in (x, y)]
+    if len(places) < 2 or len(along[0]) * len(along[1]) != len(places):
+        return None
+    numbers = tuple(np.searchsorted(a, b) for a, b in zip(along, (x, y), strict=True))
+    values = {}
+    for column in columns:
+        if column["name"] not in ("x", "y"):
+            grid = np.full((len(along[0]), len(along[1])), np.nan)
+            grid[numbers] = [math.nan if v is None else v for v in column["values"]]
+            values[column["name"]] = (grid, column["unit"])
+    ends = [(float(each[0]), float(each[-1])) for each in along]
+    return grid_maps(values, ends[0], ends[1], "nm", upward=False)
+
+
+def grid_maps(
+    values: Mapping[str, tuple[np.ndarray, str]],
+    x: tuple[float, float],
+    y: tuple[float, float],
+    length: str,
+    upward: bool = True,
+) -> dict[str, Any]:
+    """Return maps of quantities on one grid.
+
+    Parameters
+    ----------
+    values : mapping of str to (ndarray, shape (n, m), str)
+        Values with the first index along x, and their unit, by name.
+    x, y : (float, float)
+        First and last coordinate along each axis.
+    length : str
+        Unit of the coordinates.
+    upward : bool
+        Whether y is drawn upward.
+    """
+    n, m = next(iter(values.values()))[0].shape
+    frame: dict[str, Any] = {"label": "", "step": 0, "every": 1}
+    frame |= {"x": [*x, n], "y": [*y, m]}
+    for name, (grid, _) in values.items():
+        frame[name] = _encoded(grid.T.astype("<f4"))
+    return {
+        "frames": [frame],
+        "shown": 0,
+        "fields": [{"name": name, "unit": unit} for name, (_, unit) in values.items()],
+        "scales": dict.fromkeys(values, 1.0),
+        "length": length,
+        "from_zero": False,
+        "colours": _colours(),
+        "upward": upward,
+        "rightward": True,
+    }
+
+
+def _colours() -> str:
+    """Return the colours of a map, three bytes for each."""
+    colours = colormaps["viridis"](np.arange(_COLOURS))[:, :3]
+    return _encoded((255.0 * colours).round().astype("u1"))
 
 
 def _frame(step: LoadStep, seen: ContactMap) -> dict[str, Any]:

@@ -325,9 +325,10 @@ class Maps {
     this.colours = bytes(data.maps.colours);
     this.fields = {};
     for (const { name } of data.maps.fields)
-      if (data.maps.frames.every(frame => frame[name])) this.field.add(new Option(name, name));
+      if (data.maps.frames.every(frame => frame[name])) this.field.add(new Option(name.replaceAll("_", " "), name));
     this.slider.max = data.maps.frames.length - 1;
     this.slider.value = data.maps.shown;
+    this.slider.parentElement.hidden = data.maps.frames.length < 2;
     this.slider.addEventListener("input", () => this.show());
     this.field.addEventListener("change", () => this.show());
     this.canvas.addEventListener("pointermove", event => this.point(event));
@@ -347,7 +348,7 @@ class Maps {
   }
 
   name() {
-    return `${this.field.value}-step-${this.frame.step}`;
+    return data.maps.frames.length < 2 ? this.field.value : `${this.field.value}-step-${this.frame.step}`;
   }
 
   // Values of all frames, and their limits, read once for each field.
@@ -357,7 +358,9 @@ class Maps {
       const frames = data.maps.frames.map(frame => this.values(frame, name));
       const limit = (choose, start) =>
         frames.reduce((found, values) => values.reduce((a, b) => Number.isFinite(b) ? choose(a, b) : a, found), start);
-      this.fields[name] = { frames, low: limit(Math.min, 0), high: limit(Math.max, 0) || 1 };
+      const zero = data.maps.from_zero ? 0 : undefined;
+      const low = limit(Math.min, zero ?? Infinity), high = limit(Math.max, zero ?? -Infinity);
+      this.fields[name] = { frames, low, high: high > low ? high : low + 1 };
     }
     return this.fields[name];
   }
@@ -410,7 +413,8 @@ class Maps {
       const value = this.low + part * (this.high - this.low);
       parts.push(element("text", { x: 5 + 256 * part, y: 28, "text-anchor": anchor }, short(Number(value.toPrecision(3)))));
     }
-    parts.push(element("text", { x: 275, y: 13 }, this.unit ? `${this.field.value} (${this.unit})` : this.field.value));
+    const name = this.field.value.replaceAll("_", " ");
+    parts.push(element("text", { x: 275, y: 13 }, this.unit ? `${name} (${this.unit})` : name));
     svg.replaceChildren(...parts);
   }
 
@@ -443,14 +447,15 @@ class Maps {
     this.at = [column, row];
     const index = this.index(column, row), width = this.frame.x[2];
     const x = this.place("x", index % width), y = this.place("y", Math.floor(index / width));
-    this.output.value = `x ${short(x)} nm, y ${short(y)} nm: ${withUnit(this.shown[index], this.unit)}`;
+    this.output.value = `x ${short(x)} ${data.maps.length}, y ${short(y)} ${data.maps.length}: ${withUnit(this.shown[index], this.unit)}`;
   }
 
   csv() {
     const { frame } = this, width = frame.x[2], name = this.field.value;
     const rows = this.shown.map((value, index) =>
       [this.place("x", index % width), this.place("y", Math.floor(index / width)), value]);
-    return csv(["x (nm)", "y (nm)", this.unit ? `${name} (${this.unit})` : name], rows);
+    const { length } = data.maps;
+    return csv([`x (${length})`, `y (${length})`, this.unit ? `${name} (${this.unit})` : name], rows);
   }
 }
 

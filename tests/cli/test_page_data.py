@@ -10,8 +10,9 @@ from small_scene import SMALL
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
-from ase_roughcontact.cli.page_data import as_json, data_of_run
-from ase_roughcontact.scene import Results
+from ase_roughcontact.cli.page_data import as_json, data_of_places, data_of_run
+from ase_roughcontact.ensemble.places import Place
+from ase_roughcontact.scene import Results, Scene
 
 
 @pytest.fixture(scope="module")
@@ -84,3 +85,19 @@ def test_of_large_maps_every_other_point_is_on_the_page(results, monkeypatch):
     values = np.frombuffer(base64.b64decode(frame["pressure"]), "<f4")
     expected = seen.pressure[::every, ::every].T.ravel()
     np.testing.assert_array_equal(values, expected.astype("f4"))
+
+
+def test_maps_of_places_have_the_values_at_their_places():
+    scene = Scene.parse(SMALL)
+    places = [
+        Place(x, y, area=100.0 * (x + 10.0 * y), converged=True)
+        for y in (20.0, 10.0)
+        for x in (1.0, 2.0, 3.0)
+    ]
+    maps = data_of_places(scene, places)["maps"]
+    (frame,) = maps["frames"]
+    assert frame["x"] == pytest.approx([0.1, 0.3, 3])
+    assert frame["y"] == pytest.approx([1.0, 2.0, 2])
+    values = np.frombuffer(base64.b64decode(frame["area"]), "<f4").reshape(2, 3)
+    np.testing.assert_allclose(values, [[101, 102, 103], [201, 202, 203]])
+    assert data_of_places(scene, places[:5])["maps"] is None

@@ -1,5 +1,8 @@
 """Fits of many force curves: maps, archives, series of files."""
 
+import base64
+import json
+import re
 import zipfile
 from concurrent.futures import Future
 from pathlib import Path
@@ -14,6 +17,7 @@ from ase_roughcontact import FittedCurves, fit_curves, read_fitted_curves
 from ase_roughcontact._util.printing import plain
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
+from ase_roughcontact.cli.curves_page import page_of_curves
 from ase_roughcontact.fitting.curve_files import read_curve
 from ase_roughcontact.fitting.series.figures import draw_series
 from ase_roughcontact.fitting.series.grid import grid_of
@@ -365,6 +369,30 @@ def test_the_command_writes_a_table_and_maps(folder, tmp_path, capsys):
     assert "contact_modulus (Pa)" in heads and "pull_off_force (nN)" in heads
     for name in ("maps.png", "histogram.png"):
         assert (out / name).read_bytes().startswith(b"\x89PNG")
+    page = (out / "curves.html").read_text()
+    assert "1 of 3 curves failed." in re.findall(r'"answer">(.*?)</p>', page)[0]
+    assert page.count('<tr class="failed">') == 1
+
+
+def test_maps_on_the_page_have_the_moduli_at_their_places(folder, found, tmp_path):
+    (tmp_path / "curves.csv").write_text("")
+    (text,) = re.findall(r'id="data">(.*?)</script>', page_of_curves(found, tmp_path))
+    maps = json.loads(text)["maps"]
+    (frame,) = maps["frames"]
+    (left, right, columns), (low, high, rows) = frame["x"], frame["y"]
+    assert (columns, rows) == SHAPE
+    units = {each["name"]: each["unit"] for each in maps["fields"]}
+    values = np.frombuffer(base64.b64decode(frame["contact_modulus"]), "<f4")
+    values = values.reshape(rows, columns)
+    x, y = np.linspace(left, right, columns), np.linspace(low, high, rows)
+    for each in found:
+        modulus = each.contact_modulus / UNITS[units["contact_modulus"]]
+        if each.message:
+            continue
+        column = np.argmin(abs(x - each.x / UNITS["um"]))
+        row = np.argmin(abs(y - each.y / UNITS["um"]))
+        assert values[row, column] == pytest.approx(modulus, rel=1e-6)
+    assert np.isnan(values).sum() == 1
 
 
 def test_curves_at_one_place_are_drawn_over_their_number(folder, tmp_path, capsys):
