@@ -91,6 +91,9 @@ def _of_step(reference: Reference, step: Any) -> str:
     if smooth_area > 0.0 and not scene.is_flat:
         ratio = getattr(step, column) / smooth_area
         parts[-1] += f", {ratio:.3f} times the area of a smooth sphere ({smooth.name})"
+    if scene.is_flat:
+        part = getattr(step, column) / scene.bodies.nominal_area
+        parts[-1] += f", {100.0 * part:.3g} % of the nominal area"
     if scene.scan is not None and math.isfinite(step.area_error):
         parts[-1] += "; the error contains the pixels and the noise of the scan"
     return _sentence(f"{place} {', and '.join(parts)}")
