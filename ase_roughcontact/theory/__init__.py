@@ -1,10 +1,10 @@
 """Closed forms for smooth and rough spheres on an elastic half space.
 
-Smooth spheres: `Hertz`, `JKR`, `DMT` and `MaugisDugdale`, with the same interface, and
-`sphere_theory`, which chooses between them; other shapes: `indenters` and
-`ShapeTheory`. Rough surfaces: `self_affine` (spectral
-moments), `rough_flats` (kappa, macroscopic adhesion), `stickiness` (criteria of
-adhesion), `rough_contact` (first contact and area of rough spheres), `rough_sphere`
+Smooth spheres: `Hertz`, `JKR`, `DMT` and `MaugisDugdale`, with the interface of
+`SphereTheory`, and `sphere_theory`, which chooses between them; other shapes:
+`indenters` and `ShapeTheory`. Rough surfaces: `self_affine` (spectral moments),
+`rough_flats` (kappa, macroscopic adhesion), `stickiness` (criteria of adhesion),
+`rough_contact` (first contact and area of rough spheres), `rough_sphere`
 (characteristic numbers of a rough sphere), `plastic` (contact at the hardness) and
 `regime`, which determines the law of contact.
 """

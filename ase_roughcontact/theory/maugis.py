@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
-from ase_roughcontact._util.validation import FloatArray, nonnegative, one_of, unmasked
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    finite_array,
+    nonnegative,
+    nonnegative_array,
+    one_of,
+    unmasked,
+)
 from ase_roughcontact.theory.jkr import JKR
 from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS, DMT, Hertz, SphereTheory
 
@@ -29,6 +36,10 @@ def edge_zone(
     """
     width = contact_modulus * attraction_range**2 / work_of_adhesion
     return 0.25 * np.pi * width
+
+
+# Positions of the outputs of `MaugisDugdale._reduced`.
+_RADIUS, _FORCE, _DEPTH = 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -94,6 +105,12 @@ class MaugisDugdale(SphereTheory):
         """Largest tension of a contact, from 2 pi w R (DMT) to (3/2) pi w R (JKR)."""
         return self._pull_off * self._unit_force
 
+    @property
+    def pull_off_penetration(self) -> float:
+        """Smallest penetration of a contact that is stable at a given height."""
+        angle = self._last_stable_angle(_DEPTH)
+        return self._unit_depth * float(self._reduced(angle)[_DEPTH])
+
     def state(self, zone_ratio: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return contact radius, force and penetration for a ratio m = c/a.
 
@@ -127,7 +144,7 @@ class MaugisDugdale(SphereTheory):
             raise ValueError(f"zone_ratio must be above 1, got {zone_ratio!r}")
         a, force, depth = self._reduced(np.arctan(np.sqrt((ratio - 1) * (ratio + 1))))
         b = self._unit_radius
-        return b * a, self._unit_force * force, b**2 / self.radius * depth
+        return b * a, self._unit_force * force, self._unit_depth * depth
 
     def stability_limit(self, control: Literal["load", "displacement"]) -> float:
         """Return the largest zone ratio m = c/a of a stable contact.
@@ -150,7 +167,7 @@ class MaugisDugdale(SphereTheory):
         K. L. Johnson, J. A. Greenwood, J. Colloid Interface Sci. 192, 326 (1997).
         """
         one_of(("load", "displacement"), control=control)
-        angle = self._last_stable_angle(1 if control == "load" else 2)
+        angle = self._last_stable_angle(_FORCE if control == "load" else _DEPTH)
         return float("inf") if angle == np.pi / 2 else float(1 / np.cos(angle))
 
     def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
@@ -160,21 +177,41 @@ class MaugisDugdale(SphereTheory):
         N(m) of `state` numerically.
         """
         excess = self._above_pull_off(normal_force) / self._unit_force
-        last = self._last_stable_angle(1)
+        angle = self._angles(excess - self._pull_off, _FORCE)
+        return self._unit_radius * self._reduced(angle)[_RADIUS]
 
-        def difference(angle: float, excess: float) -> float:
-            return float(self._reduced(angle)[1] + self._pull_off) - excess
+    def contact_radius_from_penetration(self, penetration: ArrayLike) -> FloatArray:
+        """Return the radius of the contact that is stable at a given height.
 
-        radii = []
-        for each in np.ravel(excess):
-            angle = end = last
-            # the force grows as a power of 1 / end, beyond all numbers before end is 0
-            while each > 0 and difference(end, each) < 0:
-                end /= 2
-            if end < last:
-                angle = brentq(difference, end, last, args=each, xtol=1e-15)
-            radii.append(float(self._reduced(angle)[0]))
-        return np.reshape(radii, np.shape(excess)) * self._unit_radius
+        The penetration of `state` is inverted numerically; see `SphereTheory`.
+        """
+        depth = finite_array("penetration", penetration) / self._unit_depth
+        least = self.pull_off_penetration / self._unit_depth
+        if not np.all(depth >= least - 1e-12 * abs(least)):
+            raise ValueError(
+                f"penetration must be at least {self.pull_off_penetration}, where the "
+                f"contact is lost, got {penetration!r}"
+            )
+        angle = self._angles(depth, _DEPTH)
+        return self._unit_radius * self._reduced(angle)[_RADIUS]
+
+    def force(self, contact_radius: ArrayLike) -> FloatArray:
+        """Return the force for a given contact radius; see `SphereTheory.force`.
+
+        The radius of `state` is inverted numerically.
+        """
+        radius = nonnegative_array("contact_radius", contact_radius)
+        angle = self._angles(radius / self._unit_radius, _RADIUS)
+        return self._unit_force * self._reduced(angle)[_FORCE]
+
+    def penetration(self, contact_radius: ArrayLike) -> FloatArray:
+        """Return the penetration for a given radius; see `SphereTheory.penetration`.
+
+        The radius of `state` is inverted numerically.
+        """
+        radius = nonnegative_array("contact_radius", contact_radius)
+        angle = self._angles(radius / self._unit_radius, _RADIUS)
+        return self._unit_depth * self._reduced(angle)[_DEPTH]
 
     def curve(self, largest: float) -> tuple[FloatArray, FloatArray]:
         """Return penetrations and forces; see `SphereTheory.curve`."""
@@ -192,10 +229,14 @@ class MaugisDugdale(SphereTheory):
     def _unit_radius(self) -> float:
         return float(self._hertz_radius(self._unit_force))
 
+    @property
+    def _unit_depth(self) -> float:
+        return self._unit_radius**2 / self.radius
+
     @cached_property
     def _pull_off(self) -> float:
         """Pull-off force in units of pi w R."""
-        return -float(self._reduced(self._last_stable_angle(1))[1])
+        return -float(self._reduced(self._last_stable_angle(_FORCE))[_FORCE])
 
     def _reduced(self, angle: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return contact radius, force and penetration in the units of `state`.
@@ -211,8 +252,30 @@ class MaugisDugdale(SphereTheory):
         force = a**3 - lam * c**2 * (np.sin(2 * t) / 2 + t)
         return a, force, a**2 - 4 / 3 * lam * c * np.sin(t)
 
-    def _last_stable_angle(self, output: Literal[1, 2]) -> float:
-        """Return the angle of the smallest force (output 1) or penetration (2)."""
+    def _angles(self, values: ArrayLike, output: int) -> FloatArray:
+        """Return the angles of stable contacts at which an output has values.
+
+        The output, `_RADIUS`, `_FORCE` or `_DEPTH` of `_reduced`, grows as the angle
+        decreases. Values below the smallest one have its angle.
+        """
+        last = np.pi / 2 if output == _RADIUS else self._last_stable_angle(output)
+
+        def difference(angle: float, value: float) -> float:
+            return float(self._reduced(angle)[output]) - value
+
+        angles = []
+        for value in np.ravel(values):
+            end = last
+            # it grows as a power of 1 / end, beyond all numbers before end is 0
+            while difference(end, value) < 0:
+                end /= 2
+            if end < last:
+                end = brentq(difference, end, 2 * end, args=value, xtol=1e-15)
+            angles.append(end)
+        return np.reshape(angles, np.shape(values))
+
+    def _last_stable_angle(self, output: int) -> float:
+        """Return the angle of the smallest force or penetration."""
 
         def value(angle: float) -> float:
             return float(self._reduced(angle)[output])

@@ -90,7 +90,7 @@ class ShapeTheory:
             return 0.0
         return float(self._contact(self._plain_at_pull_off[0])[0])
 
-    def penetration(self, normal_force: float) -> float:
+    def penetration_under(self, normal_force: float) -> float:
         """Return the penetration of the stable contact under a force (Å)."""
         if not self.work_of_adhesion:
             return float(self.shape.depth(normal_force / self.contact_modulus))

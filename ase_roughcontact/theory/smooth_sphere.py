@@ -62,6 +62,11 @@ class SphereTheory(ABC):
     def pull_off_force(self) -> float:
         """Largest tension of a contact, zero without adhesion."""
 
+    @property
+    @abstractmethod
+    def pull_off_penetration(self) -> float:
+        """Smallest penetration of a contact that is stable at a given height."""
+
     @abstractmethod
     def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
         """Return the radius of the stable contact.
@@ -76,6 +81,66 @@ class SphereTheory(ABC):
         ndarray
             Contact radius a (length).
         """
+
+    @abstractmethod
+    def contact_radius_from_penetration(self, penetration: ArrayLike) -> FloatArray:
+        """Return the radius of the contact that is stable at a given height.
+
+        Parameters
+        ----------
+        penetration : array_like
+            Penetration delta (length), at least `pull_off_penetration`.
+
+        Returns
+        -------
+        ndarray
+            Contact radius a (length).
+        """
+
+    @abstractmethod
+    def force(self, contact_radius: ArrayLike) -> FloatArray:
+        """Return the force for a given contact radius.
+
+        Parameters
+        ----------
+        contact_radius : array_like
+            Contact radius a >= 0 (length).
+
+        Returns
+        -------
+        ndarray
+            Normal force N (force).
+        """
+
+    @abstractmethod
+    def penetration(self, contact_radius: ArrayLike) -> FloatArray:
+        """Return the penetration for a given contact radius.
+
+        Parameters
+        ----------
+        contact_radius : array_like
+            Contact radius a >= 0 (length).
+
+        Returns
+        -------
+        ndarray
+            Penetration delta (length).
+        """
+
+    def penetration_under(self, normal_force: ArrayLike) -> FloatArray:
+        """Return the penetration of the stable contact under a force.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            Normal force N (force), at least the negative pull-off force.
+
+        Returns
+        -------
+        ndarray
+            Penetration delta (length).
+        """
+        return self.penetration(self.contact_radius(normal_force))
 
     @abstractmethod
     def curve(self, largest: float) -> tuple[FloatArray, FloatArray]:
@@ -187,6 +252,11 @@ class Hertz(SphereTheory):
     @property
     def pull_off_force(self) -> float:
         """Largest tension of a contact: zero."""
+        return 0.0
+
+    @property
+    def pull_off_penetration(self) -> float:
+        """Smallest penetration of a contact: zero."""
         return 0.0
 
     def contact_radius(self, normal_force: ArrayLike) -> FloatArray:

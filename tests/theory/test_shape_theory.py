@@ -58,9 +58,11 @@ def test_an_adhesive_paraboloid_far_above_the_pull_off_is_the_sphere_of_jkr(rati
     force = ratio * jkr.pull_off_force
     radius = float(jkr.contact_radius(force))
     assert float(theory.contact_radius(force)) == pytest.approx(radius, rel=1e-9)
-    assert theory.penetration(force) == pytest.approx(jkr.penetration(radius), rel=1e-9)
-    depth, forces = theory.curve_to(theory.penetration(force))
-    assert depth[-1] == pytest.approx(theory.penetration(force))
+    assert theory.penetration_under(force) == pytest.approx(
+        jkr.penetration(radius), rel=1e-9
+    )
+    depth, forces = theory.curve_to(theory.penetration_under(force))
+    assert depth[-1] == pytest.approx(theory.penetration_under(force))
     assert forces[-1] == pytest.approx(force)
 
 
@@ -72,8 +74,8 @@ def test_a_cone_of_vanishing_adhesion_is_the_cone_of_sneddon(work):
         theory.contact_area(FORCES), plain.contact_area(FORCES), rtol=1e-3
     )
     for force in FORCES:
-        assert theory.penetration(force) == pytest.approx(
-            plain.penetration(force), rel=1e-3
+        assert theory.penetration_under(force) == pytest.approx(
+            plain.penetration_under(force), rel=1e-3
         )
 
 
@@ -83,7 +85,9 @@ def test_a_punch_is_pulled_off_at_the_force_of_kendall():
     assert theory.pull_off_force == pytest.approx(kendall, rel=1e-4)
     depth, force = theory.curve_to(5.0)
     np.testing.assert_allclose(force, 2.0 * MODULUS * 30.0 * depth, rtol=1e-9)
-    assert theory.penetration(10.0) == pytest.approx(10.0 / (60.0 * MODULUS), rel=1e-4)
+    assert theory.penetration_under(10.0) == pytest.approx(
+        10.0 / (60.0 * MODULUS), rel=1e-4
+    )
 
 
 def test_a_shape_without_a_closed_form_has_no_area():

@@ -192,3 +192,41 @@ def test_maugis_stable_branch_lies_on_the_curve(parameter):
 def test_maugis_contact_is_a_point_at_an_infinite_ratio():
     a, _, _ = maugis(1.0).state(np.inf)
     assert a < 1e-6
+
+
+# The interface of all
+
+
+@pytest.mark.parametrize("sphere", [HERTZ, JKR, DMT, maugis(0.3), maugis(3.0)])
+def test_force_radius_and_penetration_are_inverse_to_each_other(sphere):
+    force = np.array([[-0.9], [0.5]]) * max(sphere.pull_off_force, 1.0)
+    force = np.maximum(force, -0.9 * sphere.pull_off_force)
+    a = sphere.contact_radius(force)
+    assert_allclose(sphere.force(a), force, atol=1e-9)
+    depth = sphere.penetration(a)
+    assert_allclose(sphere.penetration_under(force), depth)
+    assert_allclose(sphere.contact_radius_from_penetration(depth), a, atol=1e-9)
+    least = sphere.pull_off_penetration
+    assert least < depth.min() or sphere is HERTZ
+    with pytest.raises(ValueError, match="penetration must be"):
+        sphere.contact_radius_from_penetration(least - 0.1)
+
+
+@pytest.mark.parametrize("parameter, limit", [(1e-6, DMT), (30.0, JKR)])
+def test_maugis_dugdale_has_the_forces_of_its_limits_at_a_radius(parameter, limit):
+    a, sphere = np.array([2.0, 5.0, 12.0]), maugis(parameter)
+    unit = 0.01 * limit.pull_off_force
+    assert_allclose(sphere.force(a), limit.force(a), rtol=0.01, atol=unit)
+    depth = limit.penetration(a)
+    assert_allclose(sphere.penetration(a), depth, rtol=0.01)
+
+
+@pytest.mark.parametrize("parameter", [0.05, 0.5, 5.0])
+def test_maugis_dugdale_at_a_radius_is_the_state_with_this_radius(parameter):
+    sphere = maugis(parameter)
+    a, force, depth = sphere.state(np.geomspace(1.0001, 20.0, 9))
+    assert_allclose(sphere.force(a), force, rtol=1e-9, atol=1e-9)
+    assert_allclose(sphere.penetration(a), depth, rtol=1e-9, atol=1e-9)
+    ratio = min(sphere.stability_limit("displacement"), 1e6)
+    least = sphere.state(ratio)[2]
+    assert_allclose(sphere.pull_off_penetration, least, rtol=1e-3)

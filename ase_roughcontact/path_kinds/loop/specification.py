@@ -198,7 +198,7 @@ def expected_turn(problem: Problem, radius: float | None = None) -> float:
         smooth = ShapeTheory(
             indenter.shape, problem.solid.contact_modulus, wall.work_of_adhesion
         )
-        depth = smooth.penetration(smooth.pull_off_force)
+        depth = smooth.penetration_under(smooth.pull_off_force)
         return max(depth, wall.attraction_range)
     radius = indenter.apex_radius if radius is None else radius
     depth = _peak_height(indenter)

@@ -21,9 +21,9 @@ def tip(roughness=None, wall=None, radius=60.0):
     return atoms_under(sphere, wall, (20, 20))
 
 
-def loop_of(atoms, *args, **options):
+def loop_of(atoms, deepest=None, **options):
     options = {"tolerance": 0.01, "validity": "ignore", "window": "auto", **options}
-    return rc.adhesion_loop(atoms, *args, **options)
+    return rc.adhesion_loop(atoms, deepest=deepest, **options)
 
 
 @cache
