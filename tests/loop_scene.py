@@ -9,6 +9,7 @@ contact_modulus = 100.0
 shape = [18, 18]
 hardness = inf
 [sphere]
+unit = "a0"
 radius = 20.0
 [interaction]
 kind = "adhesive"

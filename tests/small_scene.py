@@ -8,8 +8,10 @@ model = "atoms"
 shape = [32, 30]
 contact_modulus = 100.0
 [sphere]
+unit = "a0"
 radius = 60.0
 [roughness]
+unit = "a0"
 long_wavelength = 16.0
 [path]
 control = "penetration"
@@ -29,12 +31,13 @@ model = "atoms"
 contact_modulus = 100.0
 hardness = inf
 [sphere]
+unit = "a0"
 radius = 60.0
 [path]
 control = "penetration"
 values = [-4.0, 0.0, 2.0, 0.0, -4.0]
 """
-ROUGH = SMOOTH + "[roughness]\nlong_wavelength = 16.0\n"
+ROUGH = SMOOTH + "[roughness]\nunit = 'a0'\nlong_wavelength = 16.0\n"
 
 # A periodic cell of few atoms.
 PERIODIC = """
@@ -44,6 +47,7 @@ shape = [12, 12]
 contact_modulus = 100.0
 periodic = true
 [sphere]
+unit = "a0"
 radius = 60.0
 [path]
 control = "penetration"

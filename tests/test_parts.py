@@ -83,7 +83,8 @@ class Twice(PathKind):
 USE = """
 from ase_roughcontact.scene import Scene, Twice
 
-scene = Scene.parse('[path]\\nkind = "twice"\\ndepth = 0.2')
+text = 'substrate = { material = "Cu" }\\npath = { kind = "twice", depth = 0.2 }'
+scene = Scene.parse(text)
 assert isinstance(scene.path, Twice)
 print(*scene.targets)
 """

@@ -66,7 +66,10 @@ def loop():
 def objects(pressed, loop):
     atoms, step = pressed
     seen, solid = ContactMap.from_atoms(atoms), Isotropic(1.0, poisson=0.3)
-    scene = Scene.parse('[interaction]\nkind = "hard"\n[path]\nvalues = ["1 nN"]\n')
+    scene = Scene.parse(
+        'substrate = { material = "Cu" }\ninteraction = { kind = "hard" }\n'
+        'path = { values = ["1 nN"] }'
+    )
     scan = rc.HeightMap(np.random.default_rng(1).normal(size=(32, 32)), 1.0)
     return [
         step,

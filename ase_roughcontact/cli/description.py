@@ -15,7 +15,6 @@ from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.rough_bodies import combined
 from ase_roughcontact.scene.scan import tip_radius
 from ase_roughcontact.scene.solid import label_of
-from ase_roughcontact.scene.spacing import lengths_in_spacings
 from ase_roughcontact.topography import Inverted, RandomWaves
 from ase_roughcontact.windows.regrid import lost_text
 
@@ -48,9 +47,6 @@ def bodies(scene: Scene) -> dict[str, str]:
                 f"; a smooth surface (rms height {removed / nm:.3g} nm) is subtracted, "
                 "which makes it periodic (Moisan 2011); the errors of areas include it"
             )
-    note = lengths_in_spacings(scene, scene.spacing)
-    if note:
-        found["units"] = note
     found |= _roughness(scene)
     wall = scene.wall
     found["wall"] = wall.label

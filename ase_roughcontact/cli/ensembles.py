@@ -54,7 +54,7 @@ def ensemble(options: argparse.Namespace) -> int:
     For five realisations of the roughness on two spheres::
 
       ase-roughcontact ensemble my.toml --set roughness.seed=0,1,2,3,4 \
-                                        --set sphere.radius=100.0,1000.0
+                                        --set "sphere.radius=20 nm,50 nm"
 
     With --error, realisations are added until the standard error of every mean is below
     it. Each load gets as many as it needs, which a pilot of 8 predicts, with the range

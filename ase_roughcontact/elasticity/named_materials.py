@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
-from ase.data import atomic_names, atomic_numbers
+from ase.data import atomic_names, atomic_numbers, chemical_symbols
 
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.elasticity.creep import Creep
@@ -162,6 +162,19 @@ def material(name: str) -> Material:
     return _ALL_MATERIALS[name]
 
 
+def find_material(name: str) -> Material | None:
+    """Return a material by name; None for another chemical element.
+
+    Raises
+    ------
+    ValueError
+        If the name is neither a material nor a chemical symbol.
+    """
+    if name in chemical_symbols[1:] and name not in _ALL_MATERIALS:
+        return None
+    return material(name)
+
+
 def hardness_of(name: str) -> float:
     """Return the hardness of a material or an element by name.
 
@@ -285,7 +298,8 @@ def work_of_adhesion(first: str, second: str) -> float:
     """
     product = 1.0
     for name in (first, second):
-        energy = material(name).surface_energy
+        entry = find_material(name)
+        energy = None if entry is None else entry.surface_energy
         if energy is None:
             others = [k for k, v in MATERIALS.items() if v.surface_energy is not None]
             raise ValueError(

@@ -211,8 +211,8 @@ def _incomplete(file: PathName, read: Measurement) -> str:
     if is_complete and read.stiffness is None:
         return (
             f"{file} does not have the spring constant of the cantilever (deflection = "
-            'force/stiffness): give --cantilever "5 N/m", or for a scene cantilever in '
-            "[path]"
+            'force/stiffness): give --cantilever "5 N/m", or for a scene '
+            "cantilever_stiffness in [path]"
         )
     columns = "distance (nm) or height (nm), and force (nN) or deflection (nm), or "
     return _missing(file, read.table, columns + "depth (nm) and force (nN)")

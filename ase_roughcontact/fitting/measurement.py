@@ -334,7 +334,7 @@ def checked_stiffness(file: PathName, found: float, stiffness: float | None) -> 
         raise ValueError(
             f"{file}: forces over deflections give a cantilever of {found / unit:.4g} "
             f"N/m, the scene or its header {stiffness / unit:.4g} N/m: correct "
-            "cantilever in [path], or the file"
+            "cantilever_stiffness in [path], or the file"
         )
     return stiffness
 

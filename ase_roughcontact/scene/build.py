@@ -10,6 +10,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import (
+    Crystal,
     ElasticSolid,
     Isotropic,
     Viscoelastic,
@@ -33,6 +34,7 @@ from ase_roughcontact.scene.solid import (
     poisson_of,
     solid_of,
     spacing_of,
+    symbol_of,
 )
 from ase_roughcontact.scene.spacing import fitting_spacing
 from ase_roughcontact.scene.tip import ElasticTip, elastic_tip
@@ -94,6 +96,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
             )
     problems.check()
 
+    symbol = solid.symbol if isinstance(solid, Crystal) else symbol_of(substrate)
     poisson: float | None = None
     with problems.of("substrate"):
         spacing = solid.spacing if spacing is None else spacing
@@ -179,7 +182,7 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
             heterogeneity=adhesion,
             fft=fft,
         ),
-        symbol=substrate.symbol,
+        symbol=symbol,
         hardness=wall.hardness if wall_has_hardness else hardness,
         hardness_bound=math.nan if wall_has_hardness else hardness_bound,
         yield_strength=yield_strength,
@@ -321,7 +324,9 @@ def _hardnesses(
     """Return the hardness of the substrate, and of an elastic tip (GPa)."""
     hardnesses = [math.nan]  # not known for a layer
     if not solid.layered:
-        hardnesses = [named_materials.hardness_of(scene.substrate.name)]
+        crystal = solid.symbol if isinstance(solid, Crystal) else ""
+        name = scene.substrate.material or crystal
+        hardnesses = [named_materials.hardness_of(name)]
     if tip is not None:
         hardnesses.append(tip.hardness)
     return hardnesses

@@ -12,6 +12,7 @@ from ase_roughcontact._util.parameter import Parameter
 from ase_roughcontact._util.registry import Registry
 from ase_roughcontact._util.validation import grid_shape, lookup, one_of
 from ase_roughcontact.elasticity import SOLIDS
+from ase_roughcontact.elasticity.named_materials import Material, find_material
 from ase_roughcontact.interactions import WALLS
 from ase_roughcontact.interactions.friction import (
     COUPLINGS,
@@ -22,7 +23,7 @@ from ase_roughcontact.interactions.friction import (
 )
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.optimize.settings import on_modes
-from ase_roughcontact.scene.section import KindSection, Section
+from ase_roughcontact.scene.section import KindSection, LengthSection, Problems, Section
 from ase_roughcontact.theory.indenters import INDENTERS, Indenter
 from ase_roughcontact.windows.regrid import GridChange
 
@@ -33,8 +34,8 @@ _MODULI |= {
     "e*": "contact_modulus",
     **dict.fromkeys(("nu", "poisson_ratio"), "poisson"),
 }
-# Default element of the atoms.
-SYMBOL = "Cu"
+# Advice on other names of a material, in lower case.
+_MATERIALS = dict.fromkeys(("element", "metal", "crystal_name", "name"), "material")
 # Kinds of indenters that have a section of their own.
 _SPHERES = "sphere", "paraboloid"
 # Default radius of the sphere, in units of the spacing.
@@ -58,14 +59,18 @@ class SubstrateConfig(KindSection):
         "elastic_constants": "GPa",
         "hardness": "GPa",
         "yield_strength": "GPa",
-        "layer_modulus": "GPa",
+        "layer_contact_modulus": "GPa",
     }
     file_keys = ("potential", "crystal")
     word_keys = ("shape", "spacing")
     infinite_keys = ("hardness",)
-    hints = _MODULI
+    hints = {**_MODULI, **_MATERIALS}
+    aliases = {
+        "symbol": "material",
+        "layer_modulus": "layer_contact_modulus",
+        "sliding": "frictionless_interface",
+    }
 
-    symbol: str = ""
     material: str = ""
     spacing: float | str | None = None
     contact_modulus: float | None = None
@@ -79,11 +84,11 @@ class SubstrateConfig(KindSection):
     crystal: str = ""
     surface: str = ""
     layer_thickness: float | str | None = None
-    layer_modulus: float | None = None
+    layer_contact_modulus: float | None = None
     layer_poisson: float | None = None
     poisson: float | None = None
     rigid_base: bool = False
-    sliding: bool = False
+    frictionless_interface: bool = False
     relaxation_moduli: tuple | None = None
     relaxation_times: tuple | None = None
     model: str = ""
@@ -95,16 +100,20 @@ class SubstrateConfig(KindSection):
     parameters: Mapping[str, float | str] = field(default_factory=dict, hash=False)
 
     @property
-    def name(self) -> str:
-        """Name of the material or element; empty if only moduli are given."""
-        default = "" if self.gives_moduli else SYMBOL
-        return self.material or self.symbol or default
-
-    @property
     def gives_moduli(self) -> bool:
         """Whether the moduli are given, and do not follow from a material."""
         moduli = self.contact_modulus, self.youngs_modulus, self.elastic_constants
         return any(each is not None for each in (*moduli, self.kind))
+
+    @property
+    def known_material(self) -> Material | None:
+        """Properties of the material; None for moduli alone and for other elements."""
+        return find_material(self.material) if self.material else None
+
+    def _check_values(self, problems: Problems) -> None:
+        """Collect an unknown material; see `Section._check_values`."""
+        with problems.of(self.title):
+            _ = self.known_material
 
     @property
     def of_atoms(self) -> bool:
@@ -130,23 +139,24 @@ class SubstrateConfig(KindSection):
 
 
 @dataclass(frozen=True)
-class SphereConfig(Section):
-    """``[sphere]``: radius in units of the spacing if no unit is given.
+class SphereConfig(LengthSection):
+    """``[sphere]``: radius with a unit, by default 1000 spacings of the atoms.
 
     The radius infinity means that a scan is the whole indenter.
     """
 
     title = "sphere"
     infinite_keys = ("radius",)
+    length_keys = ("radius",)
 
     radius: float | str | None = None
-    unit: str = "a0"
+    unit: str = ""
     material: str = ""
     profile: str = "paraboloid"
 
     def contents(self) -> dict[str, Any]:
         """Return the values by key for comparison; see `Section.contents`."""
-        usual = {"radius": DEFAULT_RADIUS, "unit": "a0"} if self.radius is None else {}
+        usual = {"radius": f"{DEFAULT_RADIUS:g} a0"} if self.radius is None else {}
         return super().contents() | usual
 
 

@@ -318,9 +318,10 @@ class SceneFile(Summarized):
             If a section or key is unknown, or a value is of the wrong type.
         """
         changes: dict[str, Any] = {}
-        # sections first, then kinds, as they decide which other keys there are
+        # sections first, then kinds and units, on which other keys depend
         order = sorted(
-            values, key=lambda k: (k not in SECTIONS, not k.endswith(".kind"))
+            values,
+            key=lambda k: (k not in SECTIONS, not k.endswith((".kind", ".unit"))),
         )
         for key in chain.from_iterable(map(self._keys, order)):
             outer, _, inner = key.rpartition(".")

@@ -121,11 +121,11 @@ class PathKind(Section):
         problems, types = Problems(), kind.types()
         given: dict[str, Any] = {}
         foreign: dict[str, list[str]] = {}
-        for key, value in entries.items():
-            owners = [each for each in PATHS.values() if key in each.types()]
+        for key, value in kind.renamed(entries).items():
+            owners = [each for each in PATHS.values() if key in each.names()]
             if key in types or not owners:
                 given[key] = value
-            elif all(value != getattr(each, key) for each in owners):
+            elif all(value != getattr(each, key, None) for each in owners):
                 foreign[key] = [each.kind for each in owners]
         given.pop("kind", None)
         if foreign:
@@ -144,6 +144,11 @@ class PathKind(Section):
             path = super(PathKind, kind).of(given)
         problems.check()
         return path
+
+    @classmethod
+    def names(cls) -> set[str]:
+        """Return the names of keys that files may have."""
+        return {*cls.types(), *cls.aliases}
 
     @classmethod
     def own_entries(cls, entries: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -169,7 +174,7 @@ class PathKind(Section):
         kept = {k: v for k, v in self.entries().items() if k in kind.types()}
         if name == "kind":  # other keys get defaults of the new kind
             kept = {k: v for k, v in kept.items() if v is not None}
-        return self.of({**kept, "kind": self.kind, name: value})
+        return self.of({**kept, "kind": self.kind, **self.renamed({name: value})})
 
     @property
     def control(self) -> str:

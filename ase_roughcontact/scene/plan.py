@@ -24,7 +24,6 @@ from ase_roughcontact.results.limits import LEAST_EDGE_ZONE, narrowest_zone
 from ase_roughcontact.results.record import size_of
 from ase_roughcontact.results.scan_errors import COPIES_LEFT_OUT, scans_of
 from ase_roughcontact.scene.solid import has_own_spacing
-from ase_roughcontact.scene.spacing import lengths_in_spacings
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.memory import friction_memory
@@ -49,9 +48,6 @@ _COUPLING_LEFT_OUT = (
 def warnings_of(scene: Any) -> list[str]:
     """Return warnings about scan, radius and grid of a `Scene`."""
     found = range_warnings(scene.problem)
-    note = lengths_in_spacings(scene, scene.spacing)
-    if note and scene.scans:
-        found.append(note)
     for scan in scene.scans.values():
         found += scan.warnings(scene.radius, scene.whole_tip is not None)
     return found + _spacing_warnings(scene)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -15,12 +15,18 @@ from ase_roughcontact._util.rounding import LENGTH_ROUNDING, RATIO_ROUNDING
 from ase_roughcontact._util.units import ANGLES, LENGTHS, QUANTITY
 from ase_roughcontact._util.validation import (
     integer,
-    lookup,
     nonnegative_array,
     positive,
     shown,
 )
-from ase_roughcontact.scene.section import SUBSTRATE_SEED, KindSection, Section, lengths
+from ase_roughcontact.scene.section import (
+    SUBSTRATE_SEED,
+    KindSection,
+    LengthSection,
+    Problems,
+    inverse_lengths,
+    lengths,
+)
 from ase_roughcontact.theory.self_affine import numbers_of
 from ase_roughcontact.topography import (
     ROUGHNESSES,
@@ -37,7 +43,7 @@ from ase_roughcontact.windows.memory import check_roughness
 #: Value of a key that follows from two amplitudes.
 FREE_VALUE = "free"
 #: Default values of self-affine roughness.
-DEFAULTS = {"hurst": 0.8, "short_wavelength": 4.0, "long_wavelength": 512.0}
+DEFAULTS = {"hurst": 0.8, "short_wavelength": "4 a0", "long_wavelength": "512 a0"}
 #: Rms slope of a roughness without a given amplitude.
 DEFAULT_SLOPE = 0.1
 #: Keys of lengths of a random field.
@@ -71,14 +77,16 @@ _HINTS = {
 
 
 @dataclass(frozen=True)
-class RandomFieldConfig(Section):
-    """Keys of random fields: lengths in units of the spacing if no unit is given."""
+class RandomFieldConfig(LengthSection):
+    """Keys of random fields."""
+
+    length_keys: ClassVar[tuple[str, ...]] = LENGTH_KEYS
 
     hurst: float = 0.8
-    short_wavelength: float | str = 4.0
-    long_wavelength: float | str = 512.0
+    short_wavelength: float | str = "4 a0"
+    long_wavelength: float | str = "512 a0"
     longest_wavelength: float | str | None = None
-    unit: str = "a0"
+    unit: str = ""
     seed: int = 0
     random_amplitudes: bool = False
     domain: float | str | None = None
@@ -88,7 +96,7 @@ class RandomFieldConfig(Section):
 
 @dataclass(frozen=True)
 class RoughnessConfig(KindSection, RandomFieldConfig):
-    """``[roughness]``: wavelengths in units of the spacing if no unit is given.
+    """``[roughness]``: spectrum and amplitude of random roughness.
 
     By default the roughness is self-affine. One of rms slope, height and curvature is
     given, and the others follow from the spectrum; or two of them, and one of `FREE` is
@@ -100,6 +108,7 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
     kinds = ROUGHNESSES
     file_keys = ("file",)
     hints = _HINTS
+    length_keys = (*LENGTH_KEYS, "rms_height")
 
     hurst: float | str | None = None  # type: ignore[assignment]
     short_wavelength: float | str | None = None  # type: ignore[assignment]
@@ -125,6 +134,13 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
             )
         super()._check_value(name, value, types)
 
+    def _check_values(self, problems: Problems) -> None:
+        """Collect unknown units, and lengths and curvatures without one."""
+        super()._check_values(problems)
+        with problems.of(self.title):
+            units = inverse_lengths(1.0)
+            self._check_unit("rms_curvature", self.rms_curvature, units, per="/")
+
     def surface(self, spacing: float) -> Any:
         """Return the roughness in Å.
 
@@ -148,8 +164,12 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
             return self._waves(kind, spacing)
         values, filled = {}, self._filled.contents()
         for key, value in filled.items():
-            required = key in kind.parameters and kind.parameters[key].required
-            is_chosen = key in self.given and key != "kind"
+            parameter = kind.parameters.get(key)
+            required = parameter is not None and parameter.required
+            is_chosen = key in self.given and key not in ("kind", "unit")
+            is_length = parameter is not None and parameter.unit == "a0"
+            if is_length and isinstance(value, (int, float)) and self.unit:
+                value = f"{value!r} {self.unit}"
             if value is not None and (is_chosen or required):
                 values[key] = value
         surface: Any = kind.of_parameters(**kind.converted_parameters(values, spacing))
@@ -206,7 +226,6 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
     def _waves(self, kind: type[RandomWaves], spacing: float) -> RandomWaves:
         """Return random roughness (Å) that is described by a file."""
         units = lengths(spacing)
-        lookup(self.unit, units, "unit")
         keys = "short_wavelength", "longest_wavelength", "domain"
         _check_order(self, keys, units)
         section = self.plain(keys, units, "Å", self.unit)
@@ -250,7 +269,7 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
         # any value within the others
         usual: Any = DEFAULTS["hurst"]
         if free == "short_wavelength":
-            usual = 2.0 * spacing / lengths(spacing)[self.unit]
+            usual = f"{2.0 * spacing:.17g} Å"
         if free == "long_wavelength":
             usual = self._filled.longest_wavelength or self._filled.short_wavelength
         section = replace(self._filled, **{free: usual})
@@ -271,14 +290,11 @@ class RoughnessConfig(KindSection, RandomFieldConfig):
         for name in AMPLITUDES:
             if getattr(self, name) is None:
                 continue
-            lookup(self.unit, units, "unit")
             known, unit = {"1": 1.0}, "1"
             if name == "rms_height":
-                known, unit = units, self.unit
+                known, unit = units, self.unit or "a0"
             if name == "rms_curvature":
-                known = {f"/{k}": 1.0 / value for k, value in units.items()}
-                known |= {f"{k}^-1": 1.0 / value for k, value in units.items()}
-                unit = f"/{self.unit}"
+                known, unit = inverse_lengths(spacing), f"/{self.unit or 'a0'}"
             plain = getattr(self.plain([name], known, unit), name)
             positive(**{name: plain})
             found[name] = plain * known[unit]
@@ -330,18 +346,19 @@ class SubstrateRoughnessConfig(RoughnessConfig):
 
 @dataclass(frozen=True)
 class HeterogeneityConfig(RandomFieldConfig):
-    """``[heterogeneity]``: lengths in units of the spacing if no unit is given.
+    """``[heterogeneity]``: a local work of adhesion.
 
     A random field with root mean square `rms`, or the map of a file.
     """
 
     title = "heterogeneity"
     file_keys = ("file",)
+    length_keys = (*LENGTH_KEYS, "spacing")
 
-    long_wavelength: float | str = 32.0
+    long_wavelength: float | str = "32 a0"
     rms: float | None = None
     file: str = ""
-    spacing: float | str = 1.0
+    spacing: float | str = "1 a0"
     periodic: bool = True
 
 
@@ -368,8 +385,8 @@ def random_field(
         If a value is out of range, or the spacing does not resolve the field.
     """
     # lengths are converted last: errors show them in the unit of the section
-    unit, units = section.unit, lengths(spacing)
-    scale = lookup(unit, units, "unit")
+    unit, units = section.unit or "a0", lengths(spacing)
+    scale = units[unit]
     _check_order(section, LENGTH_KEYS, units)
     section = section.plain(["direction"], ANGLES, "deg")
     entries = section.plain(LENGTH_KEYS, units, unit).entries()

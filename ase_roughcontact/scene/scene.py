@@ -189,7 +189,7 @@ class Scene(SceneFile):
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings about the scan, lengths without unit, and a grid; `warnings_of`."""
+        """Warnings about the scan and the grid; see `warnings_of`."""
         return warnings_of(self)
 
     @property

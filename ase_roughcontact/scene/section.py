@@ -9,6 +9,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from types import UnionType
@@ -61,6 +62,8 @@ class Section(Summarized):
         Keys of numbers that may be infinite.
     hints : mapping of str to str
         What to give for names that are not keys, in lower case.
+    aliases : mapping of str to str
+        Keys by further names that files may have for them.
     changes_results : bool
         Whether a scene with another value has other results.
     """
@@ -71,6 +74,7 @@ class Section(Summarized):
     word_keys: ClassVar[tuple[str, ...]] = ()
     infinite_keys: ClassVar[tuple[str, ...]] = ()
     hints: ClassVar[Mapping[str, str]] = {}
+    aliases: ClassVar[Mapping[str, str]] = {}
     changes_results: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -80,7 +84,11 @@ class Section(Summarized):
             with problems.of(self.title):
                 value = _converted(key, getattr(self, key), units_like(unit), unit)
                 object.__setattr__(self, key, value)
+        self._check_values(problems)
         problems.check()
+
+    def _check_values(self, problems: Problems) -> None:
+        """Collect errors of values that do not depend on other sections; no default."""
 
     @classmethod
     def of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
@@ -105,7 +113,7 @@ class Section(Summarized):
     @classmethod
     def checked(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries with tuples in place of lists; see `of` for errors."""
-        types, problems = cls.types(), Problems()
+        types, problems, entries = cls.types(), Problems(), cls.renamed(entries)
         for name, value in entries.items():
             with problems.of(cls.title):
                 if name not in types:
@@ -125,6 +133,25 @@ class Section(Summarized):
                     cls._check_value(name, each, types[name])
         problems.check()
         return {k: tuple(v) if isinstance(v, list) else v for k, v in entries.items()}
+
+    @classmethod
+    def renamed(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries with keys in place of their aliases.
+
+        Raises
+        ------
+        ValueError
+            If a key is given by two names.
+        """
+        found, problems = dict[str, Any](), Problems()
+        for name, value in entries.items():
+            key = cls.aliases.get(name, name)
+            with problems.of(cls.title):
+                if key in found:
+                    raise ValueError(f"give {key} once: {name} is the same key")
+            found[key] = value
+        problems.check()
+        return found
 
     @classmethod
     def _check_value(cls, name: str, value: Any, types: tuple[Any, ...]) -> None:
@@ -190,7 +217,7 @@ class Section(Summarized):
 
     def changed(self: AnySection, name: str, value: Any) -> AnySection:
         """Return the section with another value of a key; see `of` for errors."""
-        return self.of({**self.entries(), name: value})
+        return self.of({**self.entries(), **self.renamed({name: value})})
 
     def plain(
         self,
@@ -221,11 +248,11 @@ class Section(Summarized):
         ValueError
             If a string is not a number and a unit, or a unit is unknown.
         """
-        converted = {
-            key: _converted(key, getattr(self, key), units, target, default)
-            for key in keys
-        }
-        return replace(self, **converted)
+        section = copy(self)
+        for key in keys:
+            value = _converted(key, getattr(self, key), units, target, default)
+            object.__setattr__(section, key, value)  # a number needs no unit here
+        return section
 
     @property
     def files(self) -> list[str]:
@@ -259,7 +286,54 @@ class Section(Summarized):
         return replace(self, **files)
 
 
-class KindSection(Section):
+class LengthSection(Section):
+    """Section with lengths that have a unit of their own, or the unit of the section.
+
+    A length that is a number without a unit is an error, as it may be in atomic
+    spacings as well as in nm or Å.
+
+    Attributes
+    ----------
+    length_keys : tuple of str
+        Keys of lengths.
+    unit : str
+        Unit of lengths that are numbers; empty if there is none.
+    """
+
+    length_keys: ClassVar[tuple[str, ...]] = ()
+    unit: Any = ""
+
+    def _check_values(self, problems: Problems) -> None:
+        """Collect unknown units, and lengths without one."""
+        with problems.of(self.title):
+            if self.unit:
+                lookup(self.unit, lengths(1.0), "unit")
+        for key, value in self._lengths().items():
+            with problems.of(self.title):
+                self._check_unit(key, value, lengths(1.0))
+
+    def _lengths(self) -> dict[str, Any]:
+        """Return the values of lengths by key."""
+        return {key: getattr(self, key) for key in self.length_keys}
+
+    def _check_unit(
+        self, key: str, value: Any, units: Mapping[str, float], per: str = ""
+    ) -> None:
+        """Raise `ValueError` for a quantity without a unit, or with an unknown one.
+
+        `per` is "/" for quantities with units per length.
+        """
+        if isinstance(value, str) and QUANTITY.fullmatch(value):
+            quantity(key, value, units)
+        if self.unit or isinstance(value, str) or value is None or value == math.inf:
+            return
+        choices = f'"{value:g} {per}nm", or "{value:g} {per}a0" in spacings of atoms'
+        if "unit" in self.types():
+            choices += ", or unit for the section"
+        raise ValueError(f"{key} needs a unit: give {choices}")
+
+
+class KindSection(LengthSection):
     """Section with a key `kind` that names a class with keys of its own.
 
     A subclass has the fields `kind` and `parameters`.
@@ -298,6 +372,16 @@ class KindSection(Section):
         if entries.get("kind", cls.kind):
             kind_of(cls.title, entries, cls.kind, cls.kinds)
         return super().checked(entries)
+
+    def _lengths(self) -> dict[str, Any]:
+        """Return the values of lengths by key, of parameters of the kind, too."""
+        found = super()._lengths()
+        own = self.kinds.get(self.kind)
+        for kind in self.kinds.values() if own is None else [own]:
+            for key, parameter in kind.parameters.items():
+                if parameter.unit == "a0" and key in self.parameters:
+                    found[key] = self.parameters[key]
+        return found
 
     def entries(self) -> dict[str, Any]:
         """Return the values by key, of parameters only those that are given."""
@@ -367,6 +451,14 @@ def plain_values(values: Any) -> Any:
 def lengths(a0: float) -> dict[str, float]:
     """Return the units of length of scene files, with the spacing a0 (Å)."""
     return {"a0": a0, **LENGTHS}
+
+
+def inverse_lengths(a0: float) -> dict[str, float]:
+    """Return the units of curvatures of scene files, such as "/nm" and "nm^-1"."""
+    units = {}
+    for name, length in lengths(a0).items():
+        units[f"/{name}"] = units[f"{name}^-1"] = 1.0 / length
+    return units
 
 
 def _converted(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
@@ -26,7 +25,6 @@ from ase_roughcontact.elasticity import (
     Layer,
 )
 from ase_roughcontact.elasticity.material import (
-    check_element,
     contact_modulus,
     crystal_constants,
     fcc_spacing,
@@ -34,8 +32,7 @@ from ase_roughcontact.elasticity.material import (
     poisson_ratio,
     surface_spacing,
 )
-from ase_roughcontact.elasticity.named_materials import material
-from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
+from ase_roughcontact.scene.config import SubstrateConfig
 from ase_roughcontact.windows.regrid import GridChange
 
 # Relative difference within which a spacing equals the spacing of a crystal.
@@ -54,6 +51,8 @@ _DEFAULT_SURFACE = "fcc100"
 _DIRECTION_OF_X = {"fcc100": "110", "bcc100": "100", "diamond100": "110"}
 # Formats of potentials by the ends of the names of their files.
 _POTENTIAL_FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}
+# Element of the atoms of a solid without a material.
+_DEFAULT_SYMBOL = "Cu"
 # Keys of crystals of atoms.
 _CRYSTAL_KEYS = "calculator", "potential", "crystal"
 # Keys of solids without the modulus of a material.
@@ -147,7 +146,7 @@ def _contradictions(given: set[str]) -> list[str]:
 
 
 def named(substrate: SubstrateConfig) -> SubstrateConfig:
-    """Return the section with a symbol, and with values of its material.
+    """Return the section with the values of its material that are not given.
 
     Parameters
     ----------
@@ -161,27 +160,25 @@ def named(substrate: SubstrateConfig) -> SubstrateConfig:
     Raises
     ------
     ValueError
-        If the symbol or the material is unknown, or both are given.
+        If the solid can't be of this material.
     """
-    given, name = substrate, substrate.material
+    given, entry = substrate, substrate.known_material
     if GridChange.of(spacing=given.spacing) is not None:
         given = replace(given, spacing=None)
-    if not name:
-        check_element(given.symbol or SYMBOL)
-        return replace(given, symbol=given.symbol or SYMBOL)
-    if given.symbol:
-        raise ValueError(f"give symbol or material, got {given.symbol!r} and {name!r}")
-    entry = material(name)
-    spacing = entry.spacing if given.spacing is None else given.spacing
-    given = replace(given, symbol=entry.symbol, spacing=spacing)
+    if entry is None:
+        return given
+    if given.spacing is None:
+        given = replace(given, spacing=entry.spacing)
     if given.gives_moduli:
         return given
     other = next((key for key in _KEYS_WITHOUT_MODULUS if getattr(given, key)), "")
-    if other:
+    if other and not entry.crystalline:
         raise ValueError(
-            f"material = {name!r} gives the modulus of an isotropic half space, which "
-            f"{other} does not have: give symbol instead of material"
+            f"material = {given.material!r} gives the modulus of an isotropic half "
+            f'space, which {other} does not have: give a crystal, such as "Si"'
         )
+    if other:
+        return given
     return replace(given, contact_modulus=entry.contact_modulus)
 
 
@@ -213,12 +210,18 @@ def has_own_spacing(substrate: SubstrateConfig) -> bool:
 
 def _own_spacing(substrate: SubstrateConfig) -> float | None:
     """Return the spacing of the atoms of a named crystal (Å); None for other solids."""
-    if not substrate.name:
+    entry = substrate.known_material
+    if not substrate.material or (entry is not None and not entry.crystalline):
         return None
-    if substrate.material:
-        entry = material(substrate.material)
-        return surface_spacing(entry.symbol) if entry.crystalline else None
-    return surface_spacing(substrate.name)
+    return surface_spacing(symbol_of(substrate))
+
+
+def symbol_of(substrate: SubstrateConfig) -> str:
+    """Return the chemical symbol of the atoms of a solid."""
+    if not substrate.material:
+        return _DEFAULT_SYMBOL
+    entry = substrate.known_material
+    return substrate.material if entry is None else entry.symbol
 
 
 def spacing_of(substrate: SubstrateConfig) -> float | None:
@@ -242,7 +245,7 @@ def spacing_of(substrate: SubstrateConfig) -> float | None:
     if spacing is not None:
         positive(spacing=spacing)
         return spacing
-    return None if substrate.of_atoms else fcc_spacing(substrate.symbol)
+    return None if substrate.of_atoms else fcc_spacing(symbol_of(substrate))
 
 
 def poisson_of(substrate: SubstrateConfig) -> float | None:
@@ -257,10 +260,8 @@ def poisson_of(substrate: SubstrateConfig) -> float | None:
         return substrate.poisson
     if substrate.elastic_constants is not None:
         return poisson_ratio(substrate.elastic_constants)
-    if substrate.name:
-        with suppress(ValueError):
-            return material(substrate.name).poisson
-    return None
+    entry = substrate.known_material
+    return None if entry is None else entry.poisson
 
 
 def creep_of(substrate: SubstrateConfig) -> Creep | None:
@@ -282,8 +283,9 @@ def creep_of(substrate: SubstrateConfig) -> Creep | None:
             "relaxation_moduli are relative to the instantaneous modulus: give numbers "
             f"without a unit, such as [0.5, 0.3], got {shown(list(moduli))}"
         )
-    instantaneous = substrate.gives_moduli or substrate.layer_modulus is not None
-    if substrate.material and not instantaneous:
+    given = substrate.gives_moduli or substrate.layer_contact_modulus is not None
+    entry = substrate.known_material
+    if entry is not None and not (entry.crystalline or given):
         raise ValueError(
             f"the modulus of material = {substrate.material!r} is not instantaneous: "
             "give contact_modulus, from which relaxation_moduli relax"
@@ -305,12 +307,13 @@ def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
     -------
     str
     """
-    name = substrate.kind or substrate.name or "half space of given moduli"
+    name = substrate.kind or substrate.material or "half space of given moduli"
     if substrate.anisotropic:
         name += ", anisotropic continuum"
     if substrate.of_atoms:
         forces = substrate.calculator.upper() or Path(*substrate.files).name
-        name += f", crystal of atoms ({forces})"
+        element = f"{substrate.material}, " if substrate.material else ""
+        name = f"{element}crystal of atoms ({forces})"
     label = solid.label(name)
     if substrate.periodic and solid.uniform_compliance:
         label += ", heights from the mean plane of its surface"
@@ -331,7 +334,12 @@ def _constants(substrate: SubstrateConfig) -> tuple[float, ...]:
     """Return the elastic constants C11, C12 and C44 of a crystal (GPa)."""
     constants = substrate.elastic_constants
     if constants is None:
-        return crystal_constants(substrate.symbol)
+        if not substrate.material:
+            raise ValueError(
+                'the elastic solid is not given: give material, such as "Si", or '
+                "contact_modulus, or youngs_modulus with poisson"
+            )
+        return crystal_constants(symbol_of(substrate))
     in_gpa("the contact modulus of elastic_constants", contact_modulus(constants))
     return constants
 
@@ -360,16 +368,17 @@ def _cubic(substrate: SubstrateConfig) -> Cubic:
 
 
 def _layer(substrate: SubstrateConfig) -> Layer:
-    if substrate.layer_modulus is None:
-        raise ValueError("give layer_modulus, the contact modulus of the layer")
+    if substrate.layer_contact_modulus is None:
+        raise ValueError("give layer_contact_modulus, E/(1 - nu^2) of the layer")
+    modulus = in_gpa("layer_contact_modulus", substrate.layer_contact_modulus)
     thickness = substrate.plain(["layer_thickness"], LENGTHS, "Å").layer_thickness
     base = None if substrate.rigid_base else UNITS["GPa"] * _modulus(substrate)
     ratios = {"poisson": substrate.layer_poisson, "base_poisson": substrate.poisson}
     return Layer(
-        UNITS["GPa"] * in_gpa("layer_modulus", substrate.layer_modulus),
+        UNITS["GPa"] * modulus,
         thickness,
         base,
-        bonded=not substrate.sliding,
+        bonded=not substrate.frictionless_interface,
         **{name: ratio for name, ratio in ratios.items() if ratio is not None},
     )
 
@@ -385,17 +394,19 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
             raise ValueError(f"can't read {file}: {error.strerror}") from error
     else:
         metals = lookup(substrate.calculator, _METALS_OF_CALCULATOR, "calculator")
-        if substrate.symbol not in metals:
+        if substrate.material not in metals:
             raise ValueError(
-                f"EMT has the metals {', '.join(metals)}, got symbol = "
-                f"{substrate.symbol!r}: give one of them, or potential or crystal"
+                f"EMT has the metals {', '.join(metals)}, got material = "
+                f"{substrate.material!r}: give one of them, or potential or crystal"
             )
-    surface, symbol = substrate.surface or _DEFAULT_SURFACE, substrate.symbol
+    if not (substrate.material or substrate.crystal):
+        raise ValueError("potential needs material, the element of the crystal")
+    surface, symbol = substrate.surface or _DEFAULT_SURFACE, symbol_of(substrate)
     solid = _crystal_of(bool(substrate.crystal), file, contents, symbol, surface)
-    for key, found in (("symbol", solid.symbol), ("surface", solid.surface)):
+    for key, found in (("material", solid.symbol), ("surface", solid.surface)):
         given = getattr(substrate, key)
         if given not in ("", found):
-            raise ValueError(f"{file} has the {key} {found}, got {key} = {given!r}")
+            raise ValueError(f"{file} is of {found}, got {key} = {given!r}")
     return solid
 
 
@@ -436,8 +447,8 @@ _SOLID_OF_KEY: dict[str, Callable[[SubstrateConfig], ElasticSolid]] = {
 _NEEDED_KEYS: dict[str, tuple[str, ...]] = {
     "surface": (*_CRYSTAL_KEYS, "anisotropic"),
     "youngs_modulus": ("poisson",),
-    "layer_modulus": ("layer_thickness",),
+    "layer_contact_modulus": ("layer_thickness",),
     "layer_poisson": ("layer_thickness",),
     "rigid_base": ("layer_thickness",),
-    "sliding": ("layer_thickness",),
+    "frictionless_interface": ("layer_thickness",),
 }

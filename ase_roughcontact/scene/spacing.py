@@ -1,15 +1,16 @@
-"""Lengths of a scene in units of the spacing a0, and a spacing that fits a contact."""
+"""Spacing of the grid that fits the contact of a scene."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from contextlib import suppress
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.units import LENGTHS, QUANTITY
+from ase_roughcontact._util.units import QUANTITY
 from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.results.limits import LEAST_EDGE_ZONE, narrowest_zone
 from ase_roughcontact.scene.bodies import Bodies
@@ -20,52 +21,6 @@ from ase_roughcontact.windows.expected import contact_radius_on
 
 # Contact radius in spacings that resolves a smooth sphere.
 _SPACINGS_PER_RADIUS = 60
-
-
-def lengths_in_spacings(scene: SceneFile, spacing: float) -> str:
-    """Return lengths without a unit in nm, if other lengths have a unit.
-
-    Parameters
-    ----------
-    scene : SceneFile
-    spacing : float
-        The spacing a0 (Å).
-
-    Returns
-    -------
-    str
-        Keys and values in nm; empty without such lengths, or if all lengths are in
-        units of a0.
-    """
-    a0, lengths = spacing / LENGTHS["nm"], _multiples(scene)
-    values = ", ".join(
-        f"{name} = {value:g}, {value * a0:.4g} nm"
-        for name, value in lengths.items()
-        if not isinstance(value, str)
-    )
-    if not values or not _has_lengths_with_unit(scene):
-        return ""
-    return f"lengths without a unit are in spacings a0 of {a0:.4g} nm: {values}"
-
-
-def _multiples(scene: SceneFile) -> dict[str, Any]:
-    """Return the lengths in units of a0, by section and key: numbers and texts."""
-    found = {}
-    for name, value, unit in _lengths(scene):
-        if isinstance(value, str):
-            unit = _unit_of(value)
-        if value is not None and unit == "a0":
-            found[name] = value
-    return found
-
-
-def _has_lengths_with_unit(scene: SceneFile) -> bool:
-    """Return whether a length of a scene is given with another unit than a0."""
-    if scene.scans:
-        return True
-    units = {unit for _, value, unit in _lengths(scene) if value is not None}
-    units.update(map(_unit_of, _texts(scene.entries())))
-    return not units.isdisjoint(LENGTHS)
 
 
 def fitting_spacing(scene: SceneFile, bodies: Bodies) -> float | None:
@@ -90,7 +45,7 @@ def fitting_spacing(scene: SceneFile, bodies: Bodies) -> float | None:
     """
     fixed = has_own_spacing(scene.substrate) or scene.substrate.window_shape
     default = scene.indenter is None and scene.sphere.radius is None
-    multiples = _multiples(scene) or default
+    multiples = _has_multiples(scene) or default
     smooth = bodies.rough is None and bodies.radius != math.inf
     if fixed or multiples or not smooth or bodies.problem.heterogeneity is not None:
         return None
@@ -133,40 +88,37 @@ def _edge_zone(scene: SceneFile, bodies: Bodies) -> float:
     return narrowest_zone(bodies.problem)
 
 
-def _lengths(scene: SceneFile) -> Iterator[tuple[str, Any, str]]:
+def _has_multiples(scene: SceneFile) -> bool:
+    """Return whether a length is given as a multiple of the spacing."""
+    return any(_unit_of(value, unit) == "a0" for value, unit in _lengths(scene))
+
+
+def _lengths(scene: SceneFile) -> Iterator[tuple[Any, str]]:
     """Yield given lengths that may be multiples of a0, and the unit of numbers."""
     sphere = scene.sphere
-    if sphere.radius not in (None, math.inf):
-        yield "[sphere] radius", sphere.radius, sphere.unit
+    if sphere.radius != math.inf:
+        yield sphere.radius, sphere.unit
     for section in scene.sections.values():
         if isinstance(section, RandomFieldConfig):
             values = section.contents()
             for key in (*LENGTH_KEYS, "rms_height"):
-                yield f"[{section.title}] {key}", values.get(key), section.unit
-    if scene.indenter is not None:
-        for key, parameter in scene.indenter.kind_parameters.items():
-            if parameter.unit == "a0":
-                value = scene.indenter.parameters.get(key)
-                yield f"[indenter] {key}", value, "a0"
-    for key, value in scene.interaction.parameters.items():
+                yield values.get(key), section.unit
+    sections = (scene.indenter, scene.interaction)
+    parameters = [each.parameters.values() for each in sections if each is not None]
+    for value in (*chain(*parameters), *_targets(scene)):
         if isinstance(value, str):
-            yield f"[interaction] {key}", value, ""
-    for value in _texts(scene.path.entries()):
-        yield "[path]", value, ""
+            yield value, ""
 
 
-def _texts(values: Any) -> Iterator[str]:
-    """Yield the texts in nested dictionaries and lists."""
-    if isinstance(values, str):
-        yield values
-    elif isinstance(values, dict):
-        yield from _texts(list(values.values()))
-    elif isinstance(values, (list, tuple)):
-        for each in values:
-            yield from _texts(each)
+def _targets(scene: SceneFile) -> Iterator[Any]:
+    """Yield the values in the section [path]."""
+    for value in scene.path.entries().values():
+        yield from value if isinstance(value, (list, tuple)) else [value]
 
 
-def _unit_of(text: str) -> str:
-    """Return the unit of a quantity; empty for other texts."""
-    found = QUANTITY.fullmatch(text)
+def _unit_of(value: Any, unit: str) -> str:
+    """Return the unit of a quantity, a number or a text; empty for none."""
+    if not isinstance(value, str):
+        return "" if value is None else unit
+    found = QUANTITY.fullmatch(value)
     return found[2] if found else ""

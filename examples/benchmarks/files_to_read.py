@@ -29,9 +29,12 @@ ROOT = Path(rc.__file__).parent
 SPHERE = rc.RoughSphere(200.0, rc.SelfAffine(0.1, 0.8, 10.0, 40.0, seed=1))
 SPACING = 2.5
 LOOP = """
+[substrate]
+material = "Cu"
 [sphere]
 radius = "5 nm"
 [roughness]
+unit = "a0"
 rms_slope = 0.05
 long_wavelength = 16.0
 [interaction]

@@ -36,6 +36,7 @@ hardness = inf
 [sphere]
 radius = "15 nm"
 [roughness]
+unit = "a0"
 rms_slope = {slope}
 long_wavelength = 16.0
 seed = {seed}
@@ -45,7 +46,7 @@ work_of_adhesion = {work}
 [path]
 kind = "loop"
 deepest = "0.4 nm"
-cantilever = 2.0
+cantilever_stiffness = 2.0
 tolerance = {tolerance}
 """
 

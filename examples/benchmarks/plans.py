@@ -53,7 +53,7 @@ radius = "{}"
 """
 FLAT = """
 [substrate]
-symbol = "Cu"
+material = "Cu"
 model = "atoms"
 periodic = true
 [sphere]
@@ -97,11 +97,11 @@ SCENES = {
 [path]
 kind = "loop"
 deepest = "0.2 nm"
-cantilever = "1 N/m"
+cantilever_stiffness = "1 N/m"
 """,
     "crystal by EMT": """
 [substrate]
-symbol = "Cu"
+material = "Cu"
 calculator = "emt"
 [sphere]
 radius = "20 nm"
@@ -122,7 +122,7 @@ dwell = "10 s"
 [substrate]
 contact_modulus = "200 GPa"
 layer_thickness = "5 nm"
-layer_modulus = "5 GPa"
+layer_contact_modulus = "5 GPa"
 layer_poisson = 0.4
 poisson = 0.3
 spacing = "0.5 nm"
@@ -170,7 +170,7 @@ rate = "100 nm/s"
     "built-in": default_text(),
     "smooth sphere": """
 [substrate]
-symbol = "Si"
+material = "Si"
 [sphere]
 radius = "200 nm"
 """
@@ -178,7 +178,7 @@ radius = "200 nm"
     + LOADS.format(1, 2000, 30),
     "large repulsive": """
 [substrate]
-symbol = "Si"
+material = "Si"
 [sphere]
 radius = "2 um"
 """
@@ -187,7 +187,7 @@ radius = "2 um"
     + LOADS.format(100, 20000, 5),
     "plastic": """
 [substrate]
-symbol = "Au"
+material = "Au"
 model = "atoms"
 [sphere]
 radius = "100 nm"
@@ -256,7 +256,7 @@ frequency = 5.0
 [substrate]
 contact_modulus = "100 GPa"
 layer_thickness = "20 nm"
-layer_modulus = "10 GPa"
+layer_contact_modulus = "10 GPa"
 layer_poisson = 0.3
 poisson = 0.3
 spacing = "0.5 nm"

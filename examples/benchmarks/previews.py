@@ -21,6 +21,7 @@ SCENE = """
 [substrate]
 {substrate}
 [sphere]
+unit = "a0"
 radius = {radius}
 {rough}
 [interaction]
@@ -39,7 +40,7 @@ def scene(
     hurst=0.8,
     short=4.0,
     wall='kind = "repulsive"',
-    substrate='symbol = "Si"',
+    substrate='material = "Si"',
     path=(10.0, 3000.0, 12),
 ):
     """Return a scene; without a seed that of a smooth sphere."""
@@ -48,8 +49,8 @@ def scene(
     rough = ""
     if seed is not None:
         rough = (
-            f"[roughness]\nseed = {seed}\nrms_slope = {slope}\nhurst = {hurst}\n"
-            f"long_wavelength = {long}\nshort_wavelength = {short}"
+            f"[roughness]\nunit = 'a0'\nseed = {seed}\nrms_slope = {slope}\n"
+            f"hurst = {hurst}\nlong_wavelength = {long}\nshort_wavelength = {short}"
         )
     return Scene.parse(
         SCENE.format(
@@ -68,7 +69,7 @@ def scenes():
     found["smooth repulsive"] = scene()
     found["smooth hard"] = scene(wall=hard)
     found["smooth adhesive"] = scene(wall=WORK.format("adhesive", 0.05))
-    layer = 'symbol = "Si"\nlayer_thickness = "10 nm"\nlayer_modulus = 20.0'
+    layer = 'material = "Si"\nlayer_thickness = "10 nm"\nlayer_contact_modulus = 20.0'
     layer += '\nmodel = "atoms"'
     depths = 'control = "penetration"\nfirst = "0.2 nm"\nlast = "2 nm"\nsteps = 12'
     large = {"radius": 5000, "slope": 0.02, "long": 256.0, "hurst": 0.6}
@@ -95,19 +96,19 @@ def scenes():
             "path": (0.5, 100.0, 10),
         },
         "plastic": {
-            "substrate": 'symbol = "Cu"',
+            "substrate": 'material = "Cu"',
             "wall": 'kind = "plastic"',
             "path": (10.0, 1000.0, 12),
         },
         "crystal of EMT": {
-            "substrate": 'calculator = "emt"\nsymbol = "Au"',
+            "substrate": 'calculator = "emt"\nmaterial = "Au"',
             "radius": 800,
             "slope": 0.08,
             "long": 64.0,
             "path": (4.0, 1000.0, 12),
         },
         "continuum": {
-            "substrate": 'symbol = "Si"\nmodel = "continuum"',
+            "substrate": 'material = "Si"\nmodel = "continuum"',
             "wall": hard,
         },
         "layer": {"substrate": layer, "path": (2.0, 500.0, 12)},

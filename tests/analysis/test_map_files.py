@@ -157,7 +157,7 @@ def test_an_unknown_format_is_refused(atoms, tmp_path):
 
 @pytest.mark.parametrize("suffix", ["nc", "vti"])
 def test_the_command_writes_a_map_for_each_step(tmp_path, capsys, suffix):
-    text = "[substrate]\nshape = [12, 12]\n[sphere]\nradius = 20.0\n"
+    text = "[substrate]\nshape = [12, 12]\n[sphere]\nunit = 'a0'\nradius = 20.0\n"
     text += '[path]\ncontrol = "penetration"\nvalues = [0.1, 0.3]\n'
     steps = list(Scene.parse(text).run(tmp_path, validity="ignore"))
     assert main(["maps", str(tmp_path), "--format", suffix]) == 0

@@ -92,6 +92,7 @@ poisson = 0.3
 hardness = inf
 shape = [32, 32]
 [sphere]
+unit = "a0"
 radius = 400.0
 [interaction]
 kind = "hard"

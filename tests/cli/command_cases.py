@@ -21,6 +21,7 @@ model = "atoms"
 spacing = {length}
 contact_modulus = {modulus}
 [sphere]
+unit = "a0"
 radius = 60.0
 [interaction]
 {wall}
@@ -28,7 +29,7 @@ radius = 60.0
 control = "{control}"
 values = {values}
 """
-ROUGH = "[roughness]\nlong_wavelength = 16.0\n"
+ROUGH = "[roughness]\nunit = 'a0'\nlong_wavelength = 16.0\n"
 WALLS = {
     "hard": 'kind = "hard"',
     "repulsive": 'kind = "repulsive"',

@@ -140,7 +140,7 @@ def test_plan_marks_steps_that_can_not_run(scene, capsys):
 def test_plan_and_run_of_a_load_for_which_memory_is_missing_have_one_status(
     scene, capsys
 ):
-    scene.write_text("[sphere]\nradius = 2500.0\n[path]\nvalues = [1e12]\n")
+    scene.write_text("[substrate]\nmaterial = 'Cu'\n[path]\nvalues = [1e12]\n")
     assert main(["plan", str(scene)]) == 2
     planned = capsys.readouterr().out
     assert "NOT ENOUGH" in planned

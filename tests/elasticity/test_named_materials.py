@@ -297,15 +297,19 @@ SOLIDS_WITHOUT_MODULUS = (
     "substrate, sphere, message",
     [
         ('material = "wood"', "", r"\[substrate\] .* 'wood'; Known: Ag"),
-        ("", 'material = "wood"', "'wood'"),
+        ('material = "Si"', 'material = "wood"', "'wood'"),
         ('material = "copper"', "", "did you mean 'Cu'[?] Known: .*Au.*mica"),
         ('material = "aluminum"', "", "did you mean 'Al'"),
         ('material = "MICA"', "", "did you mean 'mica'"),
         *(
-            (f'material = "Si"\n{key}', "", f"'Si' .* which {key.split()[0]}")
+            (f'material = "mica"\n{key}', "", f"'mica' .* which {key.split()[0]}")
             for key in SOLIDS_WITHOUT_MODULUS
         ),
-        ("anisotropic = true", 'material = "Si"', "needs an isotropic substrate"),
+        (
+            'symbol = "Cu"\nanisotropic = true',
+            'material = "Si"',
+            "needs an isotropic substrate",
+        ),
     ],
 )
 def test_wrong_materials_are_errors(substrate, sphere, message):

@@ -17,8 +17,9 @@ WALLS = [
     InteractionConfig("adhesive", {"work_of_adhesion": 0.05}),
 ]
 SCENE = Scene.parse("""
-sphere = { radius = 60.0 }
-roughness = { long_wavelength = 16.0 }
+substrate = { material = "Cu" }
+sphere = { unit = "a0", radius = 60.0 }
+roughness = { unit = "a0", long_wavelength = 16.0 }
 path = { control = "penetration", first = 0.2, last = 0.6, steps = 3, scale = "linear" }
 """)
 LONG = SCENE.with_values({"path.first": 0.02, "path.last": 0.8, "path.steps": 10})

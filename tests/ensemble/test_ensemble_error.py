@@ -83,6 +83,7 @@ relaxation_times = [0.5]
 [sphere]
 radius = "100 nm"
 [roughness]
+unit = "a0"
 long_wavelength = 8.0
 [interaction]
 kind = "hard"

@@ -25,8 +25,8 @@ from ase_roughcontact.scene import InteractionConfig, Scene
 
 SCENE = Scene.parse("""
 substrate = { model = "atoms", contact_modulus = 100.0, spacing = 2.5 }
-sphere = { radius = 60.0 }
-roughness = { long_wavelength = 16.0 }
+sphere = { unit = "a0", radius = 60.0 }
+roughness = { unit = "a0", long_wavelength = 16.0 }
 path = { control = "penetration", values = [0.5, 2.0, 1.2] }
 """)
 PLASTIC = InteractionConfig("plastic", {"hardness": 3.0, "permanent": True})
@@ -49,6 +49,7 @@ relaxation_times = [0.1, 2.0]
 [sphere]
 radius = "20 nm"
 [roughness]
+unit = "a0"
 long_wavelength = 16.0
 [interaction]
 kind = "hard"

@@ -34,8 +34,10 @@ contact_modulus = 100.0
 shape = [24, 24]
 hardness = inf
 [sphere]
+unit = "a0"
 radius = 20.0
 [roughness]
+unit = "a0"
 long_wavelength = 8.0
 rms_slope = 0.05
 [interaction]
@@ -58,8 +60,10 @@ poisson = 0.3
 spacing = 2.5
 shape = [16, 16]
 [sphere]
+unit = "a0"
 radius = 20.0
 [roughness]
+unit = "a0"
 long_wavelength = 8.0
 [interaction]
 kind = "hard"
@@ -83,6 +87,7 @@ relaxation_times = [0.5]
 [sphere]
 radius = "100 nm"
 [roughness]
+unit = "a0"
 long_wavelength = 8.0
 [interaction]
 kind = "hard"

@@ -20,7 +20,10 @@ contact_modulus = 300.0
 [tip.roughness]
 rms_slope = 0.03
 {SPECTRUM}
+[substrate]
+material = "Cu"
 [sphere]
+unit = "a0"
 radius = 60.0
 [interaction]
 kind = "hard"

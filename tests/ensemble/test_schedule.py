@@ -16,7 +16,7 @@ from ase_roughcontact.scene import InteractionConfig, Scene
 SCENE = Scene.parse(
     """
     substrate = { model = "atoms", spacing = 2.5, contact_modulus = 80.0 }
-    sphere = { radius = 60.0 }
+    sphere = { unit = "a0", radius = 60.0 }
     path = { control = "penetration", values = [0.1] }
     """
 )
@@ -87,8 +87,8 @@ def test_columns_are_in_the_units_of_the_file_or_of_ase(control, tmp_path):
     scene = Scene.parse(
         f"""
         substrate = {{ model = "atoms", spacing = 2.5, contact_modulus = 80.0 }}
-        sphere = {{ radius = 60.0 }}
-        roughness = {{ long_wavelength = 16.0, seed = 5 }}
+        sphere = {{ unit = "a0", radius = 60.0 }}
+        roughness = {{ unit = "a0", long_wavelength = 16.0, seed = 5 }}
         interaction = {{ kind = "adhesive", work_of_adhesion = 0.05 }}
         path = {{ control = "{control}", values = [3.0, 1.0, 2.0] }}
         """

@@ -120,7 +120,10 @@ def test_a_study_of_smooth_spheres_stands_beside_hertz(run, tmp_path):
 
 
 def test_the_theory_of_a_cone_has_the_name_of_a_cone(tmp_path):
-    cone = Scene.parse('indenter = { kind = "cone", half_angle = 70.0 }')
+    cone = Scene.parse(
+        'substrate = { material = "Cu" }\n'
+        'indenter = { kind = "cone", half_angle = 70.0 }'
+    )
     scene = cone.with_values({"path": LOADS.path})
     points = study_points(scene, {}, tmp_path / "e.db", "contact_area")
     for point in points:

@@ -38,6 +38,7 @@ hardness = inf
 [sphere]
 radius = "3 nm"
 [roughness]
+unit = "a0"
 rms_slope = 0.1
 long_wavelength = 16.0
 seed = 1

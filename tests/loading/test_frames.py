@@ -73,6 +73,7 @@ symbol = "Cu"
 contact_modulus = 100.0
 hardness = 5.0
 [sphere]
+unit = "a0"
 radius = 40.0
 [interaction]
 kind = "plastic"

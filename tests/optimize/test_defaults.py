@@ -17,6 +17,7 @@ contact_modulus = {modulus}
 shape = {shape}
 periodic = {periodic}
 [sphere]
+unit = "a0"
 radius = 60.0
 [path]
 control = "height"

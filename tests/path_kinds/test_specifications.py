@@ -64,9 +64,9 @@ def test_a_lateral_control_is_given_by_its_name():
 def test_a_base_and_only_a_base_has_a_spring(control, spring):
     with pytest.raises(ValueError, match="give"):
         SlidingSpecification(1.0, LAW, [0.0, 1.0], control, spring)
-    with pytest.raises(ValueError, match="leave out cantilever"):
+    with pytest.raises(ValueError, match="leave out its stiffness"):
         check_cantilever(LOAD, 1.0)
-    with pytest.raises(ValueError, match="give cantilever"):
+    with pytest.raises(ValueError, match="give its stiffness"):
         check_cantilever(BASE, None)
 
 

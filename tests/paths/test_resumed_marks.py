@@ -11,6 +11,7 @@ TEXT = """
 contact_modulus = 100.0
 spacing = 2.5
 [sphere]
+unit = "a0"
 radius = 60.0
 [path]
 values = [1.0, 20.0]

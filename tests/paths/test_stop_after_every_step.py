@@ -68,7 +68,7 @@ def loop(wall):
     """Approach and retraction."""
     return of_scene(f"""
 substrate = {{ contact_modulus = 100.0, spacing = 2.5, hardness = inf }}
-sphere = {{ radius = 12.0 }}
+sphere = {{ unit = "a0", radius = 12.0 }}
 interaction = {{ kind = "{wall}", work_of_adhesion = 1.0 }}
 path = {{ kind = "loop", deepest = "0.1 nm", step = 1.0, tolerance = 0.05 }}
 solver = {{ accuracy = "fast" }}
@@ -185,7 +185,7 @@ def of_scene(text, **values):
 
 PLASTIC_SCENE = """
 substrate = { contact_modulus = 100.0, spacing = 2.5, hardness = 5.0 }
-sphere = { radius = 100.0 }
+sphere = { unit = "a0", radius = 100.0 }
 interaction = { kind = "plastic", permanent = true }
 path = { control = "penetration", values = [1.0, 3.0, 1.0, 0.5] }
 """

@@ -34,6 +34,7 @@ sphere = { radius = inf }
 interaction = { kind = "hard" }
 path = { values = ["100 MPa", "1 GPa"] }
 [roughness]
+unit = "a0"
 short_wavelength = 8.0
 long_wavelength = 32.0
 domain = 64.0

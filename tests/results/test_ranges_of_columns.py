@@ -253,7 +253,8 @@ def test_infinite_values_in_json_are_not_unknown(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = 'sphere = { radius = inf }\ninteraction = { kind = "hard" }\n'
     text += 'substrate = { contact_modulus = 1.0, hardness = inf, model = "atoms" }\n'
-    text += 'path = { values = ["10 GPa"] }\n[roughness]\nlong_wavelength = 16.0\n'
+    text += 'path = { values = ["10 GPa"] }\n[roughness]\nunit = "a0"\n'
+    text += "long_wavelength = 16.0\n"
     text += "short_wavelength = 8.0\ndomain = 16.0\n"
     (tmp_path / "flat.toml").write_text(text)
     main(["run", "flat.toml", "--out", "out", "--json"])

@@ -110,6 +110,7 @@ poisson = 0.3
 hardness = inf
 yield_strength = "1 GPa"
 [sphere]
+unit = "a0"
 radius = 1000.0
 [interaction]
 kind = "hard"

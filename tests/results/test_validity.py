@@ -28,7 +28,10 @@ SPHERE = rc.RoughSphere(200.0)
 SOFT = rc.LennardJones93.repulsive(1.0, 1.0)
 # Copper under 20 nN: a contact of some hundred atoms, and 10 GPa.
 COPPER = """
+[substrate]
+material = "Cu"
 [sphere]
+unit = "a0"
 radius = 300.0
 [path]
 values = [20.0, 30.0]

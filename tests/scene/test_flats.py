@@ -32,6 +32,7 @@ periodic = true
 """
 RANDOM = """
 [roughness]
+unit = "a0"
 short_wavelength = 8.0
 long_wavelength = 32.0
 domain = 128.0

@@ -14,26 +14,32 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.memory import memory_of
 
-HUGE_LOAD = "path = { values = [1e12] }"
+HUGE_LOAD = """
+substrate = { material = "Cu" }
+path = { values = [1e12] }
+"""
 LONG_RANGE = """
-sphere = { radius = 1e8 }
+substrate = { material = "Cu" }
+sphere = { unit = "a0", radius = 1e8 }
 interaction = { kind = "full", work_of_adhesion = 0.05 }
 path = { values = [1.0, 1e3] }
 """
 LARGE_DOMAIN = """
-sphere = { radius = 1e5 }
-roughness = { domain = 16384.0 }
+substrate = { material = "Cu" }
+sphere = { unit = "a0", radius = 1e5 }
+roughness = { unit = "a0", domain = 16384.0 }
 path = { values = [1.0, 1e9] }
 """
 SMALL_DOMAIN = """
-sphere = { radius = 300.0 }
-roughness = { long_wavelength = 16.0 }
+substrate = { material = "Cu" }
+sphere = { unit = "a0", radius = 300.0 }
+roughness = { unit = "a0", long_wavelength = 16.0 }
 path = { values = [1.0, 300.0, 1e4, 3e4] }
 """
 HARD = """
 substrate = {{ contact_modulus = 100.0, {} }}
-sphere = {{ radius = {} }}
-roughness = {{ long_wavelength = {} }}
+sphere = {{ unit = "a0", radius = {} }}
+roughness = {{ unit = "a0", long_wavelength = {} }}
 interaction = {{ kind = "hard" }}
 path = {{ values = [1000.0] }}
 """
@@ -53,7 +59,9 @@ def test_windows_that_no_machine_holds_are_planned_within_ten_seconds(text):
 
 
 def test_the_plan_has_the_memory_of_the_frames_that_a_run_writes():
-    scene = Scene.parse("[substrate]\nshape = [64, 64]\n[path]\nvalues = [1.0]\n")
+    scene = Scene.parse(
+        "[substrate]\nmaterial = 'Cu'\nshape = [64, 64]\n[path]\nvalues = [1.0]\n"
+    )
     path = scene.problem, scene.start, scene.control, scene.targets
     calculated = plan_path(*path, "fixed").memory
     figures = 165e6 + 22e6 + 280 * 64 * 64  # with the libraries
@@ -61,7 +69,9 @@ def test_the_plan_has_the_memory_of_the_frames_that_a_run_writes():
 
 
 def test_a_run_warns_if_the_expected_memory_is_not_free(tmp_path, monkeypatch):
-    scene = Scene.parse("[substrate]\nshape = [64, 64]\n[path]\nvalues = [1.0]\n")
+    scene = Scene.parse(
+        "[substrate]\nmaterial = 'Cu'\nshape = [64, 64]\n[path]\nvalues = [1.0]\n"
+    )
     memory = SimpleNamespace(available=1e8)
     monkeypatch.setattr(psutil, "virtual_memory", lambda: memory)
     with pytest.warns(UserWarning, match=r"0\.19 GB .* 0\.1 GB are free"):
@@ -81,7 +91,8 @@ def test_a_roughness_of_many_points_is_not_synthesised_for_a_plan():
 def test_windows_planned_on_a_coarser_lattice_are_about_the_same(length):
     scene = Scene.parse(
         f"""
-        roughness = {{ short_wavelength = {length}, domain = 4096.0 }}
+        substrate = {{ material = "Cu" }}
+        roughness = {{ unit = "a0", short_wavelength = {length}, domain = 4096.0 }}
         path = {{ control = "penetration", values = [20.0, 200.0] }}
         """
     )
@@ -98,7 +109,7 @@ def test_a_large_random_flat_is_planned_without_its_heights():
     flat = """
     substrate = { contact_modulus = 100.0, model = "continuum", refine = 1 }
     sphere = { radius = inf }
-    roughness = { domain = 2560.0 }
+    roughness = { unit = "a0", domain = 2560.0 }
     interaction = { kind = "hard" }
     path = { values = ["10 MPa"] }
     """
@@ -109,8 +120,8 @@ def test_a_large_random_flat_is_planned_without_its_heights():
 
 
 def test_long_paths_are_listed_in_part():
-    path = "[path]\nfirst = 1.0\nlast = 100.0\nsteps = {}\n"
-    short, long = (Scene.parse(path.format(n)).plan() for n in (500, 1_000_000))
+    text = '[substrate]\nmaterial = "Cu"\n[path]\nfirst = 1.0\nlast = 100.0\nsteps = {}'
+    short, long = (Scene.parse(text.format(n)).plan() for n in (500, 1_000_000))
     assert len(long.steps) == len(short.steps) == 500
     assert sum(step.count for step in long.steps) == 1_000_000
     assert [step.count for step in short.steps] == [1] * 500
@@ -168,6 +179,9 @@ def test_runs_that_can_not_end_are_refused_at_once(text, message, tmp_path, caps
 @pytest.mark.filterwarnings("ignore:the contact has a radius of")
 def test_plans_of_any_duration_are_printed(tmp_path, capsys):
     file = tmp_path / "long.toml"
-    file.write_text('path = { control = "penetration", values = [1e30] }')
+    file.write_text(
+        'substrate = { material = "Cu" }\n'
+        'path = { control = "penetration", values = [1e30] }'
+    )
     assert main(["plan", str(file)]) == 2
     assert re.search("In all about .* years", capsys.readouterr().out)

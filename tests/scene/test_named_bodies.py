@@ -10,7 +10,7 @@ from ase_roughcontact.scene import Scene
 
 GPA = UNITS["GPa"]
 # Spectrum of both bodies.
-SPECTRUM = "short_wavelength = 4.0\nlong_wavelength = 16.0\n"
+SPECTRUM = "unit = 'a0'\nshort_wavelength = 4.0\nlong_wavelength = 16.0\n"
 SOLIDS = """
 [substrate]
 contact_modulus = 100.0
@@ -30,7 +30,11 @@ rms_slope = 0.04
 seed = 5
 {SPECTRUM}
 """
-SPHERE = SOLIDS + ROUGH + '[sphere]\nradius = 200.0\n[path]\nvalues = ["20 nN"]\n'
+SPHERE = (
+    SOLIDS
+    + ROUGH
+    + '[sphere]\nunit = "a0"\nradius = 200.0\n[path]\nvalues = ["20 nN"]\n'
+)
 FLAT = SOLIDS + ROUGH + '[sphere]\nradius = inf\n[path]\nvalues = ["1 GPa"]\n'
 
 
@@ -115,9 +119,11 @@ def test_the_hardness_is_the_smaller_one():
 
 def test_a_material_of_the_tip_may_be_given_in_either_section():
     substrate = '[substrate]\nmaterial = "SiO2"\n[path]\nvalues = [5.0]\n'
-    sphere = Scene.parse(f'{substrate}[sphere]\nradius = 60.0\nmaterial = "diamond"\n')
+    sphere = Scene.parse(
+        f'{substrate}[sphere]\nunit = "a0"\nradius = 60.0\nmaterial = "diamond"\n'
+    )
     tip = Scene.parse(
-        f'{substrate}[sphere]\nradius = 60.0\n[tip]\nmaterial = "diamond"\n'
+        f'{substrate}[sphere]\nradius = "60 a0"\n[tip]\nmaterial = "diamond"\n'
     )
     assert tip.contact_modulus == sphere.contact_modulus
     assert tip.hardness == sphere.hardness
@@ -134,7 +140,9 @@ def test_statistics_of_each_body_and_of_both_are_described():
 
 def test_a_rough_substrate_alone_is_pressed_by_a_smooth_sphere():
     text = SOLIDS + "[substrate.roughness]\nrms_slope = 0.04\nseed = 5\n" + SPECTRUM
-    scene = Scene.parse(text + "[sphere]\nradius = 200.0\n[path]\nvalues = [5.0]\n")
+    scene = Scene.parse(
+        text + "[sphere]\nunit = 'a0'\nradius = 200.0\n[path]\nvalues = [5.0]\n"
+    )
     waves = {"short_wavelength": 8.0, "long_wavelength": 32.0}
     base = SelfAffine(0.04, 0.8, **waves, seed=5 + 2**32)
     expected = -base.heights((6, 6), 2.0)
@@ -231,13 +239,15 @@ def test_sections_that_contradict_each_other_are_named(extra, words):
 def test_a_scan_of_a_body_has_no_other_role(tmp_path):
     scan = "[tip.topography]\nrole = 'substrate'\n"
     scan += scan_text(tmp_path, "tip.npy", (20, 20), 2.0)
-    end = "[sphere]\nradius = 200.0\n[path]\nvalues = [5.0]\n"
+    end = "[sphere]\nunit = 'a0'\nradius = 200.0\n[path]\nvalues = [5.0]\n"
     scene = Scene.parse(SOLIDS + scan + end, str(tmp_path / "scene.toml"))
     with pytest.raises(ValueError, match=r'\[tip.topography\] role must be "indenter"'):
         scene.check()
 
 
 def test_a_tip_without_a_modulus_is_not_elastic():
-    scene = Scene.parse("[tip]\nhardness = 3.0\n[path]\nvalues = [5.0]\n")
+    scene = Scene.parse(
+        '[substrate]\nmaterial = "Cu"\n[tip]\nhardness = 3.0\n[path]\nvalues = [5.0]'
+    )
     with pytest.raises(ValueError, match=r"\[tip\] hardness needs material"):
         scene.check()

@@ -205,7 +205,8 @@ def test_a_scene_file_names_an_optimizer_and_a_kind_of_path():
 
 
 def test_a_layer_of_ones_own_names_itself_and_has_no_hardness_of_the_element():
-    text = '[substrate]\nkind = "{}"\nsymbol = "Cu"\nmodulus = 80\n[sphere]\nradius = 9'
+    text = '[substrate]\nkind = "{}"\nsymbol = "Cu"\nmodulus = 80\n'
+    text += '[sphere]\nradius = "9 a0"'
     half_space = Scene.parse(text.format("coated"))
     film = Scene.parse(text.format("film"))
     assert half_space.hardness == HARDNESS["Cu"] * UNITS["GPa"]
@@ -289,9 +290,9 @@ def test_a_roughness_of_ones_own_is_pressed_as_in_a_script():
     ("keys", "message"),
     [
         ('kind = "ripples"', "kind = .ripples. needs wavelength"),
-        ('kind = "ripples"\nwavelength = 8\nhurst = 0.6', "has no hurst"),
+        ('kind = "ripples"\nwavelength = "8 a0"\nhurst = 0.6', "has no hurst"),
         ('kind = "ripple"', "did you mean .ripples."),
-        ("wavelength = 8.0", "wavelength needs kind"),
+        ("wavelength = '8 a0'", "wavelength needs kind"),
     ],
 )
 def test_wrong_keys_of_a_roughness_are_refused_by_name(keys, message):

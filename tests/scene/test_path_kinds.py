@@ -126,8 +126,11 @@ def test_the_entries_of_a_loop_that_identify_its_calculation():
     assert Loop(2.0).given == {"kind": "loop", "deepest": 2}
 
 
-RELAXING = "[substrate]\nrelaxation_moduli = [0.5]\nrelaxation_times = [1.0]\n"
-FRICTION = "[friction]\ncoefficient = 0.3\n"
+RELAXING = (
+    "[substrate]\nmaterial = 'Cu'\nrelaxation_moduli = [0.5]\n"
+    "relaxation_times = [1.0]\n"
+)
+FRICTION = "[substrate]\nmaterial = 'Cu'\n[friction]\ncoefficient = 0.3\n"
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from ase_roughcontact.theory import plastic_area
 
 TEXT = """
 substrate = {{ {substrate} }}
-sphere = {{ radius = 200.0 }}
+sphere = {{ unit = "a0", radius = 200.0 }}
 {roughness}
 interaction = {{ kind = "plastic", {interaction} }}
 path = {{ {path} }}
@@ -26,7 +26,7 @@ def scene_of(
     substrate='symbol = "Cu"',
     interaction="permanent = false",
     path='control = "penetration", values = [0.5, 1.0, 0.5]',
-    roughness="roughness = { rms_slope = 0.02, long_wavelength = 16.0 }",
+    roughness='roughness = { rms_slope = 0.02, long_wavelength = "16 a0" }',
 ):
     scene = Scene.parse(TEXT.format(**locals()), "plastic.toml")
     scene.check()

@@ -14,8 +14,10 @@ contact_modulus = 100.0
 hardness = inf
 {substrate}
 [sphere]
+unit = "a0"
 radius = 300.0
 [roughness]
+unit = "a0"
 long_wavelength = 32.0
 [path]
 {path}
@@ -85,9 +87,9 @@ def test_run_of_few_small_steps_is_its_own_preview(values):
     "values",
     [
         {"path.values": (5e4,)},
-        {"substrate.shape": (320, 320), "roughness.domain": 512},
+        {"substrate.shape": (320, 320), "roughness.domain": "512 a0"},
         # JKR's contact is large under any load
-        {**ADHESIVE, "sphere.radius": 2e4, "roughness": None},
+        {**ADHESIVE, "sphere.radius": "2e4 a0", "roughness": None},
     ],
     ids=range(3),
 )
@@ -108,8 +110,9 @@ def test_built_in_scene_is_planned_in_a_fifth_of_its_time():
 
 @pytest.mark.parametrize("radius, spacing", [(100.0, "a0"), (20_000.0, "4 a0")])
 def test_preview_of_a_loop_is_its_deepest_state(radius, spacing):
-    loop = Scene.parse('path = { kind = "loop", deepest = 2.0 }').with_values(ADHESIVE)
-    weak = {"interaction.work_of_adhesion": 0.1, "sphere.radius": radius}
+    text = 'substrate = { material = "Cu" }\npath = { kind = "loop", deepest = 2.0 }'
+    loop = Scene.parse(text).with_values(ADHESIVE)
+    weak = {"interaction.work_of_adhesion": 0.1, "sphere.radius": f"{radius} a0"}
     shown = preview(loop.with_values(weak))
     assert list(shown.targets) == [2.0] and shown.path.control == "penetration"
     assert shown.grid_change.label == spacing

@@ -17,6 +17,7 @@ contact_modulus = 100.0
 spacing = "0.5 nm"
 hardness = inf
 [sphere]
+unit = "a0"
 radius = {radius}
 [topography]
 file = "scan.npy"

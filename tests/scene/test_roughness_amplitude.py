@@ -12,6 +12,7 @@ SCENE = """
 spacing = 2.0
 contact_modulus = 100.0
 [sphere]
+unit = "a0"
 radius = 60.0
 [roughness]
 {keys}
@@ -31,12 +32,12 @@ def scene_with(keys):
     ("key", "number", "value"),
     [
         ('rms_height = "0.15 nm"', 0, 1.5),
-        ("rms_height = 0.5", 0, 1.0),  # a0
+        ("rms_height = '0.5 a0'", 0, 1.0),
         ('unit = "nm"\nshort_wavelength = 0.8\nrms_height = 0.2', 0, 2.0),
         ("rms_slope = 0.3", 1, 0.3),
         ('rms_curvature = "0.2 /nm"', 2, 0.02),
         ('rms_curvature = "2.0 µm^-1"', 2, 2e-4),
-        ("rms_curvature = 0.1", 2, 0.05),  # 1/a0
+        ("rms_curvature = '0.1 /a0'", 2, 0.05),
     ],
 )
 def test_each_realisation_has_the_given_amplitude(key, number, value):
@@ -46,7 +47,7 @@ def test_each_realisation_has_the_given_amplitude(key, number, value):
 
 
 def test_all_realisations_together_have_the_given_height():
-    keys = 'rms_height = 1.0\nnormalise = "ensemble"\nrandom_amplitudes = true\n'
+    keys = 'rms_height = "1 a0"\nnormalise = "ensemble"\nrandom_amplitudes = true\n'
     squares = []
     for seed in range(60):
         squares.append(amplitudes(scene_with(f"{keys}seed = {seed}"))[0] ** 2)
@@ -57,11 +58,11 @@ def test_all_realisations_together_have_the_given_height():
 
 def test_two_amplitudes_are_refused():
     with pytest.raises(ValueError, match="rms_slope and rms_height"):
-        scene_with("rms_slope = 0.1\nrms_height = 1.0")
+        scene_with('rms_slope = 0.1\nrms_height = "1 a0"')
 
 
 def test_a_changed_amplitude_replaces_another_one():
-    scene = scene_with("rms_slope = 0.1").with_values({"roughness.rms_height": 1.0})
+    scene = scene_with("rms_slope = 0.1").with_values({"roughness.rms_height": "1 a0"})
     assert amplitudes(scene)[0] == pytest.approx(2.0)
     again = Scene.parse(scene.toml)
     assert again.identity == scene.identity != scene_with("").identity
@@ -77,8 +78,3 @@ def test_all_three_amplitudes_are_printed():
     text = bodies(scene)["roughness"]
     for word in (f"{height / 10:.4g} nm", f"{slope:.4g}", f"{curvature * 10:.4g} /nm"):
         assert word in text
-
-
-def test_an_rms_height_in_spacings_beside_wavelengths_in_nm_is_noted():
-    keys = 'rms_height = 0.1\nshort_wavelength = "0.8 nm"'
-    assert "[roughness] rms_height = 0.1, 0.02 nm" in bodies(scene_with(keys))["units"]

@@ -34,6 +34,7 @@ hardness = inf
 [sphere]
 radius = inf
 [roughness]
+unit = "a0"
 rms_slope = 0.1
 short_wavelength = 8.0
 long_wavelength = 32.0
@@ -119,7 +120,7 @@ def test_a_plan_has_the_time_and_memory_of_the_start_of_the_process():
 
 def test_loads_of_a_flat_are_planned_as_pressures(tmp_path, capsys):
     text = HARD.replace('"40 nm"', "inf")
-    text += "[roughness]\nlong_wavelength = 16.0\n[path]\nvalues = ['20 MPa']\n"
+    text += "[roughness]\nlong_wavelength = '16 a0'\n[path]\nvalues = ['20 MPa']\n"
     (tmp_path / "flat.toml").write_text(text)
     main(["plan", str(tmp_path / "flat.toml")])
     assert " 20.00 " in capsys.readouterr().out
@@ -140,7 +141,7 @@ def test_the_trial_of_an_attractive_wall_resolves_its_range():
 
 
 def test_cases_of_an_ensemble_are_planned_with_their_workers():
-    scenes = product(Scene.parse(STEPS), {"sphere.radius": [200.0, 300.0, 400.0]})
+    scenes = product(Scene.parse(STEPS), {"sphere.radius": ["40 nm", "60 nm", "80 nm"]})
     plan = EnsemblePlan.of(scenes, workers=2)
     assert (plan.cases, plan.steps, plan.workers) == (3, 24, 2)
     assert plan.seconds == pytest.approx(plan.costs * plan.plan.step_seconds)

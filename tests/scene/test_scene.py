@@ -18,8 +18,8 @@ from ase_roughcontact.scene.file import SECTIONS
 def test_built_in_scene_is_the_paper_s_roughness_over_four_decades_of_load():
     scene = Scene.default()
     rough = scene.roughness
-    assert scene.shape is None and scene.sphere.radius == 2500.0
-    assert (rough.short_wavelength, rough.long_wavelength) == (4.0, 512.0)
+    assert scene.shape is None and scene.sphere.radius == "2500 a0"
+    assert (rough.short_wavelength, rough.long_wavelength) == ("4 a0", "512 a0")
     assert len(scene.targets) >= 10
     assert scene.targets[-1] / scene.targets[0] == pytest.approx(1e4)
 
@@ -57,7 +57,7 @@ def test_run_writes_the_scene_with_or_without_the_text_of_its_file(tmp_path):
         Scene.default(),
         Scene.parse('interaction = { kind = "adhesive", work_of_adhesion = 1e-5 }'),
         Scene(path=Steps(values=(np.float64(1.5), np.int64(2)))),
-        Scene(substrate=SubstrateConfig(symbol='"Å"\n')),
+        Scene(substrate=SubstrateConfig(model='"Å"\n')),
     ],
     ids=range(4),
 )
@@ -69,7 +69,7 @@ def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
     next(Scene.parse(SMALL).run(tmp_path))
     path = "first = 0.2\nlast = 0.6\nsteps = 2"
     changed = SMALL.replace("60.0", "61.0").replace(path, "values = [0.3]")
-    changed = changed.replace("[roughness]\nlong_wavelength = 16.0\n", "")
+    changed = changed.replace('[roughness]\nunit = "a0"\nlong_wavelength = 16.0\n', "")
     with pytest.raises(ValueError, match="another scene") as error:
         next(Scene.parse(changed).run(tmp_path))
     text = str(error.value)
@@ -107,25 +107,33 @@ HUGE = "9" * 400  # beyond all floats
     "section, line, message",
     [
         ("spere", "radius = 3", r"unknown section 'spere'; .*'sphere'"),
-        ("substrate", "symbl = 'Cu'", "unknown key 'symbl'; .*'symbol'"),
+        ("substrate", "symbl = 'Cu'", "unknown key 'symbl'"),
         ("substrate", "shape = 32", "shape must be"),
         ("substrate", 'periodic = "false"', "periodic must be true or false"),
         ("substrate", "contact_modulus = nan", "contact_modulus must be .*, got nan"),
         ("substrate", "elastic_constants = [1.0, 2.0, 3.0]", "elastic_constants must"),
         ("substrate", f"elastic_constants = [{HUGE}, 1, 1]", "elastic_constants must"),
-        ("substrate", "hardness = 5e3", "hardness is in GPa, at most 1000, got 5000"),
+        (
+            "substrate",
+            "contact_modulus = 9\nhardness = 5e3",
+            "hardness is in GPa, at most 1000, got 5000",
+        ),
         ("substrate", "spacing = -2.5", "spacing must be .* number > 0, got -2.5"),
-        ("substrate", 'symbol = "Sj"', "unknown chemical symbol 'Sj'$"),
+        ("substrate", 'symbol = "Sj"', "unknown material 'Sj'; "),
         ("substrate", "periodic = true", r"shape = .auto. .*give .*\[n, m\]"),
-        ("sphere", "radius = -1", "radius must be a finite number > 0, got -1"),
+        ("sphere", "radius = 9", 'needs a unit: give "9 nm", or "9 a0" .*, or unit'),
         ("sphere", 'radius = "-1 nm"', "radius must be a finite .*, got '-1 nm'"),
         ("sphere", 'radius = "2 Å"', r"a0 = 2.553 Å, got '2 Å', 0.783 a0"),
         ("sphere", 'profile = "cone"', "profile must be 'paraboloid' or 'sphere'"),
         ("roughness", "rms_slope = 0", "rms_slope must be a finite number > 0"),
-        ("roughness", "short_wavelength = 1.0", "must be at least 2 a0, .* got 1 a0"),
         (
             "roughness",
-            "domain = 2048.5",
+            "short_wavelength = '1 a0'",
+            "must be at least 2 a0, .* got 1 a0",
+        ),
+        (
+            "roughness",
+            "domain = '2048.5 a0'",
             'multiple of the spacing, 1 a0, .*: give "2049 a0',
         ),
         ("interaction", 'kind = "sof"\nrange = 1', "unknown kind of interaction 'sof'"),
@@ -152,7 +160,8 @@ HUGE = "9" * 400  # beyond all floats
 def test_errors_name_file_section_and_key(section, line, message, tmp_path):
     file = tmp_path / "my.toml"
     path = "" if section == "path" else "[path]\nvalues = [1.0]\n"
-    file.write_text(f"[{section}]\n{line}\n{path}")
+    solid = "" if section == "substrate" else '[substrate]\nmaterial = "Cu"\n'
+    file.write_text(f"{solid}[{section}]\n{line}\n{path}")
     title = "" if section == "spere" else rf"\[{section}\] "
     with pytest.raises(ValueError, match=rf"my\.toml: {title}.*{message}"):
         Scene.read(file)
@@ -199,7 +208,8 @@ def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
             ],
         ),
         (
-            "friction = { coefficient = 0.3 }\npath = { values = [1.0] }",
+            'substrate = { material = "Cu" }\nfriction = { coefficient = 0.3 }\n'
+            "path = { values = [1.0] }",
             ["sliding", "or omit [friction]"],
         ),
     ],
@@ -218,7 +228,10 @@ def test_the_default_domain_is_a_number_of_spacings_suited_to_ffts(longest, side
 
 
 def test_a_roughness_that_needs_too_much_memory_is_an_error():
-    scene = Scene.parse("[roughness]\nlong_wavelength = 1e6\n[path]\nvalues = [1.0]\n")
+    scene = Scene.parse(
+        'substrate = { material = "Cu" }\n'
+        'roughness = { long_wavelength = "1e6 a0" }\npath = { values = [1.0] }'
+    )
     message = r"large: \[roughness\] .* domain of 4000000 x 4000000 .* smaller domain"
     with pytest.raises(MemoryError, match=message):
         scene.check("large")

@@ -10,8 +10,8 @@ from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.tradeoff.variants import most_accurate
 
 TEXT = """
-sphere = {{ radius = 100.0 }}
-roughness = {{ long_wavelength = 16.0 }}
+sphere = {{ unit = "a0", radius = 100.0 }}
+roughness = {{ unit = "a0", long_wavelength = 16.0 }}
 interaction = {{ kind = "hard" }}
 path = {{ values = [10.0] }}
 [substrate]
@@ -71,6 +71,7 @@ def test_question_decides_on_the_area_that_is_printed():
 FLAT = """[sphere]
 radius = inf
 [roughness]
+unit = "a0"
 domain = 64.0
 long_wavelength = 16.0
 """
@@ -81,7 +82,6 @@ RELAXING = "contact_modulus = 1.0\nrelaxation_moduli = [0.5]\nrelaxation_times =
 @pytest.mark.parametrize(
     "substrate, others, model",
     [
-        ("", "", "atoms"),
         ('symbol = "Si"', "", "atoms"),
         ('material = "diamond"', "", "atoms"),
         ('symbol = "Cu"\ncontact_modulus = 100.0', "", "atoms"),
@@ -171,4 +171,6 @@ def test_contradictions_are_errors(keys, message):
 
 def test_lattice_of_a_crystal_is_no_continuum():
     with pytest.raises(ValueError, match="needs moduli"):
-        Scene.parse('substrate = { model = "continuum", calculator = "emt" }').check()
+        Scene.parse(
+            'substrate = { model = "continuum", calculator = "emt", material = "Cu" }'
+        ).check()

@@ -7,7 +7,7 @@ from ase_roughcontact.scene import Scene
 
 TEXT = """
 substrate = { model = "atoms", contact_modulus = 100.0, spacing = 2.0 }
-sphere = { radius = 60.0 }
+sphere = { unit = "a0", radius = 60.0 }
 interaction = { kind = "exponential", work_of_adhesion = 0.3 }
 path = { control = "penetration", values = [-0.1, 0.2] }
 """
@@ -36,7 +36,7 @@ def test_default_period_holds_the_window_of_a_long_range(wall, period):
     text = TEXT.replace("exponential", wall).replace("= 60.0", "= 600.0")
     scene = Scene.parse(text + RANDOM)
     assert scene.bodies.problem.heterogeneity.pattern.side == period * scene.spacing
-    given = scene.with_values({"heterogeneity.domain": 128.0})
+    given = scene.with_values({"heterogeneity.domain": "128 a0"})
     assert given.bodies.problem.heterogeneity.pattern.side == 128.0 * scene.spacing
 
 
@@ -54,7 +54,10 @@ def test_file_is_a_map_of_the_work_of_adhesion(tmp_path):
     "text, message",
     [
         (TEXT + "[heterogeneity]\n", "give rms, of a random field, or file"),
-        (RANDOM, r"\[heterogeneity\] .*kind = .repulsive.*omit \[heterogeneity\]"),
+        (
+            '[substrate]\nmaterial = "Cu"\n' + RANDOM,
+            r"\[heterogeneity\] .*kind = .repulsive.*omit \[heterogeneity\]",
+        ),
         (TEXT + RANDOM.replace("8 Å", "3 Å"), "short_wavelength must be at least"),
     ],
 )

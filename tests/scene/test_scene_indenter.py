@@ -99,8 +99,8 @@ def test_a_truncated_cone_is_between_its_end_and_its_side():
     assert step.normal_force == pytest.approx(theory, abs=2.0 * step.force_error)
 
 
-def test_lengths_without_a_unit_are_spacings():
-    shape = scene("punch", "punch_radius = 20.0").bodies.shape
+def test_lengths_may_be_multiples_of_the_spacing():
+    shape = scene("punch", 'punch_radius = "20 a0"').bodies.shape
     assert shape.punch_radius == pytest.approx(20.0 * NM)
 
 

@@ -10,7 +10,7 @@ LONG = "a" * 1_000_000
 @pytest.mark.parametrize(
     "text",
     [
-        f'[sphere]\nprofile = "{LONG}"',
+        f'[substrate]\nmaterial = "Cu"\n[sphere]\nprofile = "{LONG}"',
         f"[sphere]\n{LONG} = 1",
         f"[{LONG}]",
         f"[path]\nvalues = [{'1.0,' * 100_000} nan]",
@@ -25,8 +25,8 @@ def test_long_words_and_lists_are_shortened(text):
 
 
 SMALL_WINDOW = """
-substrate = { shape = [8, 8] }
-sphere = { radius = 60.0 }
+substrate = { material = "Cu", shape = [8, 8] }
+sphere = { unit = "a0", radius = 60.0 }
 path = { control = "penetration", values = [2.0] }
 """
 
@@ -37,8 +37,8 @@ def test_the_error_at_the_edge_of_a_window_names_only_what_a_scene_has():
 
 
 DOMAIN = """
-substrate = { shape = [40, 40], periodic = true }
-roughness = { long_wavelength = 8.0, domain = 32.0 }
+substrate = { material = "Cu", shape = [40, 40], periodic = true }
+roughness = { unit = "a0", long_wavelength = 8.0, domain = 32.0 }
 path = { values = [1.0] }
 """
 
@@ -47,13 +47,14 @@ def test_a_domain_below_window_or_contact_is_an_error_with_the_length_needed():
     with pytest.raises(ValueError, match=r"a domain of at least 40 spacings$"):
         list(Scene.parse(DOMAIN).relax())
     assert len(list(Scene.parse(DOMAIN.replace("32.0", "40.0")).relax())) == 1
-    text = DOMAIN.replace("shape = [40, 40], periodic = true", "")
+    text = DOMAIN.replace(", shape = [40, 40], periodic = true", "")
     with pytest.raises(ValueError, match=r"a domain of \d+ grid spacings, .* nm"):
         list(Scene.parse(text.replace("1.0", "1e4")).relax())
 
 
 LOADS = """
-roughness = { long_wavelength = 16.0, domain = 64.0 }
+substrate = { material = "Cu" }
+roughness = { unit = "a0", long_wavelength = 16.0, domain = 64.0 }
 path = { control = "load", values = %s }
 """
 
@@ -65,8 +66,8 @@ def test_loads_that_are_too_large_can_be_left_out():
 
 
 COARSE = """
-substrate = { model = "continuum", coarsen = %d }
-roughness = { long_wavelength = 64.0 }
+substrate = { material = "Cu", model = "continuum", coarsen = %d }
+roughness = { unit = "a0", long_wavelength = 64.0 }
 path = { values = [5.0] }
 """
 

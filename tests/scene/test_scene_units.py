@@ -43,7 +43,7 @@ def relaxed_by(scene):
 # Values of keys, the quantities that they define (an attribute or a function of the
 # scene) in ASE's units, and other values of the keys.
 KEYS = {
-    "substrate.symbol": ("Au", lambda s: s.atoms().symbols[0], "Au", "Cu"),
+    "substrate.material": ("Au", lambda s: s.atoms().symbols[0], "Au", "Cu"),
     "substrate.spacing": (A0, lambda s: s.atoms().positions[1, 1], A0, 3.0),
     "substrate.contact_modulus": (MODULUS, "contact_modulus", MODULUS * GPA, 90.0),
     "substrate.hardness": (0.7, "hardness", 0.7 * GPA, 0.8),
@@ -51,22 +51,27 @@ KEYS = {
     "substrate.shape": ([32, 48], lambda s: s.atoms().cell[0, 0], 32.0 * A0, [36, 48]),
     "substrate.periodic": (True, lambda s: s.atoms().pbc[1], True, False),
     "substrate.model": ("continuum", "area_column", "continuum_area", "atoms"),
-    "sphere.radius": (60.0, "surface.radius", 60.0 * A0, 70.0),
+    "sphere.radius": ("60 a0", "surface.radius", 60.0 * A0, "70 a0"),
     "sphere.profile": ("sphere", "surface.profile", "sphere", "paraboloid"),
     "roughness.rms_slope": (0.2, "rough.rms_slope", 0.2, 0.1),
     "roughness.hurst": (0.7, "rough.hurst", 0.7, 0.8),
-    "roughness.short_wavelength": (5.0, "rough.short_wavelength", 5.0 * A0, 4.0),
-    "roughness.long_wavelength": (16.0, "rough.long_wavelength", 16.0 * A0, 20.0),
-    "roughness.longest_wavelength": (24.0, "rough.longest_wavelength", 24.0 * A0, 30.0),
+    "roughness.short_wavelength": ("5 a0", "rough.short_wavelength", 5.0 * A0, "4 a0"),
+    "roughness.long_wavelength": ("16 a0", "rough.long_wavelength", 16.0 * A0, "20 a0"),
+    "roughness.longest_wavelength": (
+        "24 a0",
+        "rough.longest_wavelength",
+        24.0 * A0,
+        "30 a0",
+    ),
     "roughness.seed": (3, "rough.seed", 3, 4),
     "roughness.random_amplitudes": (True, "rough.random_amplitudes", True, False),
     "roughness.normalise": ("ensemble", "rough.normalise", "ensemble", "realisation"),
-    "roughness.domain": (120.0, "rough.side", 120.0 * A0, 150.0),
+    "roughness.domain": ("120 a0", "rough.side", 120.0 * A0, "150 a0"),
     "roughness.anisotropy": (2.0, "rough.anisotropy", 2.0, 3.0),
     "roughness.direction": (30.0, "rough.direction", 30.0, 40.0),
     "interaction.kind": ("full", "wall.attractive", True, "repulsive"),
     "interaction.work_of_adhesion": (0.3, "wall.work_of_adhesion", 0.3 * J_PER_M2, 0.4),
-    "interaction.cutoff": (7.0, "wall.cutoff", 7.0 * A0, 8.0),
+    "interaction.cutoff": ("7 a0", "wall.cutoff", 7.0 * A0, "8 a0"),
     "path.control": ("load", "control", LOAD, "height"),
     "path.first": (2.0, lambda s: s.targets[0], 2.0 * NN, 3.0),
     "path.last": (50.0, lambda s: s.targets[-1], 50.0 * NN, 60.0),
@@ -83,7 +88,7 @@ for key, (value, *_) in KEYS.items():
     SCENE[key.partition(".")[0]][key.partition(".")[2]] = value
 SCENE["substrate"]["refine"] = 1
 # The same of the parameters of other walls, with the kind and all parameters.
-POWER_LAW = {"kind": "power-law", "work_of_adhesion": 0.3, "attraction_range": 1.5}
+POWER_LAW = {"kind": "power-law", "work_of_adhesion": 0.3, "attraction_range": "1.5 a0"}
 POWER_LAW |= {"exponent": 2.5, "relative_cutoff": 12.0}
 PLASTIC = {"kind": "plastic", "permanent": True, "hardness": 0.4}
 OF_WALLS = {
@@ -196,8 +201,9 @@ def test_units_of_sections_and_of_listed_values():
 )
 def test_wrong_units_are_errors_of_the_key_in_its_unit(section, line, message):
     path = "" if section == "path" else "[path]\nvalues = [1.0]\n"
+    solid = "" if section == "substrate" else '[substrate]\nmaterial = "Cu"\n'
     with pytest.raises(ValueError, match=rf"\[{section}\] .*{message}"):
-        Scene.parse(f"[{section}]\n{line}\n{path}").check()
+        Scene.parse(f"{solid}[{section}]\n{line}\n{path}").check()
 
 
 @pytest.mark.parametrize("key", OF_WALLS)

@@ -14,6 +14,7 @@ TEXT = """
 [substrate]
 {substrate}
 [sphere]
+unit = "a0"
 radius = {radius}
 [interaction]
 kind = {kind}
@@ -79,8 +80,9 @@ def test_the_spacing_fits_the_relaxed_contact_of_a_path_in_time():
         {"substrate": 'material = "PDMS"\nrefine = 2'},
         {"substrate": 'material = "PDMS"\nshape = [64, 64]'},
         {"substrate": 'symbol = "Si"'},
-        pytest.param({"substrate": 'calculator = "emt"'}, marks=pytest.mark.slow),
-        {"radius": "40000.0"},
+        pytest.param(
+            {"substrate": 'material = "Cu"\ncalculator = "emt"'}, marks=pytest.mark.slow
+        ),
         {"radius": '"40000 a0"'},
         {"more": '[roughness]\nlong_wavelength = "4 nm"\nshort_wavelength = "1 nm"'},
     ],
@@ -90,17 +92,3 @@ def test_a_spacing_that_is_given_known_or_a_unit_is_kept(options):
     text = options.get("substrate", "")
     known = next((v for k, v in default.items() if k in text), 2.34)
     assert scene(**options).spacing == pytest.approx(known, rel=0.01)
-
-
-def test_a_scene_that_mixes_spacings_and_other_units_says_what_it_took():
-    silicon, rough = 'symbol = "Si"', "[roughness]\nlong_wavelength = 64.0\n"
-    mixed = scene(silicon, "30.0", more=rough.replace("64.0", '"20 nm"'))
-    assert "[sphere] radius = 30, 11.5" in bodies(mixed)["units"]
-    units = bodies(scene(silicon, '"30 nm"', more=rough))["units"]
-    assert "[roughness] long_wavelength = 64, 24.5" in units
-    assert "radius" not in units
-
-
-@pytest.mark.parametrize("radius", ["30.0", '"30 nm"'])
-def test_a_scene_of_one_kind_of_unit_says_nothing(radius):
-    assert "units" not in bodies(scene('symbol = "Si"', radius))

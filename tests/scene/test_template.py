@@ -48,7 +48,7 @@ def wall_with(key):
 @pytest.mark.parametrize("key", GIVEN)
 def test_values_are_the_defaults_or_the_comment_gives_the_default(key):
     number, comment = GIVEN[key]
-    stated = re.search(r"default ([\w.\"]+)", comment)
+    stated = re.search(r"default (\"[^\"]*\"|[\w.]+)", comment)
     line = f"{key.partition('.')[2]} = {stated[1]}" if stated else LINES[number]
     without, given = scene_with(number, ""), scene_with(number, line)
     if key == "sphere.radius":  # its default depends on the rest of the scene

@@ -13,6 +13,7 @@ SCENE = """
 spacing = 2.0
 contact_modulus = 100.0
 [sphere]
+unit = "a0"
 radius = 60.0
 [path]
 values = [1.0]
@@ -29,7 +30,7 @@ def scene_with(keys):
 HEIGHT, SLOPE = 'rms_height = "0.06 nm"', "rms_slope = 0.1"
 CURVATURE = 'rms_curvature = "0.35 /nm"'
 _RANGE = re.compile(r"can be (\S+) to (\S+) nm")
-ROLL_OFF = "longest_wavelength = 128.0"
+ROLL_OFF = "longest_wavelength = '128 a0'"
 
 
 @pytest.mark.parametrize(
@@ -51,7 +52,7 @@ ROLL_OFF = "longest_wavelength = 128.0"
 )
 def test_each_realisation_has_both_amplitudes(keys, numbers, values, tolerance):
     if not any("long_wavelength" in key for key in keys):
-        keys = [*keys, "long_wavelength = 64.0"]
+        keys = [*keys, "long_wavelength = '64 a0'"]
     for seed in (0, 7):
         found = amplitudes(scene_with([*keys, f"seed = {seed}"]))
         got = [found[number] for number in numbers]
@@ -59,7 +60,7 @@ def test_each_realisation_has_both_amplitudes(keys, numbers, values, tolerance):
 
 
 def test_what_follows_is_printed():
-    scene = scene_with([HEIGHT, SLOPE, 'hurst = "free"', "long_wavelength = 64.0"])
+    scene = scene_with([HEIGHT, SLOPE, 'hurst = "free"', "long_wavelength = '64 a0'"])
     text = bodies(scene)["roughness"]
     assert f"hurst = {scene.rough.hurst:.4g} follows" in text
     assert 0.05 < scene.rough.hurst < 0.95
@@ -68,12 +69,12 @@ def test_what_follows_is_printed():
 def test_a_height_that_few_long_waves_do_not_have_is_refused():
     keys = ['rms_height = "0.09 nm"', SLOPE, 'long_wavelength = "free"']
     with pytest.raises(ValueError, match=r"missed by 11 %.*larger domain"):
-        scene_with([*keys, "domain = 128.0"])
+        scene_with([*keys, "domain = '128 a0'"])
     assert amplitudes(scene_with(keys))[0] == pytest.approx(0.9, rel=0.03)
 
 
 def test_an_impossible_amplitude_is_refused_with_the_possible_ones():
-    keys = [SLOPE, 'hurst = "free"', "long_wavelength = 64.0"]
+    keys = [SLOPE, 'hurst = "free"', "long_wavelength = '64 a0'"]
     with pytest.raises(ValueError, match=r"rms_height can be .* nm") as error:
         scene_with(['rms_height = "3 nm"', *keys])
     low, high = map(float, _RANGE.search(str(error.value)).groups())
@@ -99,7 +100,7 @@ def test_wrong_choices_are_refused(keys, message):
 
 
 def test_a_free_exponent_survives_its_file():
-    scene = scene_with([HEIGHT, SLOPE, 'hurst = "free"', "long_wavelength = 64.0"])
+    scene = scene_with([HEIGHT, SLOPE, 'hurst = "free"', "long_wavelength = '64 a0'"])
     again = Scene.parse(scene.toml)
     assert again.identity == scene.identity
     assert again.rough == scene.rough

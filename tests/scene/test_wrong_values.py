@@ -58,22 +58,22 @@ def of_all_bodies(keys):
 
 #: Keys with words as values, or perhaps; the calculation knows which.
 WORDS = {
-    *("substrate.symbol", "substrate.material", "substrate.calculator"),
-    *("substrate.potential", "substrate.crystal", "substrate.surface"),
-    *("substrate.model", "substrate.shape", "substrate.spacing", "sphere.unit"),
+    *("substrate.calculator", "substrate.potential", "substrate.crystal"),
+    *("substrate.surface", "substrate.model", "substrate.shape", "substrate.spacing"),
     *("sphere.material", "indenter.material", "tip.material", "study.over"),
-    *("sphere.profile", "roughness.unit", "roughness.normalise", "topography.file"),
+    *("sphere.profile", "roughness.normalise", "topography.file"),
     *("roughness.file", "roughness.convention", "roughness.series"),
     *("topography.role", "topography.unit", "topography.detrend", "topography.center"),
-    *("topography.channel", "heterogeneity.unit", "heterogeneity.file"),
+    *("topography.channel", "heterogeneity.file"),
     *("friction.coupling", "path.control", "path.scale", "solver.optimizer"),
     *("solver.accuracy", "solver.engine", "output.keep"),
 }
 #: Those that are not given by default.
 MAY_BE_EMPTY = {
-    *("substrate.symbol", "substrate.material", "substrate.calculator"),
+    *("substrate.material", "substrate.calculator", "sphere.unit", "roughness.unit"),
     *("substrate.potential", "substrate.crystal", "substrate.surface"),
     *("substrate.model", "sphere.material", "indenter.material", "tip.material"),
+    "heterogeneity.unit",
     *("topography.file", "topography.role", "heterogeneity.file", "study.over"),
     *("roughness.file", "roughness.convention", "roughness.series"),
 }
@@ -85,7 +85,11 @@ LISTS = {
     *("path.bases", "path.times", "path.rate"),
 }
 SWITCHES = {
-    *("substrate.anisotropic", "substrate.rigid_base", "substrate.sliding"),
+    *(
+        "substrate.anisotropic",
+        "substrate.rigid_base",
+        "substrate.frictionless_interface",
+    ),
     *("substrate.periodic", "roughness.random_amplitudes", "topography.periodic"),
     *("topography.transpose", "topography.remove_outliers", "heterogeneity.periodic"),
     *("topography.remove_bad_lines", "topography.extrude"),

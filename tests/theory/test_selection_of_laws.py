@@ -88,7 +88,7 @@ def test_scenes_are_compared_with_the_law_of_maugis_parameter(limit, laws, side)
     scene = Scene.parse(
         f"""
         substrate = {{ model = "atoms", spacing = {a0}, contact_modulus = 100.0 }}
-        sphere = {{ radius = {third / a0!r} }}
+        sphere = {{ unit = "a0", radius = {third / a0!r} }}
         interaction = {{ kind = "full", work_of_adhesion = 0.2 }}
         """
     )

@@ -25,8 +25,10 @@ contact_modulus = 100.0
 hardness = inf
 model = "{model}"
 [sphere]
+unit = "a0"
 radius = 100.0
 [roughness]
+unit = "a0"
 long_wavelength = 16.0
 [interaction]
 kind = "hard"
@@ -378,9 +380,9 @@ def test_cutoffs_of_a_full_wall_are_choices():
 def test_all_choices_have_the_same_local_work_of_adhesion():
     """The default period of the field depends on the range of the wall."""
     text = """
-    sphere = { radius = 20.0 }
+    sphere = { unit = "a0", radius = 20.0 }
     interaction = { kind = "full", work_of_adhesion = 0.2 }
-    heterogeneity = { rms = 0.5, long_wavelength = 8.0, seed = 3 }
+    heterogeneity = { unit = "a0", rms = 0.5, long_wavelength = 8.0, seed = 3 }
     path = { control = "penetration", values = [0.5] }
     [substrate]
     model = "atoms"

@@ -35,7 +35,9 @@ _SEGMENTS = {
 }
 # Metadata of afmformats that a user can give, with the options for them.
 _ADVICE = {
-    "spring constant": '--cantilever "0.05 N/m", or for a scene cantilever in [path]',
+    "spring constant": (
+        '--cantilever "0.05 N/m", or for a scene cantilever_stiffness in [path]'
+    ),
     "sensitivity": '--sensitivity "50 nm/V"',
 }
 

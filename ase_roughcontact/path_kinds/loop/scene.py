@@ -54,7 +54,8 @@ class Loop(PathKind):
     control = HEIGHT.name
     is_loop = True
     along = "penetration"
-    units = {"cantilever": "N/m"}
+    units = {"cantilever_stiffness": "N/m"}
+    aliases = {"cantilever": "cantilever_stiffness"}
     columns = {
         "penetration": "depth",
         "normal_force": "force",
@@ -75,12 +76,12 @@ class Loop(PathKind):
     deepest: float | str | None = None
     step: float | str | None = None
     tolerance: float = LoopSpecification.tolerance
-    cantilever: float | None = None
+    cantilever_stiffness: float | None = None
 
     @property
     def stiffness(self) -> float | None:
         """Stiffness of the cantilever (eV/Å^2); None without one."""
-        return stiffness_of("cantilever", self.cantilever)
+        return stiffness_of("cantilever_stiffness", self.cantilever_stiffness)
 
     def loop(self, bodies: Bodies) -> ContactLoop:
         """Return where the loop turns, its steps (Å) and the tolerance.
@@ -121,10 +122,10 @@ class Loop(PathKind):
         # the base at the deepest state must be lower than when the free tip jumps in
         force = self.stiffness * max(depth, 0.0) / _NN
         return (
-            f"Cantilever of {self.cantilever:.4g} N/m: if the contact still pulls with "
-            f"more than about {force:.2g} nN at a depth of {depth / _NM:.3g} nm, the "
-            "tip jumps in beyond it: then give a larger deepest, or a stiffer "
-            f"cantilever.\n\n{text}"
+            f"Cantilever of {self.cantilever_stiffness:.4g} N/m: if the contact still "
+            f"pulls with more than about {force:.2g} nN at a depth of "
+            f"{depth / _NM:.3g} nm, the tip jumps in beyond it: then give a larger "
+            f"deepest, or a stiffer cantilever.\n\n{text}"
         )
 
     def steps_of(self, bodies: Bodies, stepper: Stepper) -> PathSteps:
@@ -158,7 +159,7 @@ class Loop(PathKind):
             curve = self._curve(loop)
             if curve is not None:
                 found |= {
-                    "cantilever": f"{self.cantilever:.4g} N/m",
+                    "cantilever": f"{self.cantilever_stiffness:.4g} N/m",
                     "cantilever snap-in": _jump(curve.snap_in),
                     "cantilever pull-off": _jump(curve.pull_off),
                     "cantilever dissipation": f"{number(curve.dissipated_energy)} eV",

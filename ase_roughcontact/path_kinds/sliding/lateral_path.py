@@ -32,7 +32,8 @@ class LateralPath(PathKind):
     Displacements and bases are in Å, forces in nN, or with a unit.
     """
 
-    units = {"spring": "N/m", "direction": "deg"}
+    units = {"spring_stiffness": "N/m", "direction": "deg"}
+    aliases = {"spring": "spring_stiffness"}
     in_order = True
     has_friction = True
 
@@ -41,7 +42,7 @@ class LateralPath(PathKind):
     displacements: tuple | None = None
     forces: tuple | None = None
     bases: tuple | None = None
-    spring: float | None = None
+    spring_stiffness: float | None = None
     direction: float = 0.0
 
     @property
@@ -115,16 +116,16 @@ class LateralPath(PathKind):
             )
 
     @property
-    def spring_stiffness(self) -> float | None:
+    def lateral_stiffness(self) -> float | None:
         """Stiffness of the spring between base and indenter (eV/Å^2)."""
-        stiffness = stiffness_of("spring", self.spring)
+        stiffness = stiffness_of("spring_stiffness", self.spring_stiffness)
         check_spring(self.lateral_control, stiffness)
         return stiffness
 
     def check(self, bodies: Bodies) -> None:
         """Raise an error if the solid has no friction, or no lateral response."""
         super().check(bodies)
-        _ = self.towards, self.spring_stiffness
+        _ = self.towards, self.lateral_stiffness
         if bodies.friction is None:
             raise ValueError(
                 f'kind = "{self.kind}" needs a section [friction]: give coefficient or '

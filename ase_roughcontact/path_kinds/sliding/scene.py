@@ -57,8 +57,9 @@ class Sliding(LateralPath):
     }
     results = RESULTS
     main_result = "static_friction"
+    aliases = {**LateralPath.aliases, "steps": "steps_per_move"}
 
-    steps: int = 10
+    steps_per_move: int = 10
 
     @property
     def columns(self) -> dict[str, str]:  # type: ignore[override]
@@ -84,7 +85,7 @@ class Sliding(LateralPath):
         """Return the normal targets of the steps; see `PathKind.targets`."""
         control, found = self.controlled, self.normal_targets(bodies)
         turns = self.turns(bodies)
-        if integer("steps", self.steps, 1) * len(turns) > MAX_STEPS:
+        if integer("steps_per_move", self.steps_per_move, 1) * len(turns) > MAX_STEPS:
             raise ValueError(f"a path has at most {MAX_STEPS} steps, got more")
         if len(found) not in (1, len(turns)):
             raise ValueError(
@@ -95,7 +96,8 @@ class Sliding(LateralPath):
 
     def _between(self, turns: FloatArray) -> FloatArray:
         """Return the values at all steps."""
-        at = np.arange(self.steps * (len(turns) - 1) + 1) / self.steps
+        moves, steps = len(turns) - 1, self.steps_per_move
+        at = np.arange(steps * moves + 1) / steps
         return np.interp(at, np.arange(len(turns)), turns)
 
     def check(self, bodies: Bodies) -> None:
@@ -115,8 +117,8 @@ class Sliding(LateralPath):
                 "some fifty times in steps with an instability"
             )
         return (
-            f"Sliding in {self.count(bodies)} steps, {self.steps} between two of the "
-            f"{key}. The states at the normal targets are planned; {time}:"
+            f"Sliding in {self.count(bodies)} steps, {self.steps_per_move} between two "
+            f"of the {key}. The states at the normal targets are planned; {time}:"
         )
 
     def specification(self, bodies: Bodies) -> SlidingSpecification:
@@ -132,7 +134,7 @@ class Sliding(LateralPath):
             friction=bodies.friction.law_on(bodies.spacing),
             lateral=np.outer(self._between(self.turns(bodies)), self.towards),
             control=self.lateral_control,
-            spring=self.spring_stiffness,
+            spring=self.lateral_stiffness,
             coupling=bodies.friction.coupling,
         )
 
@@ -208,7 +210,7 @@ class Sliding(LateralPath):
         best = sorted(distinct.values(), key=lambda s: -s.stick_area * s.slip_area)
         moves = defaultdict[int, list[Any]](list)
         for state in best:
-            moves[(state.step - 1) // self.steps].append(state)
+            moves[(state.step - 1) // self.steps_per_move].append(state)
         in_turn = filter(None, chain(*zip_longest(*moves.values())))
         return sorted(islice(in_turn, _MAX_MAPS), key=lambda s: s.step)
 

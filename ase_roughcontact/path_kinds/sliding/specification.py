@@ -168,12 +168,12 @@ def check_spring(control: LateralControl, spring: float | None) -> None:
     """
     if control.sprung and spring is None:
         raise ValueError(
-            "bases need a spring between base and indenter: give spring, its stiffness"
+            "bases need a spring between base and indenter: give its stiffness"
         )
     if not control.sprung and spring is not None:
         raise ValueError(
             f"a spring needs bases as lateral targets, got {control.name}: give bases, "
-            "or leave out spring"
+            "or leave out its stiffness"
         )
     if spring is not None:
         positive(spring=spring)

@@ -141,7 +141,7 @@ class TimedSliding(LateralPath):
             friction=check_rate(bodies.friction.law_on(bodies.spacing)),
             schedule=self.lateral_schedule(bodies),
             control=self.lateral_control,
-            spring=self.spring_stiffness,
+            spring=self.lateral_stiffness,
             direction=(x, y),
             tolerance=self.tolerance,
         )

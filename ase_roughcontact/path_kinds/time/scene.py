@@ -70,7 +70,13 @@ class Timed(PathKind):
 
     kind = "time"
     record = TimeStep
-    units = {"cantilever": "N/m", "times": "s", "dwell": "s", "frequency": "Hz"}
+    units = {
+        "cantilever_stiffness": "N/m",
+        "times": "s",
+        "dwell": "s",
+        "frequency": "Hz",
+    }
+    aliases = {"cantilever": "cantilever_stiffness"}
     in_order = True
     in_time = True
     controls = (*PathKind.controls, BASE)
@@ -92,7 +98,7 @@ class Timed(PathKind):
     frequency: float | None = None
     cycles: int = 3
     tolerance: float = TimeSpecification.tolerance
-    cantilever: float | None = None
+    cantilever_stiffness: float | None = None
 
     @property
     def columns(self) -> dict[str, str]:  # type: ignore[override]
@@ -111,7 +117,7 @@ class Timed(PathKind):
     @property
     def stiffness(self) -> float | None:
         """Stiffness of the cantilever (eV/Å^2); None without one."""
-        stiffness = stiffness_of("cantilever", self.cantilever)
+        stiffness = stiffness_of("cantilever_stiffness", self.cantilever_stiffness)
         try:
             check_cantilever(self.controlled, stiffness)
         except ValueError as error:

@@ -56,13 +56,11 @@ def check_cantilever(control: Control, cantilever: float | None) -> None:
     ValueError
     """
     if control == BASE and cantilever is None:
-        raise ValueError(
-            "heights of the base need a cantilever: give cantilever, its stiffness"
-        )
+        raise ValueError("heights of the base need a cantilever: give its stiffness")
     if control != BASE and cantilever is not None:
         raise ValueError(
             "a cantilever needs heights of its base as targets, got "
-            f"{control.plural}: give bases, or leave out cantilever"
+            f"{control.plural}: give bases, or leave out its stiffness"
         )
     if cantilever is not None:
         positive(cantilever=cantilever)

@@ -104,7 +104,7 @@ def test_the_energy_lost_in_a_loop_with_a_state_without_energy_is_not_known():
         ('"0.2 nm"', '"-0.9 nm"', r"deepest must be .* above -0\.\d+ nm, .* -0\.9 nm"),
         ('"loop"', '"lop"', "unknown kind of path 'lop'"),
         ("step = 0.5", "step = -1.0", "step must be .* > 0"),
-        ("cantilever = 60.0", "cantilever = 0.0", "cantilever must be"),
+        ("cantilever = 60.0", "cantilever = 0.0", "cantilever_stiffness must be"),
     ],
 )
 def test_wrong_loops_are_errors_of_the_path(old, new, message):
@@ -176,7 +176,8 @@ def test_a_wall_beyond_the_roughness_is_an_error_before_a_loop_begins(
     wall = 'kind = "power-law"\nattraction_range = 3.0'
     text = LOOP.replace('kind = "adhesive"', wall).replace("shape = [18, 18]", "")
     text = text.replace(
-        "[interaction]", "[roughness]\nlong_wavelength = 8.0\n[interaction]"
+        "[interaction]",
+        "[roughness]\nunit = 'a0'\nlong_wavelength = 8.0\n[interaction]",
     )
     (tmp_path / "loop.toml").write_text(text)
     options = ["--out", str(tmp_path / "out")] if command == "run" else []

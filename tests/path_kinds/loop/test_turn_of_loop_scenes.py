@@ -14,6 +14,7 @@ spacing = 2.5
 contact_modulus = 100.0
 hardness = inf
 [sphere]
+unit = "a0"
 radius = 20.0
 [interaction]
 kind = "adhesive"

@@ -283,7 +283,11 @@ def test_laws_of_a_scene():
 def test_poissons_ratio_agrees_with_the_substrate():
     assert scene_with().solid == Isotropic(80.0 * GPA, 0.3)
     named = Scene.parse(TEXT).with_values(
-        {"substrate.contact_modulus": None, "substrate.poisson": None}
+        {
+            "substrate.contact_modulus": None,
+            "substrate.poisson": None,
+            "substrate.material": "Cu",
+        }
     )
     values = {"substrate.material": "SiO2", "substrate.spacing": None}
     assert named.with_values(values).solid.poisson == 0.16
@@ -328,7 +332,7 @@ def test_two_elastic_bodies_slide_as_their_compliances_add_up():
         ),
         ({"path.control": "base"}, "control 'base'.* Known: load, penetration, height"),
         ({"path.spring": 1.0}, "a spring needs bases"),
-        ({"path.steps": 0}, "steps must be"),
+        ({"path.steps": 0}, "steps_per_move must be"),
         ({"path.first": 1.0}, "first"),
         ({"friction": None}, r'"sliding" needs a section \[friction\]'),
         ({"friction.coefficient": None}, "give coefficient, shear_strength, or both"),

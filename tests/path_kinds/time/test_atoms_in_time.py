@@ -207,7 +207,7 @@ def test_columns_of_a_path_in_time_are_derived_from_its_class():
 def test_errors_say_what_a_path_in_time_needs():
     with pytest.raises(ValueError, match="exactly one of"):
         time_path(atoms_on(HardWall()), penetrations=PATH, loads=PATH)
-    with pytest.raises(ValueError, match="give cantilever"):
+    with pytest.raises(ValueError, match="give its stiffness"):
         time_path(atoms_on(HardWall(), fixed=False), bases=PATH)
 
 

@@ -158,8 +158,8 @@ def test_targets_over_time_follow_from_rates_times_and_oscillations(
         ({"values": [1.0, 1.0]}, "later times"),
         ({"times": "1 s", "rate": None}, "times must be a list of numbers"),
         ({"amplitude": 1.0}, "both amplitude and frequency"),
-        ({"control": "base"}, "give cantilever"),
-        ({"cantilever": 1.0}, "leave out cantilever"),
+        ({"control": "base"}, "give its stiffness"),
+        ({"cantilever": 1.0}, "leave out its stiffness"),
     ],
 )
 def test_errors_of_the_path_name_what_is_missing(keys, message):
