@@ -21,8 +21,8 @@ from ase_roughcontact.windows.memory import DRAWING_BYTES
 _ROW_SIZE = 10_000
 # Size of a row of places, with what is written beside them (bytes).
 _PLACE_SIZE = 300
-# Size of the figure of places (bytes).
-_FIGURE_SIZE = 100_000
+# Size of the figure of places with a scan, and of each of its maps (bytes).
+_FIGURE_SIZE, _MAP_SIZE = 96_000, 28_000
 # Processor time of start and end of a process, of the checks of a case, and of writing
 # a row of a database, over the time of the start of the program.
 _PROCESS_TIME, _CASE_TIME, _ROW_TIME = 1.4, 0.05, 0.0025
@@ -44,6 +44,8 @@ class EnsemblePlan:
         Number of processes.
     rows : int
         Number of rows of the database; zero for places.
+    maps : int
+        Number of maps of places; zero for a database.
     """
 
     cases: int
@@ -51,6 +53,7 @@ class EnsemblePlan:
     costs: float
     workers: int
     rows: int
+    maps: int = 0
 
     @classmethod
     def of(
@@ -85,6 +88,7 @@ class EnsemblePlan:
             costs=sum(costs) / costs[middle],
             workers=min(number_of_workers(workers), count),
             rows=0 if places else count * (plan.count + 1),
+            maps=_number_of_maps(scenes[middle]) if places else 0,
         )
 
     @property
@@ -106,7 +110,8 @@ class EnsemblePlan:
         """Size of the files (bytes)."""
         if self.rows:
             return self.rows * _ROW_SIZE
-        return self.cases * _PLACE_SIZE + _FIGURE_SIZE
+        figure = _FIGURE_SIZE + _MAP_SIZE * self.maps
+        return self.cases * _PLACE_SIZE + figure + self.plan.inputs
 
     @property
     def memory(self) -> float:
@@ -154,3 +159,8 @@ class EnsemblePlan:
                 ("basis", f"{basis}, of the case of median cost"),
             ]
         )
+
+
+def _number_of_maps(scene: Scene) -> int:
+    """Return the number of maps of places: area, pull-off force, dissipated energy."""
+    return 1 + scene.wall.attractive + ("dissipated_energy" in scene.path.results)

@@ -16,6 +16,7 @@ from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, step_timer, thinned
 from ase_roughcontact.results.record import text_of
+from ase_roughcontact.solvers.hard.active_set import check_capacity
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.auto import CONTACT_WINDOW_SIZE, AutoWindow
@@ -146,6 +147,8 @@ def _fixed_shapes(
 ) -> Shapes:
     """Return the shapes of the window and its FFT grid, if the contact fits into it."""
     halfspace = contact.halfspace
+    if control == LOAD:
+        check_capacity(contact, target)
     width = _contact_width(problem, contact, control, target)
     if not halfspace.periodic and width > min(halfspace.shape) - 1:
         raise ValueError(

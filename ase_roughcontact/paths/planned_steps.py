@@ -179,6 +179,8 @@ class Plan(Summarized):
         Costs of the process before its first step.
     figures, views : int
         Number of figures, and the largest number of frames for viewing; zero for all.
+    inputs : int
+        Size of the scene's files, which are copied beside the results (bytes).
     """
 
     steps: tuple[PlannedStep, ...]
@@ -196,6 +198,7 @@ class Plan(Summarized):
     start: StartCosts = StartCosts()
     figures: int = 0
     views: int = 0
+    inputs: int = 0
 
     def repeated(self, count: int) -> Plan:
         """Return the plan of a path with `count` times as many steps of these sizes."""
@@ -254,7 +257,8 @@ class Plan(Summarized):
     @property
     def files(self) -> float:
         """Size of all files of the run (bytes)."""
-        return self.frames + self.restart + _FIGURE_SIZE * self.figures
+        results = self.frames + self.restart + _FIGURE_SIZE * self.figures
+        return results + self.inputs
 
     @property
     def memory(self) -> float:

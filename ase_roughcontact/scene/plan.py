@@ -6,6 +6,7 @@ import math
 from bisect import bisect_left
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -204,6 +205,7 @@ def with_files_of(scene: Any, plan: Plan) -> Plan:
         fields_of_state=_fields_of_state(scene),
         figures=_number_of_figures(scene),
         views=schedule.sample_times().size if schedule else 0,
+        inputs=sum(Path(file).stat().st_size for file in scene.files),
     )
 
 

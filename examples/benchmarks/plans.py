@@ -32,6 +32,8 @@ from ase_roughcontact.scene.run_plan import run_plan
 
 TABLE = Path(__file__).with_suffix(".csv")
 HEADS = ("scene", "quantity", "planned", "measured")
+# What stands before a planned number that is a lower bound.
+LOWER_BOUND = ">"
 # Time between two readings of the memory of processes (s).
 INTERVAL = 0.1
 
@@ -69,6 +71,12 @@ ROUGH = """
 rms_slope = {}
 short_wavelength = "{} nm"
 long_wavelength = "{} nm"
+"""
+SCANNED = """
+[topography]
+file = "scan.txt"
+role = "substrate"
+margin = "12 nm"
 """
 HARD = """
 [interaction]
@@ -199,6 +207,13 @@ kind = "plastic"
 [path]
 values = ["50 nN", "100 nN", "200 nN", "400 nN", "800 nN", "100 nN"]
 """,
+    "plastic flat": FLAT.format(0.2, 256)
+    + """
+[interaction]
+kind = "plastic"
+[path]
+values = ["50 MPa", "100 MPa", "200 MPa", "300 MPa", "200 MPa", "50 MPa"]
+""",
     "adhesive depths": SILICA
     + ROUGH.format(0.05, 2, 20)
     + ADHESIVE.format(20)
@@ -239,6 +254,32 @@ kind = "sliding"
 values = ["100 nN"]
 displacements = [0, "0.1 nm", 0]
 steps = 10
+""",
+    "sliding in time": """
+[substrate]
+contact_modulus = 100.0
+poisson = 0.5
+spacing = 2.5
+[sphere]
+radius = "10 nm"
+[friction]
+kind = "rate-and-state"
+coefficient = 0.4
+direct_effect = 0.01
+evolution_effect = 0.02
+distance = "0.2 nm"
+velocity = "1 nm/s"
+density = 2700.0
+shear_modulus = 25.0
+"""
+    + HARD
+    + """
+[path]
+kind = "sliding-in-time"
+values = [10.0]
+bases = [0, "20 nm"]
+spring = 0.2
+rate = "1 nm/s"
 """,
     "oscillation": POLYMER.format("8 nm", [0.6], '["0.1 s"]', "5 um")
     + HARD
@@ -299,15 +340,27 @@ values = ["5 nN", "10 nN", "20 nN", "50 nN"]
 kind = "loop"
 deepest = "0.2 nm"
 """,
-    "places": SILICA
-    + """
-[topography]
-file = "scan.txt"
-role = "substrate"
-margin = "12 nm"
-"""
+    "ensemble of slides": SILICA
+    + ROUGH.format(0.05, 2, 20)
     + HARD
-    + LOADS.format(1, 50, 4),
+    + """
+[friction]
+coefficient = 0.3
+[path]
+kind = "sliding"
+values = ["40 nN"]
+displacements = [0, "0.2 nm"]
+steps = 6
+""",
+    "places": SILICA + SCANNED + HARD + LOADS.format(1, 50, 4),
+    "places of loops": SILICA
+    + SCANNED
+    + ADHESIVE.format(50)
+    + """
+[path]
+kind = "loop"
+deepest = "0.1 nm"
+""",
 }
 # Values of ensembles.
 VALUES = {
@@ -316,9 +369,11 @@ VALUES = {
         "roughness.rms_slope": [0.05, 0.1],
     },
     "ensemble of loops": {"roughness.seed": [0, 1, 2, 3, 4, 5]},
+    "ensemble of slides": {"roughness.seed": [0, 1, 2, 3, 4, 5]},
 }
-# Number of places along each side, and number of workers.
-PLACES, WORKERS = 4, 2
+# Number of places along each side.
+PLACES = {"places": 4, "places of loops": 2}
+WORKERS = 2
 
 
 def scan(points, pixel, height, curvature=0.0):
@@ -348,8 +403,8 @@ def write_scene(name, folder):
 
 def command_of(name, file):
     """Return the command that calculates a scene, without the place of its results."""
-    if name == "places":
-        grid = f"{PLACES}x{PLACES}"
+    if name in PLACES:
+        grid = f"{PLACES[name]}x{PLACES[name]}"
         return ["places", str(file), "--grid", grid, "--workers", str(WORKERS)]
     if name not in VALUES:
         return ["run", str(file)]
@@ -373,16 +428,18 @@ def print_plan(name, folder):
     scene.check()
     if name in VALUES:
         plan = EnsemblePlan.of(product(scene, VALUES[name]), WORKERS, start)
-    elif name == "places":
-        scenes = places_of(scene, (PLACES, PLACES))
+    elif name in PLACES:
+        scenes = places_of(scene, (PLACES[name], PLACES[name]))
         plan = EnsemblePlan.of(scenes, WORKERS, start, places=True)
     else:
         plan = run_plan(scene, start.with_scene())
+    totals = plan.totals
     found = {
-        "steps": plan.steps if isinstance(plan, EnsemblePlan) else plan.count,
-        "memory": plan.memory / 1e6,
-        "files": plan.files / 1e6,
-        "time": plan.seconds,
+        "steps": totals["steps"],
+        "memory": totals["memory"] / 1e6,
+        "files": totals["files"] / 1e6,
+        "time": totals["seconds"],
+        "at_least": totals["at_least"],
     }
     print(json.dumps(found))
 
@@ -390,10 +447,10 @@ def print_plan(name, folder):
 def measured(name, folder):
     """Run a scene; return steps, peak memory, files and time."""
     arguments = command_of(name, write_scene(name, folder))
-    kept = [each.name for each in folder.iterdir()]
     out = folder / "out"
+    out.mkdir()
     if arguments[0] == "ensemble":
-        arguments += ["--database", str(folder / "spheres.db")]
+        arguments += ["--database", str(out / "spheres.db")]
     else:
         arguments += ["--out", str(out), "--quiet"]
     line = [sys.executable, "-m", "ase_roughcontact", *arguments]
@@ -406,12 +463,11 @@ def measured(name, folder):
             peak = max(peak, peak_memory(number))
         time.sleep(INTERVAL)
     after = os.times()
-    files = [each for each in folder.rglob("*") if each.is_file()]
-    size = sum(each.stat().st_size for each in files if each.name not in kept)
+    files = [each for each in out.rglob("*") if each.is_file()]
     return {
-        "steps": steps_of(folder, arguments[0]),
+        "steps": steps_of(out, arguments[0]),
         "memory": peak / 1e6,
-        "files": size / 1e6,
+        "files": sum(each.stat().st_size for each in files) / 1e6,
         "time": sum(after[2:4]) - sum(before[2:4]),
     }
 
@@ -436,13 +492,20 @@ def peak_memory(number):
 
 
 def steps_of(folder, command):
-    """Return the number of steps that a run has written."""
+    """Return the number of steps that a run has written; None for places."""
     if command == "run":
-        return len((folder / "out" / "curve.csv").read_text("utf-8").splitlines()) - 1
+        return len((folder / "curve.csv").read_text("utf-8").splitlines()) - 1
     if command == "places":
         return None
     with connect(folder / "spheres.db") as database:
         return database.count("step>=0")
+
+
+def rounded(value):
+    """Return a number as text with three digits; empty for None."""
+    if value is None:
+        return ""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def stored():
@@ -466,22 +529,30 @@ def write(rows):
 
 
 def report(rows):
-    """Print planned / measured of each scene."""
+    """Print what was planned and measured for each scene, and how many are close."""
     quantities = "steps", "memory", "files", "time"
+    close = total = 0
     print("| scene | steps | memory (MB) | files (MB) | time (s) |")
     print("|---|---|---|---|---|")
     for name in SCENES:
         cells = []
         for quantity in quantities:
-            texts = rows.get((name, quantity))
-            if texts is None or "" in texts:
+            plan, run = rows.get((name, quantity), ("", ""))
+            if not run:
                 cells.append("")
                 continue
-            plan, run = map(float, texts)
-            mark = "" if 1 / 1.3 <= plan / run <= 1.3 else " *"
-            cells.append(f"{plan:.3g} / {run:.3g}{mark}")
+            least = plan.startswith(LOWER_BOUND)
+            ratio = float(plan.removeprefix(LOWER_BOUND)) / float(run)
+            is_close = 1 / 1.3 <= ratio <= 1.3
+            total += not least
+            close += is_close and not least
+            mark = "" if is_close or least else " *"
+            cells.append(f"{plan} / {run}{mark}")
         if any(cells):
             print(f"| {name} | {' | '.join(cells)} |")
+    print(
+        f"\n{close} of {total} numbers are within a factor of 1.3, others have a star."
+    )
 
 
 def main():
@@ -504,7 +575,8 @@ def main():
             plan = planned(name, Path(folder))
             run = measured(name, Path(folder))
         for quantity, value in run.items():
-            texts = f"{plan[quantity]:.4g}", "" if value is None else f"{value:.4g}"
+            bound = LOWER_BOUND if plan["at_least"] and quantity != "memory" else ""
+            texts = [f"{bound}{rounded(plan[quantity])}", rounded(value)]
             rows[name, quantity] = texts
         print(name, plan, run, flush=True)
         write(rows)

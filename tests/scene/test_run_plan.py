@@ -3,6 +3,7 @@
 import json
 import tracemalloc
 
+import numpy as np
 import pytest
 
 from ase_roughcontact._util.printing import plain
@@ -124,6 +125,29 @@ def test_loads_of_a_flat_are_planned_as_pressures(tmp_path, capsys):
     (tmp_path / "flat.toml").write_text(text)
     main(["plan", str(tmp_path / "flat.toml")])
     assert " 20.00 " in capsys.readouterr().out
+
+
+def test_a_load_above_the_hardness_of_the_whole_flat_cannot_run():
+    plastic = 'kind = "plastic"\nhardness = "2 GPa"'
+    text = FLAT.replace('kind = "hard"', plastic).replace('"1 GPa"', '"1 GPa", "3 GPa"')
+    first, second = Scene.parse(text).plan().steps
+    assert first.problem == ""
+    assert "give a smaller load" in second.problem
+
+
+def test_files_of_a_run_include_the_copied_scan(tmp_path):
+    wave = np.cos(0.5 * np.arange(200))
+    np.savetxt(tmp_path / "scan.txt", 0.1 * wave * wave[:, None])
+    tip = '[topography]\nfile = "scan.txt"\nrole = "substrate"\n'
+    tip += 'spacing = "2 nm"\nunit = "nm"\n'
+    (tmp_path / "scene.toml").write_text(STEPS + tip)
+    (tmp_path / "smooth.toml").write_text(STEPS)
+    with_scan, smooth = (
+        Scene.read(tmp_path / f"{name}.toml").plan() for name in ("scene", "smooth")
+    )
+    size = (tmp_path / "scan.txt").stat().st_size
+    assert (with_scan.inputs, smooth.inputs) == (size, 0)
+    assert with_scan.files > size
 
 
 def test_a_scene_that_is_too_large_for_a_trial_has_a_wide_range():

@@ -115,7 +115,7 @@ def active_set(
     if start is not None:
         start = _nonnegative(contact, start)
     if support.load is not None:
-        _check_capacity(contact, support.load)
+        check_capacity(contact, support.load)
     least = force_per_gap(halfspace) * options.largest_gap * halfspace.spacing
     if support.load is not None and support.load <= least:
         # carried by the lowest atom, which coarser grids may not contain
@@ -157,7 +157,7 @@ def check_height(contact: Contact, height: float) -> None:
         )
 
 
-def _check_capacity(contact: Contact, load: float) -> None:
+def check_capacity(contact: Contact, load: float) -> None:
     """Raise `ValueError` if a load is larger than the hardness times the area."""
     hardness, halfspace = contact.wall.hardness, contact.halfspace
     area = halfspace.cell_area * math.prod(halfspace.shape)
