@@ -91,6 +91,7 @@ def draw(
     folder: Path,
     shown: Sequence[LoadStep] | None = None,
     stress_view: StressView | None = None,
+    ending: str = "png",
 ) -> list[str]:
     """Draw the figures of a run.
 
@@ -107,13 +108,15 @@ def draw(
     stress_view : StressView, optional
         What stress.png shows. It is drawn for the largest load if this is given, or
         stresses below the surface are asked for.
+    ending : str
+        Ending of the names of the files, which is their format.
 
     Returns
     -------
     list of str
-        Names of the files: curve.png, if a force is compressive; force.png, for paths
-        of penetrations or heights and paths with tension, but not for loops, which have
-        a figure of their own; contact.png, if atoms are in
+        Names of the files, here with png: curve.png, if a force is compressive;
+        force.png, for paths of penetrations or heights and paths with tension, but not
+        for loops, which have a figure of their own; contact.png, if atoms are in
         contact; stress.png, if stresses below the surface are asked for. Paths in time
         have the last two only.
     """
@@ -123,24 +126,24 @@ def draw(
         draw_area = _draw_flat if scene.is_flat else _draw_curve
         if path.is_loop:
             draw_area = _draw_loop_area
-        draw_area(reference, steps, folder / "curve.png")
-        names.append("curve.png")
+        names.append(f"curve.{ending}")
+        draw_area(reference, steps, folder / names[-1])
     tension = any(step.normal_force < -step.tolerance for step in steps)
     force = tension or (path.controlled != LOAD and names)
     if force and not (path.in_order or path.is_loop):
-        _draw_force(reference, steps, folder / "force.png")
-        names.append("force.png")
+        names.append(f"force.{ending}")
+        _draw_force(reference, steps, folder / names[-1])
     touching = _touching(_with_frames(steps, folder) if shown is None else shown)
     if touching:
         maps = _chosen_steps(touching) if shown is None else touching
-        _draw_maps(reference, steps, maps, folder)
-        names.append("contact.png")
+        names.append(f"contact.{ending}")
+        _draw_maps(reference, steps, maps, folder / names[-1])
     if touching and (stress_view or _has_stress(scene)):
         step = _of_largest_load(touching)
         seen, title = _contact_map(step, folder), _title(scene, step, "")
         view = stress_view or StressView()
-        draw_stress(scene, seen, title, folder / "stress.png", view)
-        names.append("stress.png")
+        names.append(f"stress.{ending}")
+        draw_stress(scene, seen, title, folder / names[-1], view)
     return names
 
 
@@ -371,7 +374,7 @@ def _draw_maps(
     reference: Reference,
     steps: Sequence[LoadStep],
     shown: Sequence[LoadStep],
-    folder: Path,
+    file: Path,
 ) -> None:
     """Draw maps of some steps, with the contact of a smooth sphere under their load."""
     branches = reference.scene.path.branch_names(reference.scene.bodies, steps)
@@ -389,9 +392,10 @@ def _draw_maps(
     rows, columns = -(-len(shown) // 2), min(len(shown), 2)
     lines = 1 + max(title.count("\n") for title in titles)
     height = 0.5 + rows * (2.6 / columns + 0.16 * lines)
-    with written(folder / "contact.png", height) as figure:
+    with written(file, height) as figure:
         panels = map_panels(figure, len(shown))
-        frames = frames_of_steps(folder / "sweep.traj", [step.step for step in shown])
+        numbers = [step.step for step in shown]
+        frames = frames_of_steps(file.parent / "sweep.traj", numbers)
         maps = zip(panels, frames, shown, titles, strict=True)
         for panel, frame, step, title in maps:
             area = float(smooth.contact_area(step.normal_force))

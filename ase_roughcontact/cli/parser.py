@@ -138,6 +138,8 @@ def make_parser() -> argparse.ArgumentParser:
     summary = "draw the figures of a run again"
     figure = command("figure", summary, "runs.draw_figures")
     _add_folder(figure)
+    formats = ["png", "pdf", "svg", "eps"]
+    figure.add_argument("--format", choices=formats, default="png", help="default: png")
     _add_times(figure)
     _add_stress_view(figure)
     summary = "print the built-in scene as a template"

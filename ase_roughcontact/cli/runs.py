@@ -180,14 +180,15 @@ def _draw_pictures(
     folder: Path,
     shown: list[LoadStep] | None = None,
     stress_view: StressView | None = None,
+    ending: str = "png",
 ) -> tuple[list[str], str]:
     """Draw figures, write the trajectory for viewing; return names and the error."""
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     scene, failure = reference.scene, ""
-    pictures = figures.draw(reference, steps, folder, shown, stress_view)
+    pictures = figures.draw(reference, steps, folder, shown, stress_view, ending)
     try:
-        pictures.extend(scene.path.draw(scene.bodies, steps, folder))
+        pictures.extend(scene.path.draw(scene.bodies, steps, folder, ending))
     except ValueError as error:  # the states themselves are valid
         failure = str(error)
     figures.write_view(scene, steps, folder)
@@ -199,8 +200,8 @@ def draw_figures(options: argparse.Namespace) -> int:
 
     Draws curve.png, force.png, contact.png and, if stresses below the surface are asked
     for, stress.png of a finished or interrupted run, and writes view.traj, as "run"
-    does. Maps of a path in time show the steps closest to the times, for instance:
-    --times 0.5,1,"1500 ms".
+    does. With --format pdf, svg or eps the figures are vector graphics. Maps of a path
+    in time show the steps closest to the times, for instance: --times 0.5,1,"1500 ms".
 
     In stress.png are a section, a map at a depth, and stresses on the vertical line
     through the largest stress of the section. Section and map contain the largest
@@ -210,14 +211,17 @@ def draw_figures(options: argparse.Namespace) -> int:
     folder, scene, steps = _results_of(options)
     shown = _steps_at_times(folder, scene, steps, options.times)
     view = _stress_view(options, scene, folder)
-    pictures, _ = _draw_pictures(reference_for(scene), steps, folder, shown, view)
+    ending = options.format
+    pictures, _ = _draw_pictures(
+        reference_for(scene), steps, folder, shown, view, ending
+    )
     seen = steps if shown is None else shown
-    reason = report.reason_without_maps(seen, "contact.png" in pictures)
+    reason = report.reason_without_maps(seen, f"contact.{ending}" in pictures)
     if not pictures:
         raise RuntimeError(f"no figures, {reason}")
     write("\n".join(str(folder / name) for name in pictures))
     if reason:
-        write(f"no contact.png, {reason}")
+        write(f"no contact.{ending}, {reason}")
     return 0
 
 

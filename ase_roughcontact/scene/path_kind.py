@@ -346,9 +346,22 @@ class PathKind(Section):
         return ()
 
     def draw(
-        self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
+        self,
+        bodies: Bodies,
+        states: Sequence[LoadStep],
+        folder: Path,
+        ending: str = "png",
     ) -> Iterator[str]:
         """Draw the pictures in `captions` into a folder, and yield their names.
+
+        Parameters
+        ----------
+        bodies : Bodies
+        states : sequence of LoadStep
+            All steps of the path.
+        folder : path
+        ending : str
+            Ending of the names, which is the format.
 
         Raises
         ------

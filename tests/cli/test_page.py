@@ -106,9 +106,9 @@ def test_the_page_of_a_loop_has_its_values_and_force_curves(loop):
 def test_areas_of_a_loop_are_drawn_over_all_forces_and_forces_once(loop):
     (folder, _), figures = loop, {}
     with patch.object(Figure, "savefig", keep_figure(figures)):
-        assert main(["figure", str(folder)]) == 0
-    assert "force.png" not in figures
-    (axes,) = figures["curve.png"].axes
+        assert main(["figure", str(folder), "--format", "svg"]) == 0
+    assert set(figures) == {"curve.svg", "contact.svg", "loop.svg", "cantilever.svg"}
+    (axes,) = figures["curve.svg"].axes
     lines = {line.get_label(): np.array(line.get_data()) for line in axes.lines}
     force, area = np.concatenate([lines["approach"], lines["retraction"]], axis=1)
     states = list(table_rows((folder / "curve.csv").read_text().splitlines()))

@@ -39,12 +39,10 @@ class Oscillation(PathKind):
         force = max(state.normal_force for state in states)
         return {"largest force": f"{force:.4g} eV/Å"}
 
-    def draw(self, bodies, states, folder):
-        forces = [state.normal_force for state in states]
-        draw_file(
-            folder / "oscillation.png", lambda axes, y: axes.plot(y, "o-"), forces
-        )
-        yield "oscillation.png"
+    def draw(self, bodies, states, folder, ending="png"):
+        forces, name = [state.normal_force for state in states], f"oscillation.{ending}"
+        draw_file(folder / name, lambda axes, y: axes.plot(y, "o-"), forces)
+        yield name
 
 
 PATH = '[path]\nkind = "swing"\nmean = "0.2 nm"\namplitude = 1.0\ncycles = 2\n'

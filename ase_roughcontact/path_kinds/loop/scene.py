@@ -171,7 +171,11 @@ class Loop(PathKind):
         return self.result(bodies, states).warnings
 
     def draw(
-        self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
+        self,
+        bodies: Bodies,
+        states: Sequence[LoadStep],
+        folder: Path,
+        ending: str = "png",
     ) -> Iterator[str]:
         """Draw force against depth, and with a cantilever its force curve."""
         # imports matplotlib
@@ -180,8 +184,9 @@ class Loop(PathKind):
 
         loop = self.result(bodies, states)
         levels, curves = self._theory(bodies, states)
-        figures.draw_loop(folder / "loop.png", loop, levels, curves)
-        yield "loop.png"
+        name = f"loop.{ending}"
+        figures.draw_loop(folder / name, loop, levels, curves)
+        yield name
         curve = self._curve(loop)
         if curve is not None:
             down, up = curve.approach, curve.retraction
@@ -192,8 +197,9 @@ class Loop(PathKind):
                 "force": np.concatenate([down.force, up.force]),
             }
             write_curve(folder / "cantilever.csv", names, columns)
-            draw_file(folder / "cantilever.png", figures.plot_cantilever, curve)
-            yield "cantilever.png"
+            name = f"cantilever.{ending}"
+            draw_file(folder / name, figures.plot_cantilever, curve)
+            yield name
 
     def _theory(
         self, bodies: Bodies, states: Sequence[LoadStep]

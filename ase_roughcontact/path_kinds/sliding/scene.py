@@ -177,23 +177,28 @@ class Sliding(LateralPath):
         return found
 
     def draw(
-        self, bodies: Bodies, states: Sequence[Any], folder: Path
+        self,
+        bodies: Bodies,
+        states: Sequence[Any],
+        folder: Path,
+        ending: str = "png",
     ) -> Iterator[str]:
         """Draw friction loop, areas, and maps of tractions."""
         # imports matplotlib
         from ase_roughcontact.path_kinds.sliding import figures
 
-        figures.draw_friction(folder / "friction.png", states, self.towards)
-        yield "friction.png"
+        name = f"friction.{ending}"
+        figures.draw_friction(folder / name, states, self.towards)
+        yield name
         file = folder / "sweep.traj"
         with_frame = places_of_steps(file)
         shown = self.partly_slipping([s for s in states if s.step in with_frame])
         if shown:
             frames = list(frames_of_steps(file, [state.step for state in shown]))
             titles = [self._title(state) for state in shown]
-            file = folder / "tractions.png"
-            figures.draw_tractions(file, frames, titles, bodies.scanned)
-            yield "tractions.png"
+            name = f"tractions.{ending}"
+            figures.draw_tractions(folder / name, frames, titles, bodies.scanned)
+            yield name
 
     def partly_slipping(self, states: Sequence[Any]) -> list[Any]:
         """Return a few states with tractions in order, with the most partial slip.

@@ -194,11 +194,16 @@ class TimedSliding(LateralPath):
         }
 
     def draw(
-        self, bodies: Bodies, states: Sequence[Any], folder: Path
+        self,
+        bodies: Bodies,
+        states: Sequence[Any],
+        folder: Path,
+        ending: str = "png",
     ) -> Iterator[str]:
         """Draw friction and slip rate over time."""
         # imports matplotlib
         from ase_roughcontact.path_kinds.sliding import timed_figures
 
-        timed_figures.draw_sliding_in_time(folder / "friction.png", states)
-        yield "friction.png"
+        name = f"friction.{ending}"
+        timed_figures.draw_sliding_in_time(folder / name, states)
+        yield name

@@ -330,7 +330,11 @@ class Timed(PathKind):
         return states[last]
 
     def draw(
-        self, bodies: Bodies, states: Sequence[Any], folder: Path
+        self,
+        bodies: Bodies,
+        states: Sequence[Any],
+        folder: Path,
+        ending: str = "png",
     ) -> Iterator[str]:
         """Draw force and area over time and depth; write the force curve."""
         from ase_roughcontact.path_kinds.time import figures  # imports matplotlib
@@ -348,10 +352,11 @@ class Timed(PathKind):
             stable = slice(int(force.argmin()), None)  # contacts under a given force
             over_depth[label] = depth[stable], area_under(force[stable])
             over_time[label] = area_under(forces)
+        name = f"time.{ending}"
         figures.draw_time_path(
-            folder / "time.png", states, branches, theory, over_depth, over_time
+            folder / name, states, branches, theory, over_depth, over_time
         )
-        yield "time.png"
+        yield name
         if self.stiffness is not None:
             columns: dict[str, list[float]] = {
                 "time": [state.time for state in states],
@@ -360,8 +365,9 @@ class Timed(PathKind):
                 "force": [state.normal_force for state in states],
             }
             write_curve(folder / "cantilever.csv", branches, columns)
-            figures.draw_cantilever_path(folder / "cantilever.png", states, branches)
-            yield "cantilever.png"
+            name = f"cantilever.{ending}"
+            figures.draw_cantilever_path(folder / name, states, branches)
+            yield name
 
     def branch_names(self, bodies: Bodies, states: Sequence[Any]) -> list[str]:
         """Return the name of the branch of each state; see `PathKind`."""
