@@ -8,10 +8,10 @@ from typing import Any
 
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
-from ase_roughcontact.cli.report import units_of
 from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.scene.path_result import lower_bounds_of, results_of
+from ase_roughcontact.scene.printed import units_in_print
 from ase_roughcontact.scene.reference import Reference
 
 # Number of results of a path in its sentence.
@@ -71,7 +71,7 @@ def _of_path(reference: Reference, steps: Sequence[LoadStep]) -> str:
 def _of_step(reference: Reference, step: Any) -> str:
     """Return the area of a contact under its load, and the force if it follows."""
     scene = reference.scene
-    column, units = scene.area_column, units_of(scene)
+    column, units = scene.area_column, units_in_print(scene)
     if not step.repulsive_atoms:
         return "Nothing is pressed: no atom is in contact in any step."
     place = f"at {with_unit(step.normal_force, 'nN')}"

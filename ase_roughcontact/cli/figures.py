@@ -16,7 +16,6 @@ from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.view import with_indenter
-from ase_roughcontact.cli.report import units_of
 from ase_roughcontact.cli.stress_figures import (
     DepthPicture,
     StressView,
@@ -41,11 +40,9 @@ from ase_roughcontact.plot.style import (
 from ase_roughcontact.plot.surfaces import map_panels
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.printed import units_in_print
 from ase_roughcontact.scene.reference import Reference
 
-NN = UNITS["nN"]
-# One square nanometre in ASE's unit of area, Å^2.
-_NM2 = UNITS["nm²"]
 # Number of maps in a figure.
 _MAPS_PER_FIGURE = 4
 # Maps share their range if their widths differ by at most this factor.
@@ -212,6 +209,7 @@ def _is_compressive(step: LoadStep) -> bool:
 def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> None:
     """Draw the area, and relative to Hertz, against load beside theory."""
     scene = reference.scene
+    (force_scale, area_scale), labels = _scales(scene)
     shown = [step for step in steps if _is_compressive(step)]
     forces, areas = _column(shown, "normal_force"), _column(shown, scene.area_column)
     errors, converged = _column(shown, "area_error"), _column(shown, "converged")
@@ -233,8 +231,8 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     for name, area in theory.items():
         if np.isfinite(area).any():
             labelled = scene.bodies.labelled(name)
-            absolute[labelled] = along / NN, area / _NM2
-            relative[labelled] = along / NN, area / hertz
+            absolute[labelled] = along / force_scale, area / area_scale
+            relative[labelled] = along / force_scale, area / hertz
     label = _simulation(scene)
     plain = scene.bodies.nonadhesive
     smooth = plain.label
@@ -243,20 +241,33 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     smooth = scene.bodies.labelled(smooth)
     with written(file, 5.4) as figure:
         upper, lower = panels = figure.subplots(2, 1, sharex=True)
-        upper.plot(along / NN, hertz / _NM2, color=plot.GREY, lw=1)
-        loads = forces / NN
-        values, bars = areas / _NM2, errors / _NM2
-        of_hertz = scene.bodies.hertz_area(forces) / _NM2
+        upper.plot(along / force_scale, hertz / area_scale, color=plot.GREY, lw=1)
+        loads = forces / force_scale
+        values, bars = areas / area_scale, errors / area_scale
+        of_hertz = scene.bodies.hertz_area(forces) / area_scale
         plot.plot_area(upper, loads, values, absolute, converged, bars, label)
         plot.plot_curve(
             lower, loads, values, of_hertz, relative, converged, smooth, bars, label
         )
+        upper.set_ylabel(labels[1])
+        lower.set_xlabel(labels[0])
         lower.set_ylabel(rf"contact area $A/A_\mathrm{{{plain.symbol}}}$")
         upper.label_outer()
         letter(panels)
         if len(shown) < len(steps):
             upper.set_title("steps under compression")
         legend_below(figure, panels)
+
+
+def _scales(scene: Scene) -> tuple[tuple[float, float], tuple[str, str]]:
+    """Return the printed units of force and area, and labels of axes with them."""
+    units = units_in_print(scene)
+    force, area = units["normal_force"], units["contact_area"]
+    labels = (
+        f"normal force $N$ ({force})",
+        f"contact area ({area.replace('²', '$^2$')})",
+    )
+    return (UNITS[force], UNITS[area]), labels
 
 
 def _simulation(scene: Scene) -> str:
@@ -272,6 +283,7 @@ def _draw_loop_area(
 ) -> None:
     """Draw the area over the force along a whole loop, beside theory."""
     scene = reference.scene
+    (force_scale, area_scale), labels = _scales(scene)
     forces, areas = _column(steps, "normal_force"), _column(steps, scene.area_column)
     errors, converged = _column(steps, "area_error"), _column(steps, "converged")
     branches = np.array(scene.path.branch_names(scene.bodies, steps))
@@ -291,15 +303,15 @@ def _draw_loop_area(
         shown = {name: area for name, area in theory.items() if np.isfinite(area).any()}
         for number, (name, area) in enumerate(shown.items()):
             line, label = f"k{LINES[number % len(LINES)]}", scene.bodies.labelled(name)
-            axes.plot(along / NN, area / _NM2, line, lw=0.8, label=label)
+            axes.plot(along / force_scale, area / area_scale, line, lw=0.8, label=label)
         for name, colour, width in BRANCHES:
             part = (branches == name) & converged
-            points = forces[part] / NN, areas[part] / _NM2
+            points = forces[part] / force_scale, areas[part] / area_scale
             axes.plot(*points, ".-", color=colour, lw=width, ms=3, label=name)
-            bars = 2.0 * errors[part] / _NM2
+            bars = 2.0 * errors[part] / area_scale
             axes.errorbar(*points, bars, fmt="none", ecolor=colour, lw=0.8)
         axes.axvline(0.0, color=plot.GREY, lw=0.6)
-        axes.set(xlabel="normal force $N$ (nN)", ylabel="contact area (nm$^2$)")
+        axes.set(xlabel=labels[0], ylabel=labels[1])
         axes.set_ylim(bottom=0.0)
         legend_below(figure, [axes])
 
@@ -338,18 +350,21 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     if by_height:
         for name, (depth, force) in theory.items():
             theory[name] = first_contact - depth, force
+    unit = units_in_print(scene)[along]
+    scale, error = UNITS[unit], f"{along}_error"
+    theory = {name: (depth / scale, force) for name, (depth, force) in theory.items()}
     with written(file, 3.4) as figure:
         axes = figure.subplots()
         plot.plot_force(
             axes,
-            [step.height if by_height else step.penetration for step in steps],
+            _column(steps, along) / scale,
             [step.normal_force for step in steps],
             theory,
             None if theory else reference.smooth.pull_off_force or None,
-            f"{label} (Å)",
+            f"{label} ({unit})",
             [step.converged for step in steps],
             scene.bodies.labelled(f"pull-off: theory, {reference.smooth.sphere}"),
-            _column(steps, "height_error" if by_height else "penetration_error"),
+            _column(steps, error) / scale,
             _column(steps, "force_error"),
         )
         legend_below(figure, [axes])
@@ -427,16 +442,18 @@ def _draw_maps(
 def _title(scene: Scene, step: Any, branch: str) -> str:
     """Return the position of a step on the path."""
     is_zero = abs(step.normal_force) <= step.tolerance
-    lines = [f"{_short(0.0 if is_zero else step.normal_force / UNITS['nN'])} nN"]
+    units = units_in_print(scene)  # the same for all maps
+    unit = units["normal_force"]
+    lines = [f"{_short(0.0 if is_zero else step.normal_force / UNITS[unit])} {unit}"]
     if scene.is_flat:
-        pressure = step.normal_force / scene.bodies.nominal_area
-        unit = units_of(scene)["nominal_pressure"]  # one for all maps
+        pressure, unit = step.nominal_pressure, units["nominal_pressure"]
         lines = [f"{_short(pressure / UNITS[unit])} {unit}"]
     if scene.path.in_time:
         lines.insert(0, f"{_short(step.time)} s")
     elif scene.control != LOAD:
         along = scene.path.along
-        lines.insert(0, f"{along} {_short(getattr(step, along))} Å")
+        value, unit = getattr(step, along), units[along]
+        lines.insert(0, f"{along} {_short(value / UNITS[unit])} {unit}")
     lines[-1] += f", {branch}" if branch else ""
     return "\n".join(lines if step.converged else [*lines, "NOT CONVERGED"])
 

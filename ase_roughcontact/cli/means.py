@@ -15,6 +15,7 @@ from ase_roughcontact.cli.common import json_line
 from ase_roughcontact.ensemble import MeanValue, Sampling
 from ase_roughcontact.ensemble.study import unit_of
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.printed import units_in_print
 
 # Attributes of a mean that need a wanted error.
 _SAMPLING_ATTRIBUTES = "expected", "likely"
@@ -27,7 +28,7 @@ def printed_units(scene: Scene, column: str) -> str:
     if column in scene.path.results:
         unit = scene.path.results[column].unit
         return printed_unit(unit, scene.contact_modulus)
-    return report.units_of(scene)[column]
+    return units_in_print(scene)[column]
 
 
 def column_heading(scene: Scene, column: str) -> str:

@@ -21,6 +21,7 @@ from ase_roughcontact.cli.page_data import as_json, data_of_places
 from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, result_units
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.printed import units_in_print
 from ase_roughcontact.scene.reference import Reference
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ def page(
         name.replace("_", " "): [step.not_known.get(name, "") for step in steps]
         for name in shown
     }
-    units = report.units_of(scene)
+    units = units_in_print(scene)
     captions = dict(_CAPTIONS)
     if scene.is_flat:
         captions.update(_FLAT_CAPTIONS)

@@ -13,10 +13,10 @@ from matplotlib import colormaps
 
 from ase_roughcontact._util.units import UNITS, with_unit
 from ase_roughcontact.analysis import ContactMap
-from ase_roughcontact.cli.report import units_of
 from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, result_units
 from ase_roughcontact.results.record import LoadStep, columns_of
 from ase_roughcontact.scene import Results, Scene
+from ase_roughcontact.scene.printed import units_in_print
 
 # Largest number of maps on a page.
 _MAX_MAPS = 8
@@ -39,7 +39,7 @@ def data_of_run(results: Results) -> dict[str, Any]:
         Lists and texts only, for `as_json`. Maps have at most 256 points along a side:
         of larger ones every second, third, ... point.
     """
-    scene, units = results.scene, units_of(results.scene)
+    scene, units = results.scene, units_in_print(results.scene)
     names = [
         name
         for name in columns_of(scene.record)

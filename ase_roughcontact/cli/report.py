@@ -17,12 +17,13 @@ from ase_roughcontact import theory as theory_of
 from ase_roughcontact._util.printing import entries, note, number
 from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.tables import TableRows
-from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
+from ase_roughcontact._util.units import UNITS, with_unit
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
 from ase_roughcontact.contact.control import HEIGHT, LOAD
 from ase_roughcontact.results.limits import failed_checks
 from ase_roughcontact.results.record import LoadStep, columns_of, missing_values
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.printed import units_in_print
 from ase_roughcontact.scene.reference import Reference
 
 # Error of an area from which a line below the table reports it.
@@ -147,7 +148,7 @@ class StepTable:
 
 def table_columns(reference: Reference) -> list[TableColumn]:
     """Return the columns of the table of steps."""
-    scene, units = reference.scene, units_of(reference.scene)
+    scene, units = reference.scene, units_in_print(reference.scene)
     path, area = scene.path, scene.area_column
 
     def column(name: str, label: str = "", digits: int = 4) -> TableColumn:
@@ -243,20 +244,10 @@ def target_unit(scene: Scene) -> str:
     return columns_of()[scene.control.column].unit
 
 
-def units_of(scene: Scene) -> dict[str, str]:
-    """Return the units in which columns are printed."""
-    columns, modulus = columns_of(scene.record), scene.contact_modulus
-    units = {k: printed_unit(each.unit, modulus) for k, each in columns.items()}
-    if scene.is_flat:
-        units = {k: "nm" if unit == "Å" else unit for k, unit in units.items()}
-        units["nominal_pressure"] = "MPa"
-    return units
-
-
 def heading(scene: Scene, column: str, label: str = "") -> str:
     """Return the heading of a column, with the unit in which it is printed."""
     label = label or columns_of(scene.record)[column].label or column.replace("_", " ")
-    unit = units_of(scene)[column]
+    unit = units_in_print(scene)[column]
     return f"{label} ({unit})" if unit else label
 
 
@@ -343,7 +334,7 @@ def _counted(scene: Scene, steps: Sequence[LoadStep]) -> dict[str, str]:
     touching = [step for step in steps if step.repulsive_atoms]
     if scene.is_continuum or not touching:
         return {}
-    last, unit = touching[-1], units_of(scene)["contact_area"]
+    last, unit = touching[-1], units_in_print(scene)["contact_area"]
     counted = number(last.contact_area / UNITS[unit])
     area = number(last.continuum_area / UNITS[unit])
     error = last.continuum_area_error / UNITS[unit]

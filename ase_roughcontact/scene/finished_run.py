@@ -13,7 +13,6 @@ import numpy as np
 
 from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.summary import Summarized, short_text
-from ase_roughcontact._util.units import printed_unit
 from ase_roughcontact._util.validation import FloatArray, lookup
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.map_dataset import map_dataset
@@ -22,6 +21,7 @@ from ase_roughcontact.loading.trajectory import frame_of_step, places_of_steps
 from ase_roughcontact.paths.restart import read_steps
 from ase_roughcontact.results.record import LoadStep, columns_of, units_of
 from ase_roughcontact.scene.path_result import results_of
+from ase_roughcontact.scene.printed import units_in_print
 from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.results import RESTART
 from ase_roughcontact.scene.scene import Scene
@@ -273,7 +273,7 @@ class Results(Tabular, Sequence[LoadStep]):
 
     def printed(self, name: str) -> str:
         """Return the unit in which a column is printed."""
-        return printed_unit(self.units.get(name, ""), self.scene.contact_modulus)
+        return units_in_print(self.scene)[name]
 
     def diff(self, other: Results | str | Path) -> ResultsDifference:
         """Compare the results with results of another run.
