@@ -6,7 +6,7 @@ Functions for paths take arrays, or steps in place of the first array.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 from matplotlib.ticker import LogLocator
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite_array
+from ase_roughcontact.plot.step_columns import column, is_steps
 from ase_roughcontact.plot.style import BLUE, GREY, LINES, ORANGE, limit_to
 from ase_roughcontact.results.record import LoadStep
 
@@ -62,7 +63,7 @@ def plot_curve(
     matplotlib Axes
     """
     if is_steps(load):
-        steps, load = load, _column(load, "normal_force") / NN
+        steps, load = load, column(load, "normal_force") / NN
         area, area_error, converged = _areas(steps)
     if area is None:
         raise TypeError("plot_curve needs steps, or loads and areas")
@@ -102,7 +103,7 @@ def plot_area(
     matplotlib Axes
     """
     if is_steps(load):
-        steps, load = load, _column(load, "normal_force") / NN
+        steps, load = load, column(load, "normal_force") / NN
         area, area_error, converged = _areas(steps, NM**2)
     if area is None:
         raise TypeError("plot_area needs steps, or loads and areas")
@@ -174,11 +175,11 @@ def plot_force(
     matplotlib Axes
     """
     if is_steps(depth):
-        steps, depth = depth, _column(depth, "penetration")
+        steps, depth = depth, column(depth, "penetration")
         force, force_error = (
-            _column(steps, name) for name in ("normal_force", "force_error")
+            column(steps, name) for name in ("normal_force", "force_error")
         )
-        converged = _column(steps, "converged")
+        converged = column(steps, "converged")
     if force is None:
         raise TypeError("plot_force needs steps, or depths and forces")
     x, y = finite_array("depth", depth), finite_array("force", force) / NN
@@ -209,24 +210,12 @@ def plot_force(
     return axes
 
 
-def is_steps(values: Any) -> TypeGuard[Sequence[LoadStep]]:
-    """Return whether values are steps, and not an array."""
-    if not isinstance(values, Sequence) or not values:
-        return False
-    return all(isinstance(each, LoadStep) for each in values)
-
-
-def _column(steps: Sequence[LoadStep], name: str) -> np.ndarray:
-    """Return a column of steps, in units of ASE."""
-    return np.array([getattr(step, name) for step in steps])
-
-
 def _areas(
     steps: Sequence[LoadStep], unit: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return areas and their errors in a unit (Å^2), and which steps are converged."""
-    area, error = (_column(steps, name) for name in ("contact_area", "area_error"))
-    return area / unit, error / unit, _column(steps, "converged")
+    area, error = (column(steps, name) for name in ("contact_area", "area_error"))
+    return area / unit, error / unit, column(steps, "converged")
 
 
 def _converged_mask(converged: ArrayLike | None, count: int) -> np.ndarray:

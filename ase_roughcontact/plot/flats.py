@@ -1,7 +1,11 @@
-"""Figures of nominally flat contacts against the nominal pressure."""
+"""Figures of nominally flat contacts against the nominal pressure.
+
+The functions take arrays, or steps in place of the pressures.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +13,9 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.plot.step_columns import column, is_steps
 from ase_roughcontact.plot.style import GREY, ORANGE, add_right_scale
+from ase_roughcontact.results.record import LoadStep, columns_of
 
 # One megapascal in ASE's unit of pressure, eV/Å^3.
 _MPA = UNITS["MPa"]
@@ -23,9 +29,9 @@ _CURVE_EXTENT = 1.5
 
 def plot_flat_area(
     axes: Any,
-    pressure: np.ndarray,
-    fraction: ArrayLike,
-    scale: float,
+    pressure: np.ndarray | Sequence[LoadStep],
+    fraction: ArrayLike | None = None,
+    scale: float | None = None,
     error: ArrayLike = 0.0,
 ) -> Any:
     """Plot the contact fraction of a rough flat against the nominal pressure.
@@ -35,9 +41,10 @@ def plot_flat_area(
     Parameters
     ----------
     axes : matplotlib Axes
-    pressure : ndarray, shape (k,)
-        Nominal pressures, positive (eV/Å^3).
-    fraction : array_like, shape (k,)
+    pressure : ndarray, shape (k,), or sequence of LoadStep
+        Nominal pressures, positive (eV/Å^3). Steps of a flat, such as `Results`, have
+        contact areas and their errors, too.
+    fraction : array_like, shape (k,), optional
         Contact fractions A/A0.
     scale : float
         The pressure ``h' E*``, with the rms slope h' (eV/Å^3).
@@ -48,6 +55,16 @@ def plot_flat_area(
     -------
     matplotlib Axes
     """
+    if is_steps(pressure):
+        steps, pressure = pressure, column(pressure, "nominal_pressure")
+        per_area = pressure / column(steps, "normal_force")
+        fraction = per_area * column(steps, "contact_area")
+        error = per_area * column(steps, "area_error")
+    if fraction is None or scale is None:
+        raise TypeError(
+            "plot_flat_area needs a scale, and steps, or pressures and fractions"
+        )
+    pressure = np.asarray(pressure)
     low, high = _pressure_axis(axes, pressure)
     along = np.geomspace(low, high, _CURVE_POINTS)
     rough = theory.mean_contact_pressure(scale, 1.0, theory.KAPPA_PERSSON)
@@ -63,8 +80,31 @@ def plot_flat_area(
     return axes
 
 
-def plot_flat_gap(axes: Any, pressure: np.ndarray, gap: ArrayLike) -> Any:
-    """Plot the mean gap of a rough flat (Å) against the nominal pressure (eV/Å^3)."""
+def plot_flat_gap(
+    axes: Any,
+    pressure: np.ndarray | Sequence[LoadStep],
+    gap: ArrayLike | None = None,
+) -> Any:
+    """Plot the mean gap of a rough flat against the nominal pressure.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    pressure : ndarray, shape (k,), or sequence of LoadStep
+        Nominal pressures (eV/Å^3), or steps of a flat.
+    gap : array_like, shape (k,), optional
+        Mean gaps (Å).
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    if is_steps(pressure):
+        gap = column(pressure, "mean_gap")
+        pressure = column(pressure, "nominal_pressure")
+    if gap is None:
+        raise TypeError("plot_flat_gap needs steps, or pressures and gaps")
+    pressure = np.asarray(pressure)
     _pressure_axis(axes, pressure)
     axes.plot(pressure / _MPA, np.asarray(gap) / _NM, "o-", color=ORANGE, lw=0.8)
     axes.set_ylabel("mean gap (nm)")
@@ -73,9 +113,9 @@ def plot_flat_gap(axes: Any, pressure: np.ndarray, gap: ArrayLike) -> Any:
 
 def plot_flat_conductance(
     axes: Any,
-    pressure: np.ndarray,
-    stiffness: np.ndarray,
-    modulus: float,
+    pressure: np.ndarray | Sequence[LoadStep],
+    stiffness: np.ndarray | None = None,
+    modulus: float | None = None,
     conductance: np.ndarray | None = None,
 ) -> Any:
     """Plot the contact stiffness of a rough flat, and its conductance at the right.
@@ -86,9 +126,10 @@ def plot_flat_conductance(
     Parameters
     ----------
     axes : matplotlib Axes
-    pressure : ndarray, shape (k,)
-        Nominal pressures (eV/Å^3).
-    stiffness : ndarray, shape (k,)
+    pressure : ndarray, shape (k,), or sequence of LoadStep
+        Nominal pressures (eV/Å^3). Steps of a flat have stiffnesses, and conductances
+        if they were asked for.
+    stiffness : ndarray, shape (k,), optional
         Normal stiffness of the contact (eV/Å^2).
     modulus : float
         Contact modulus E* (eV/Å^3).
@@ -99,7 +140,17 @@ def plot_flat_conductance(
     -------
     matplotlib Axes
     """
-    unit = UNITS["N/m"]
+    if is_steps(pressure):
+        steps, pressure = pressure, column(pressure, "nominal_pressure")
+        stiffness = column(steps, "contact_stiffness")
+        if "conductance" in columns_of(type(steps[0])):
+            conductance = column(steps, "conductance")
+    if stiffness is None or modulus is None:
+        raise TypeError(
+            "plot_flat_conductance needs a modulus, and steps, or pressures and "
+            "stiffnesses"
+        )
+    pressure, unit = np.asarray(pressure), UNITS["N/m"]
     _pressure_axis(axes, pressure)
     axes.plot(
         pressure / _MPA, stiffness / unit, "o-", color=ORANGE, lw=0.8, label="stiffness"

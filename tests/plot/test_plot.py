@@ -15,6 +15,7 @@ import ase_roughcontact as rc  # noqa: E402
 from ase_roughcontact import plot  # noqa: E402
 from ase_roughcontact.analysis import ContactMap  # noqa: E402
 from ase_roughcontact.elasticity import Creep, fit_relaxation  # noqa: E402
+from ase_roughcontact.results.flat_record import FlatStep  # noqa: E402
 from ase_roughcontact.theory import JKR, Hertz  # noqa: E402
 
 NANONEWTON = 1e-9 * J / m
@@ -295,3 +296,26 @@ def test_maps_are_drawn_from_atoms_frames_and_maps(sphere_contact):
     first = line(rings[0], "all atoms")
     for other in rings[1:]:
         np.testing.assert_allclose(line(other, "all atoms"), first)
+
+
+def test_figures_of_flats_take_steps_in_place_of_arrays():
+    rough = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, domain=16.0)
+    atoms = atoms_under(rough, rc.HardWall(), (16, 16), periodic=True)
+    output = rc.Output(record=FlatStep, columns=["conductance"])
+    path = rc.load_path(atoms, loads=[2.0, 5.0], output=output, validity="ignore")
+    steps = list(path)
+    load = np.array([step.normal_force for step in steps])
+    area = np.array([step.contact_area for step in steps])
+    pressure = load / 256.0 / (1e-3 * GPa)  # MPa
+    axes = plot.plot_flat_area(Figure().subplots(), steps, scale=0.1)
+    np.testing.assert_allclose(line(axes, "simulation"), [pressure, area / 256.0])
+    axes = plot.plot_flat_gap(Figure().subplots(), steps)
+    gaps = [step.mean_gap / 10.0 for step in steps]
+    np.testing.assert_allclose(axes.lines[0].get_data(), [pressure, gaps])
+    axes = plot.plot_flat_conductance(Figure().subplots(), steps, modulus=1.0)
+    stiffness = [step.contact_stiffness * m**2 / J for step in steps]
+    np.testing.assert_allclose(line(axes, "stiffness"), [pressure, stiffness])
+    assert len(line(axes, "conductance")[0]) == 2
+    for draw in (plot.plot_flat_area, plot.plot_flat_gap, plot.plot_flat_conductance):
+        with pytest.raises(TypeError, match="needs"):
+            draw(Figure().subplots(), pressure)
