@@ -262,8 +262,15 @@ def surface(**values: Any) -> None:
             )
 
 
-def unknown(name: str, known: Sequence[str], what: str) -> str:
-    """Return the error message for an unknown name, with the most similar known one."""
+def unknown(
+    name: str, known: Sequence[str], what: str, hints: Mapping[str, str] | None = None
+) -> str:
+    """Return the error message for an unknown name, with the most similar known one.
+
+    `hints` says what to give for some unknown names, in lower case.
+    """
+    if advice := (hints or {}).get(name.lower()):
+        return f"unknown {what} {shown(name)}: give {advice}"
     similar = get_close_matches(name[:100], known, n=1, cutoff=_MIN_SIMILARITY)
     hint = f"; did you mean {similar[0]!r}?" if similar else "."
     distinct = dict.fromkeys(normalize("NFKC", name) for name in known)
@@ -271,8 +278,13 @@ def unknown(name: str, known: Sequence[str], what: str) -> str:
     return f"unknown {what} {shown(name)}{hint} Known: {known_names}"
 
 
-def lookup(name: Any, choices: Mapping[str, Any], what: str) -> Any:
+def lookup(
+    name: Any,
+    choices: Mapping[str, Any],
+    what: str,
+    hints: Mapping[str, str] | None = None,
+) -> Any:
     """Return the value of a name; raise `ValueError` with the closest known name."""
     if name not in choices:
-        raise ValueError(unknown(str(name), list(choices), what))
+        raise ValueError(unknown(str(name), list(choices), what, hints))
     return choices[name]

@@ -117,7 +117,7 @@ def run_ensemble(
     >>> from tempfile import TemporaryDirectory
     >>> from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
     >>> from ase_roughcontact.scene import Scene
-    >>> scene = Scene.default().with_values({'path.last': 4.0, 'path.steps': 2})
+    >>> scene = Scene.default().with_values({'path.loads': [2.0, 4.0]})
     >>> scenes = product(scene, {'roughness.seed': [1, 2]})
     >>> with TemporaryDirectory() as folder:
     ...     database = Path(folder) / 'spheres.db'

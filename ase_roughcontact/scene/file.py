@@ -433,6 +433,9 @@ def _types_of_sections() -> list[type[Section]]:
 def _toml(value: Any) -> str:
     if value is None:
         return "not given"
+    if isinstance(value, dict):
+        items = [f"{key} = {_toml(each)}" for key, each in value.items()]
+        return f"{{ {', '.join(items)} }}"
     if isinstance(value, float) and value == math.inf:
         return "inf"  # JSON has "Infinity"
     return json.dumps(value, ensure_ascii=False)

@@ -37,10 +37,17 @@ from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_result import PathResult, results_of
 from ase_roughcontact.scene.section import Problems, Section, kind_of, lengths
+from ase_roughcontact.scene.study import RANGE_KEYS, SCALE_HINTS, SCALES
 from ase_roughcontact.stepping.step import Stepper
 
 #: Largest number of steps of a path; all steps are kept in memory.
 MAX_STEPS = 1_000_000
+#: What to give for other names of a control.
+CONTROL_HINTS = {
+    **dict.fromkeys(("force", "normal_force", "pressure"), "loads"),
+    **dict.fromkeys(("displacement", "depth", "indentation"), "penetrations"),
+    **dict.fromkeys(("gap", "position", "distance", "z"), "heights"),
+}
 # Columns of force curves, and their units.
 _CURVE_UNITS = {"time": "s", "distance": "nm", "deflection": "nm", "force": "nN"}
 
@@ -91,6 +98,7 @@ class PathKind(Section):
     """
 
     title = "path"
+    hints = {f"{name}s": key for name, key in CONTROL_HINTS.items()} | CONTROL_HINTS
     kind: ClassVar[str] = "steps"
     record: ClassVar[type[LoadStep]] = LoadStep
     columns: ClassVar[Mapping[str, str]] = {}
@@ -174,7 +182,8 @@ class PathKind(Section):
         kept = {k: v for k, v in self.entries().items() if k in kind.types()}
         if name == "kind":  # other keys get defaults of the new kind
             kept = {k: v for k, v in kept.items() if v is not None}
-        return self.of({**kept, "kind": self.kind, **self.renamed({name: value})})
+        key = self.aliases.get(name, name)
+        return self.of({**kept, "kind": self.kind, key: value})
 
     @property
     def control(self) -> str:
@@ -216,9 +225,11 @@ class PathKind(Section):
             if self.unit in FORCES:
                 control, values = PENETRATION, "lengths"
             other = self.changed("control", control.name)
+            plurals = [each.plural for each in self.controls]
+            others = [control.plural if key in plurals else key for key in keys]
             with suppress(ValueError):
-                other.plain(keys, other.units_of_targets(bodies), other.unit)
-                error.args = (f'{error}; {values} need control = "{control.name}"',)
+                other.plain(others, other.units_of_targets(bodies), other.unit)
+                error.args = (f"{error}; {values} are given as {control.plural}",)
             raise
 
     @property
@@ -371,59 +382,150 @@ class PathKind(Section):
         return iter(())
 
 
+class TargetPath(PathKind):
+    """Base class of kinds with a key for the targets of each of their `controls`.
+
+    A subclass has the fields ``loads``, ``penetrations``, ``heights``, the plurals of
+    its controls. Files may also name the quantity by ``control`` and the targets by
+    ``values``.
+    """
+
+    @classmethod
+    def names(cls) -> set[str]:
+        """Return the names of keys that files may have."""
+        return super().names() | {"control", "values"}
+
+    @classmethod
+    def renamed(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries with the targets by the name of their control."""
+        found = super().renamed(entries)
+        keys = {each.name: each.plural for each in cls.controls}
+        given = [key for key in keys.values() if found.get(key) is not None]
+        target = given[0] if given else LOAD.plural
+        control = found.pop("control", None)
+        if control is not None:
+            problems = Problems()
+            with problems.of(cls.title):
+                target = lookup(str(control), keys, "control", CONTROL_HINTS)
+            problems.check()
+            found[target] = found.pop(given[0]) if given else []
+        if "values" in found:
+            found[target] = found.pop("values")
+        return found
+
+    def changed(self, name: str, value: Any) -> Any:
+        """Return the path with another value; targets of another control replace it."""
+        plurals = [each.plural for each in self.controls]
+        if name in plurals and value is not None and name != self.target_key:
+            kept = {k: v for k, v in self.entries().items() if k not in plurals}
+            return self.of({**kept, name: value})
+        return super().changed(name, value)
+
+    @property
+    def control(self) -> str:
+        """Name of the quantity with given targets; by default the load."""
+        given = [k for k in self.controls if getattr(self, k.plural) is not None]
+        if len(given) > 1:
+            names = " or ".join(each.plural for each in given)
+            raise ValueError(f"give {names}, not both")
+        return given[0].name if given else LOAD.name
+
+    @property
+    def target_key(self) -> str:
+        """Key of the targets."""
+        return self.controlled.plural
+
+    @property
+    def values(self) -> Any:
+        """Targets as they are given; None without any."""
+        return getattr(self, self.target_key)
+
+
+# Range of targets with its keys in the section itself.
+_OLD_RANGE = {"scale": "geometric"}
+
+
 @dataclass(frozen=True)
-class Steps(PathKind):
+class Steps(TargetPath):
     """``[path]``: given loads in nN, penetrations or heights in Å, or with a unit.
 
-    Loads of a rough flat may also be nominal pressures, such as ``"10 MPa"``.
+    Targets are a list, or a range ``{first, last, steps, scale}``, by default linear.
+    Loads of a rough flat may also be nominal pressures, such as ``"10 MPa"``. Files may
+    have the keys of a range in the section itself; it is geometric then by default.
     """
 
     kind = "steps"
 
-    control: str = "load"
-    first: float | str | None = None
-    last: float | str | None = None
-    steps: int | None = None
-    scale: str = "geometric"
-    values: tuple | None = None
+    loads: tuple | dict | None = None
+    penetrations: tuple | dict | None = None
+    heights: tuple | dict | None = None
+
+    @classmethod
+    def names(cls) -> set[str]:
+        """Return the names of keys that files may have."""
+        return super().names() | {*RANGE_KEYS}
+
+    @classmethod
+    def renamed(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries with the targets as a list or a range."""
+        others = {key: each for key, each in entries.items() if key not in RANGE_KEYS}
+        ends = {key: entries[key] for key in entries.keys() - others.keys()}
+        found = super().renamed(others)
+        keys = (each.plural for each in cls.controls)
+        key = next((k for k in keys if found.get(k) is not None), LOAD.plural)
+        old = found.get(key)
+        if isinstance(old, Mapping):
+            found[key] = {**old, **ends}
+        elif any(ends.get(name) is not None for name in RANGE_KEYS[:3]):
+            found[key] = {**_OLD_RANGE, **ends}
+        return found
+
+    @classmethod
+    def at(cls, control: Control, values: Iterable[float]) -> Steps:
+        """Return the path of the targets of a control, in its unit."""
+        given: dict[str, Any] = {control.plural: tuple(values)}
+        return cls(**given)
 
     def targets(self, bodies: Bodies) -> FloatArray:
         """Return the targets of the steps; see `PathKind.targets`."""
-        path = self.in_unit(["first", "last", "values"], bodies)
-        return UNITS[self.unit] * path._numbers()
-
-    def _numbers(self) -> FloatArray:
-        """Return the targets in the units of the file."""
-        keys = "values", "first", "last", "steps"
-        given = [key for key in keys if getattr(self, key) is not None]
-        if given == ["first", "last", "steps"]:
-            return self._interval()
-        if given != ["values"]:
-            raise ValueError(
-                "give either values, or first, last and steps, got "
-                f"{', '.join(given) or 'none of them'}"
-            )
-        targets = finite_array("values", list(self.values or ()))
+        key = self.target_key
+        values = getattr(self.in_unit([key], bodies), key)
+        if isinstance(values, Mapping):
+            return UNITS[self.unit] * _interval(key, **_checked_range(key, values))
+        targets = finite_array(key, list(values or ()))
         if not targets.size:
-            raise ValueError("values must have at least one step, got none")
-        return targets
-
-    def _interval(self) -> FloatArray:
-        """Return the targets from the first to the last one."""
-        first: Any = self.first
-        last: Any = self.last
-        steps = integer("steps", self.steps, 1)
-        if steps > MAX_STEPS:
-            raise ValueError(f"steps must be at most {MAX_STEPS}, got {steps}")
-        finite(first=first, last=last)
-        scales = {"geometric": np.geomspace, "linear": np.linspace}
-        scale = lookup(self.scale, scales, "scale")
-        if self.scale == "geometric" and not (first and last and first * last > 0):
             raise ValueError(
-                "a geometric path needs first and last of one sign and not zero, got "
-                f"{first} and {last}"
+                f"give loads, penetrations or heights, such as {key} = [1, 2], or "
+                f"{key} = {{ first = 1, last = 2, steps = 2 }}"
             )
-        return scale(float(first), float(last), steps)
+        return UNITS[self.unit] * targets
+
+
+def _checked_range(key: str, given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the keys of a range; raise an error for unknown and missing ones."""
+    for name in given:
+        lookup(name, dict.fromkeys(RANGE_KEYS), f"key of the range of {key}")
+    missing = [name for name in RANGE_KEYS[:3] if given.get(name) is None]
+    if missing:
+        raise ValueError(f"give {', '.join(missing)} for the range of {key}, or a list")
+    return given
+
+
+def _interval(
+    key: str, first: Any, last: Any, steps: Any, scale: Any = "linear"
+) -> FloatArray:
+    """Return evenly spaced targets from the first to the last one."""
+    integer("steps", steps, 1)
+    if steps > MAX_STEPS:
+        raise ValueError(f"steps must be at most {MAX_STEPS}, got {steps}")
+    finite(first=first, last=last)
+    spaced = lookup(str(scale), SCALES, "scale", SCALE_HINTS)
+    if scale == "geometric" and not (first and last and first * last > 0):
+        raise ValueError(
+            f"a geometric range of {key} needs first and last of one sign and not "
+            f"zero, got {first} and {last}"
+        )
+    return np.asarray(spaced(float(first), float(last), steps))
 
 
 def write_curve(

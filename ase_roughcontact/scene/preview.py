@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -81,8 +80,8 @@ def preview(scene: Scene) -> Scene:
     if scene.wall.depends_on_history:  # not without the steps at which the path turns
         turns = np.flatnonzero(np.diff(np.sign(np.diff(steps)))) + 1
         kept = np.union1d(kept, turns)
-    values: Any = tuple(steps[kept].tolist())
-    return coarse.with_values({"path": Steps(scene.path.control, values=values)})
+    path = Steps.at(scene.control, steps[kept].tolist())
+    return coarse.with_values({"path": path})
 
 
 def coarser_scene(scene: Scene) -> tuple[Scene, int]:

@@ -187,9 +187,8 @@ def trial_of(scene: Scene, plan: Plan, scan_errors: bool = True) -> Trial | None
         kept = np.linspace(0, numbers[-1], min(len(numbers), _MAX_STEPS))
         numbers = np.unique(kept.round().astype(int))
         targets = [plan.steps[number].target for number in numbers]
-        values = tuple(target / UNITS[scene.path.unit] for target in targets)
-        path = Steps(scene.path.control, values=values)
-        coarse = coarse.with_values({"path": path})
+        values = [target / UNITS[scene.path.unit] for target in targets]
+        coarse = coarse.with_values({"path": Steps.at(scene.control, values)})
     planned = coarse.planned.plan().steps
     points = sum(size_of(step.window) for step in planned if step.window)
     if any(step.problem for step in planned) or points > _MAX_POINTS:

@@ -78,12 +78,14 @@ class Scene(SceneFile):
     --------
     >>> from ase_roughcontact.scene import Scene
     >>> scene = Scene.parse('''
+    ... [substrate]
+    ... material = "Cu"
     ... [sphere]
     ... radius = "30 nm"
     ... [interaction]
     ... kind = "hard"
     ... [path]
-    ... values = ["1 nN", "10 nN"]
+    ... loads = ["1 nN", "10 nN"]
     ... ''')
     >>> [step.repulsive_atoms for step in scene.relax()]
     [21, 69]

@@ -117,9 +117,7 @@ class Section(Summarized):
         for name, value in entries.items():
             with problems.of(cls.title):
                 if name not in types:
-                    if hint := cls.hints.get(name.lower()):
-                        raise ValueError(f"unknown key {name!r}: give {hint}")
-                    raise ValueError(unknown(name, list(types), "key"))
+                    raise ValueError(unknown(name, list(types), "key", cls.hints))
                 if not any(_is_of_type(value, each) for each in types[name]):
                     accepted = [
                         _NAME_OF_TYPE[each]
@@ -217,7 +215,7 @@ class Section(Summarized):
 
     def changed(self: AnySection, name: str, value: Any) -> AnySection:
         """Return the section with another value of a key; see `of` for errors."""
-        return self.of({**self.entries(), **self.renamed({name: value})})
+        return self.of({**self.entries(), self.aliases.get(name, name): value})
 
     def plain(
         self,
@@ -468,7 +466,16 @@ def _converted(
     target: str,
     default: str | None = None,
 ) -> Any:
-    """Return quantities in a unit; numbers are in the unit `default`."""
+    """Return quantities in a unit; numbers are in the unit `default`.
+
+    Of a range the ends are quantities.
+    """
+    if isinstance(value, Mapping):
+        ends = {name: value[name] for name in ("first", "last") if name in value}
+        converted = [
+            _converted(key, end, units, target, default) for end in ends.values()
+        ]
+        return {**value, **dict(zip(ends, converted, strict=True))}
     if isinstance(value, tuple):
         return tuple(_converted(key, each, units, target, default) for each in value)
     if isinstance(value, str):
@@ -508,6 +515,7 @@ def _is_of_type(value: Any, kind: Any) -> bool:
 _NAME_OF_TYPE: dict[Any, str] = {
     _LIST_OF_NAMES: "a list of names",
     tuple: "a list of numbers",
+    dict: "a range",
     bool: "true or false",
     float: "a number",
     int: "a whole number",

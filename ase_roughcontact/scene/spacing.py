@@ -113,7 +113,10 @@ def _lengths(scene: SceneFile) -> Iterator[tuple[Any, str]]:
 def _targets(scene: SceneFile) -> Iterator[Any]:
     """Yield the values in the section [path]."""
     for value in scene.path.entries().values():
-        yield from value if isinstance(value, (list, tuple)) else [value]
+        if isinstance(value, dict):
+            yield from value.values()
+        else:
+            yield from value if isinstance(value, (list, tuple)) else [value]
 
 
 def _unit_of(value: Any, unit: str) -> str:

@@ -12,8 +12,12 @@ from ase_roughcontact._util.units import QUANTITY
 from ase_roughcontact._util.validation import finite, integer, lookup, positive, shown
 from ase_roughcontact.scene.section import Problems, Section
 
-# Keys of a range of values.
-_RANGE_KEYS = "first", "last", "steps", "scale"
+#: Keys of a range of values.
+RANGE_KEYS = "first", "last", "steps", "scale"
+#: Functions that return evenly spaced values, by the scale.
+SCALES = {"linear": np.linspace, "geometric": np.geomspace}
+#: What to give for other names of a scale.
+SCALE_HINTS = dict.fromkeys(("log", "logarithmic"), '"geometric"')
 # Significant digits of the values in a range, so that equal ranges are equal scenes.
 _DIGITS = 10
 
@@ -102,8 +106,8 @@ def values_of(key: str, given: Any) -> tuple[Any, ...]:
         )
     if isinstance(given, Mapping):
         for name in given:
-            lookup(name, dict.fromkeys(_RANGE_KEYS), f"key of the range of {key}")
-        missing = [name for name in _RANGE_KEYS[:3] if name not in given]
+            lookup(name, dict.fromkeys(RANGE_KEYS), f"key of the range of {key}")
+        missing = [name for name in RANGE_KEYS[:3] if name not in given]
         if missing:
             raise ValueError(f"{key} must have {', '.join(missing)}, too, for a range")
         return range_values(key, **given)
@@ -145,9 +149,7 @@ def range_values(
     if unit != other:
         raise ValueError(f"the range of {key} needs one unit, got {first} to {last}")
     integer("steps", steps, 1 if first == last else 2)
-    spaced = lookup(
-        str(scale), {"linear": np.linspace, "geometric": np.geomspace}, "scale"
-    )
+    spaced = lookup(str(scale), SCALES, "scale", SCALE_HINTS)
     if scale == "geometric" and not low * high > 0.0:
         raise ValueError(
             f"a geometric range of {key} needs ends of one sign and not zero, got "

@@ -43,10 +43,10 @@ _FINEST_GRID_ERROR = LEVELS["high"] / 2.0
 _REFERENCE_ACCURACY = 1e-3
 # Radius or modulus with which the plan of a loop is checked, relative to the given one.
 _CHECKED_RATIO = 1.1
-# Cutoffs of the 9-3 wall, in units of the spacing.
-_CUTOFFS = (3.0, 5.0, 10.0, 20.0)
-# Cutoff of the 9-3 wall in the most accurate scene, in units of the spacing.
-_MAX_CUTOFF = 30.0
+# Cutoffs of the 9-3 wall.
+_CUTOFFS = ("3 a0", "5 a0", "10 a0", "20 a0")
+# Cutoff of the 9-3 wall in the most accurate scene.
+_MAX_CUTOFF = "30 a0"
 
 
 def most_accurate(scene: Scene) -> Scene:
@@ -138,7 +138,7 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
     free: dict[str, Any] = {"substrate.periodic": False, "substrate.shape": "auto"}
     if best.interaction.entries().get("cutoff") == _MAX_CUTOFF:
         for cutoff in _CUTOFFS:
-            yield "cutoff", f"{cutoff:g} a0", {"interaction.cutoff": cutoff}
+            yield "cutoff", cutoff, {"interaction.cutoff": cutoff}
     if best.radius < math.inf:
         yield "boundary", "free", free
     if best.radius < math.inf and best.control == LOAD:

@@ -93,9 +93,7 @@ work_of_adhesion = "{} mJ/m^2"
 """
 LOADS = """
 [path]
-first = "{} nN"
-last = "{} nN"
-steps = {}
+loads = {{ first = "{} nN", last = "{} nN", steps = {}, scale = "geometric" }}
 """
 SCENES = {
     "adhesive loop": SILICA
@@ -121,8 +119,7 @@ radius = "20 nm"
     + """
 [path]
 kind = "time"
-control = "load"
-values = ["0 nN", "100 nN"]
+loads = ["0 nN", "100 nN"]
 rate = "10 uN/s"
 dwell = "10 s"
 """,
@@ -153,7 +150,7 @@ radius = inf
     + HARD
     + """
 [path]
-values = ["100 MPa", "200 MPa", "500 MPa", "1 GPa"]
+loads = ["100 MPa", "200 MPa", "500 MPa", "1 GPa"]
 """,
     "sliding": SILICA
     + ROUGH.format(0.05, 2, 20)
@@ -163,9 +160,9 @@ values = ["100 MPa", "200 MPa", "500 MPa", "1 GPa"]
 coefficient = 0.3
 [path]
 kind = "sliding"
-values = ["160 nN"]
+loads = ["160 nN"]
 displacements = [0, "0.2 nm", "-0.2 nm", "0.2 nm"]
-steps = 8
+steps_per_move = 8
 """,
     "viscoelastic loop": POLYMER.format("4 nm", [0.3, 0.4], '["10 ms", "1 s"]', "1 um")
     + ADHESIVE.format(30)
@@ -205,7 +202,7 @@ radius = "100 nm"
 [interaction]
 kind = "plastic"
 [path]
-values = ["50 nN", "100 nN", "200 nN", "400 nN", "800 nN", "100 nN"]
+loads = ["50 nN", "100 nN", "200 nN", "400 nN", "800 nN", "100 nN"]
 """,
     "plastic flat": FLAT.format(0.2, 256)
     + """
@@ -219,23 +216,19 @@ values = ["50 MPa", "100 MPa", "200 MPa", "300 MPa", "200 MPa", "50 MPa"]
     + ADHESIVE.format(20)
     + """
 [path]
-control = "penetration"
-first = "-0.2 nm"
-last = "0.6 nm"
-steps = 9
-scale = "linear"
+penetrations = { first = "-0.2 nm", last = "0.6 nm", steps = 9 }
 """,
     "repulsive flat, 512 x 512": FLAT.format(0.1, 512)
     + REPULSIVE
     + """
 [path]
-values = ["50 MPa", "200 MPa", "800 MPa"]
+loads = ["50 MPa", "200 MPa", "800 MPa"]
 """,
     "hard flat, 1024 x 1024": FLAT.format(0.05, 1024)
     + HARD
     + """
 [path]
-values = ["50 MPa", "100 MPa", "200 MPa", "400 MPa", "800 MPa"]
+loads = ["50 MPa", "100 MPa", "200 MPa", "400 MPa", "800 MPa"]
 """,
     "coupled sliding": """
 [substrate]
@@ -251,9 +244,9 @@ coefficient = 0.5
     + """
 [path]
 kind = "sliding"
-values = ["100 nN"]
+loads = ["100 nN"]
 displacements = [0, "0.1 nm", 0]
-steps = 10
+steps_per_move = 10
 """,
     "sliding in time": """
 [substrate]
@@ -286,8 +279,7 @@ rate = "1 nm/s"
     + """
 [path]
 kind = "time"
-control = "penetration"
-values = ["0 nm", "30 nm"]
+penetrations = ["0 nm", "30 nm"]
 rate = "100 nm/s"
 dwell = "1 s"
 amplitude = "2 nm"
@@ -326,7 +318,7 @@ center = "highest"
     + REPULSIVE
     + """
 [path]
-values = ["5 nN", "10 nN", "20 nN", "50 nN"]
+loads = ["5 nN", "10 nN", "20 nN", "50 nN"]
 """,
     "ensemble of loads": SILICA
     + ROUGH.format(0.05, 2, 20)

@@ -45,7 +45,8 @@ def scene(
 ):
     """Return a scene; without a seed that of a smooth sphere."""
     if not isinstance(path, str):
-        path = 'first = {}\nlast = {}\nsteps = {}\nscale = "geometric"'.format(*path)
+        ends = "first = {}, last = {}, steps = {}".format(*path)
+        path = f'loads = {{ {ends}, scale = "geometric" }}'
     rough = ""
     if seed is not None:
         rough = (
@@ -71,7 +72,8 @@ def scenes():
     found["smooth adhesive"] = scene(wall=WORK.format("adhesive", 0.05))
     layer = 'material = "Si"\nlayer_thickness = "10 nm"\nlayer_contact_modulus = 20.0'
     layer += '\nmodel = "atoms"'
-    depths = 'control = "penetration"\nfirst = "0.2 nm"\nlast = "2 nm"\nsteps = 12'
+    ends = 'first = "0.2 nm", last = "2 nm", steps = 12, scale = "geometric"'
+    depths = f"penetrations = {{ {ends} }}"
     large = {"radius": 5000, "slope": 0.02, "long": 256.0, "hurst": 0.6}
     families = {
         "hard": {"wall": hard},

@@ -61,7 +61,7 @@ cutoff_wavelength = "{cutoff}"
 [interaction]
 kind = "{wall}"
 [path]
-values = [{load}]
+loads = [{load}]
 """
 
 

@@ -167,7 +167,7 @@ def test_a_value_out_of_range_is_an_error_with_file_section_and_key(
         (["--set", "seed=1"], "unknown section 'seed'"),
         (["--set", "roughness=1"], "[roughness] must be a section, got 1"),
         (["--set", "substrate.periodic=False"], "must be true or false, got 'False'"),
-        (["--set", "path.steps=true"], "steps must be a whole number, got True"),
+        (["--set", "path.steps=true"], "steps must be an integer >= 1"),
         (["--set", "path.steps=1", "--set", "path.steps=2"], "steps is given twice"),
         (["--database", "mysql://me:secret@host"], "mysql://me:***@host"),
         (["--table", __file__], "was not written by this version of ase-roughcontact"),

@@ -27,7 +27,7 @@ from ase_roughcontact.ensemble import (
 from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.scene import Scene, Steps
 
-LOADS = replace(SCENE, path=Steps(values=(0.3, 10.0)))
+LOADS = replace(SCENE, path=Steps(loads=(0.3, 10.0)))
 
 
 def sample(scene, database, error, **options):
@@ -144,7 +144,7 @@ def test_steps_of_an_ordinary_ensemble_are_used_and_the_largest_number_is_kept(
 
 
 def test_the_number_of_realisations_is_at_most_doubled_at_once(tmp_path):
-    scene = replace(SCENE, path=Steps(values=(0.3,)))
+    scene = replace(SCENE, path=Steps(loads=(0.3,)))
     with ThreadPoolExecutor(1) as pool:
         options = {"executor": pool, "interval": 0.01, "pilot": 2, "most": 64}
         reports = sample_ensemble(scene, tmp_path / "e.db", 1e-3, **options)
@@ -166,7 +166,7 @@ def test_steps_that_have_not_converged_are_not_in_the_mean(tmp_path):
 
 
 def test_steps_without_contact_are_left_out(tmp_path):
-    scene = replace(LOADS, path=Steps("penetration", values=(-1.0, 0.4)))
+    scene = replace(LOADS, path=Steps(penetrations=(-1.0, 0.4)))
     last = sample(scene, tmp_path / "e.db", 0.2)[-1]
     free, touching = last.means
     assert (free.realisations, free.mean) == (8, 0.0) and math.isnan(free.error)
@@ -178,7 +178,7 @@ def test_steps_without_contact_are_left_out(tmp_path):
 
 
 def test_a_path_without_contact_ends_with_the_pilot(tmp_path):
-    scene = replace(LOADS, path=Steps("penetration", values=(-2.0, -1.0)))
+    scene = replace(LOADS, path=Steps(penetrations=(-2.0, -1.0)))
     last = sample(scene, tmp_path / "e.db", 0.1)[-1]
     assert math.isnan(last.error) and not last.done and last.missing == 0
     assert [mean.realisations for mean in last.means] == [8, 8]
@@ -214,7 +214,7 @@ def test_seeds_that_do_not_converge_are_made_up_for_in_few_rounds(
         yield Progress(steps=len(rows), total=len(rows))
 
     monkeypatch.setattr(adaptive, "run_ensemble", stored)
-    scene = replace(LOADS, path=Steps(values=(1.0,)))
+    scene = replace(LOADS, path=Steps(loads=(1.0,)))
     last = sample(scene, tmp_path / "e.db", 0.05)[-1]
     (mean,) = last.means
     assert last.done and mean.realisations == pytest.approx(100, rel=0.3)

@@ -127,7 +127,7 @@ def test_a_run_that_has_lost_its_lock_says_so(tmp_path):
         ([SCENE], "e.db", {"workers": 0}, "workers .* 1"),
         ([SCENE], "e.db", {"interval": 0.0}, "interval"),
         ([SCENE], "e.db", {"steps": [[0, 3]]}, "2, got 3"),
-        (product(SCENE, {"path.values": [()]}), "e.db", {}, "values"),
+        (product(SCENE, {"path.values": [()]}), "e.db", {}, "give loads"),
         (product(SCENE, {"solver.optimizer": ["LFBGS"]}), "e.db", {}, "'LFBGS'"),
     ],
 )

@@ -9,7 +9,7 @@ from ase_roughcontact.ensemble.means import mean_values
 from ase_roughcontact.ensemble.study import study_points
 from ase_roughcontact.scene import Scene
 
-SPECTRUM = "short_wavelength = 4.0\nlong_wavelength = 16.0\n"
+SPECTRUM = "unit = 'a0'\nshort_wavelength = 4.0\nlong_wavelength = 16.0\n"
 TEXT = f"""
 [substrate]
 contact_modulus = 100.0
@@ -20,8 +20,6 @@ contact_modulus = 300.0
 [tip.roughness]
 rms_slope = 0.03
 {SPECTRUM}
-[substrate]
-material = "Cu"
 [sphere]
 unit = "a0"
 radius = 60.0

@@ -47,7 +47,7 @@ CONTROLS = {"heights": "height", "loads": "load"}
 @pytest.mark.parametrize("variants", MOST_EXPENSIVE_LAST)
 def test_the_most_expensive_cases_are_calculated_first(variants, tmp_path):
     control = CONTROLS.get(variants, "penetration")
-    scene = replace(SCENE, path=replace(SCENE.path, control=control))
+    scene = replace(SCENE, path=SCENE.path.changed("control", control))
     cheap, expensive = product(scene, MOST_EXPENSIVE_LAST[variants])
     finish([cheap, expensive], tmp_path / "e.db")
     assert order(tmp_path / "e.db") == [case_of(expensive), case_of(cheap)]
@@ -121,7 +121,7 @@ def test_columns_are_in_the_units_of_the_file_or_of_ase(control, tmp_path):
     ("kind", "parameters"),
     [
         ("plastic", {"hardness": 0.4, "permanent": True}),
-        ("dugdale", {"work_of_adhesion": 0.05, "attraction_range": 2.0}),
+        ("power-law", {"work_of_adhesion": 0.05, "exponent": 2.0}),
     ],
 )
 def test_parameters_of_walls_are_columns(kind, parameters):

@@ -17,7 +17,7 @@ from ase_roughcontact.ensemble import read_ensemble, study_points
 from ase_roughcontact.scene import Scene, Steps
 from ase_roughcontact.theory import Hertz, MaugisDugdale
 
-LOADS = SCENE.with_values({"path": Steps(values=(2.0, 10.0))})
+LOADS = SCENE.with_values({"path": Steps(loads=(2.0, 10.0))})
 STUDY = """
 [study]
 seeds = 3
@@ -181,7 +181,7 @@ def test_keys_that_vary_together_are_one_line_of_similar_surfaces(run, tmp_path)
     sphere.radius = [40]
     roughness.long_wavelength = { first = 8, last = 32, steps = 3, scale = "geometric" }
     """
-    path = {"path": Steps(values=(2.0,)), "roughness.short_wavelength": 4.0}
+    path = {"path": Steps(loads=(2.0,)), "roughness.short_wavelength": 4.0}
     (figure,) = run(LOADS.with_values(path).toml + study)
     rows = rows_of(tmp_path)
     assert [row["roughness.rms_height"] for row in rows] == ["0.1", "0.2", "0.4"]
@@ -207,7 +207,10 @@ def test_keys_that_vary_together_need_equal_numbers_of_values(
 
 
 def test_targets_that_change_with_the_parameter_are_lines_over_it(run):
-    path = {"path": Steps(first=2.0, last=10.0, steps=3), "roughness": None}
+    path = {
+        "path": Steps.of({"first": 2.0, "last": 10.0, "steps": 3}),
+        "roughness": None,
+    }
     scene = SCENE.with_values(path)
     (figure,) = run(scene.toml, "--set", "path.last=10,20,30,40")
     lines = [line for line in figure.axes[0].lines if line.get_linestyle() == "-"]

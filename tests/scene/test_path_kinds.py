@@ -112,12 +112,7 @@ def test_another_kind_has_only_its_own_keys():
     steps = Scene(path=Loop(deepest=1.0)).with_values(
         {"path.control": "height", "path.kind": "steps", "path.values": (1.0, 2.0)}
     )
-    assert steps.path == Steps("height", values=(1.0, 2.0))
-
-
-def test_keys_of_other_kinds_are_ignored_at_their_defaults():
-    older = 'kind = "loop"\ndeepest = 2.0\ncontrol = "load"\nscale = "geometric"\n'
-    assert Scene.parse(f"[path]\n{older}").path == Loop(2.0)
+    assert steps.path == Steps(heights=(1.0, 2.0))
 
 
 def test_the_entries_of_a_loop_that_identify_its_calculation():

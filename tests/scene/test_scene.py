@@ -56,7 +56,7 @@ def test_run_writes_the_scene_with_or_without_the_text_of_its_file(tmp_path):
     [
         Scene.default(),
         Scene.parse('interaction = { kind = "adhesive", work_of_adhesion = 1e-5 }'),
-        Scene(path=Steps(values=(np.float64(1.5), np.int64(2)))),
+        Scene(path=Steps(loads=(np.float64(1.5), np.int64(2)))),
         Scene(substrate=SubstrateConfig(model='"Å"\n')),
     ],
     ids=range(4),
@@ -74,7 +74,7 @@ def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
         next(Scene.parse(changed).run(tmp_path))
     text = str(error.value)
     assert "[sphere] radius was 60.0, is 61.0" in text
-    assert "[path] values was not given, is [0.3]" in text
+    assert "[path] penetrations was {" in text
     assert "[roughness] long_wavelength was 16.0, is not given" in text
     assert "append to its lists" in text
     assert "profile" not in text and "was not given, is not given" not in text
@@ -138,13 +138,20 @@ HUGE = "9" * 400  # beyond all floats
         ),
         ("interaction", 'kind = "sof"\nrange = 1', "unknown kind of interaction 'sof'"),
         ("interaction", 'kind = "full"', "kind = 'full' needs work_of_adhesion"),
-        ("interaction", "cutoff = 3\nexponent = 2", "has no cutoff, .* no exponent"),
-        ("path", "values = [true]", "values must be a list of numbers, got"),
-        ("path", "values = []", "values must have"),
-        ("path", f"values = [{HUGE}]", "values must be"),
+        (
+            "interaction",
+            "cutoff = '3 a0'\nexponent = 2",
+            "has no cutoff, .* no exponent",
+        ),
+        ("path", "values = [true]", "loads must be a list of numbers or a range, got"),
+        ("path", "loads = []", "give loads, penetrations or heights"),
+        ("path", f"loads = [{HUGE}]", "loads must be"),
+        ("path", "loads = [1.0]\nheights = [1.0]", "loads or heights, not both"),
+        ("path", "loads = { first = 1, lst = 2 }", "unknown key of the range .*'lst'"),
         ("path", 'control = "lod"\nvalues = [1.0]', "unknown control 'lod'; .*'load'"),
-        ("path", "first = 1.0", "values, or .*, got first"),
-        ("path", "values = [1.0]\nfirst = 1.0", "values, or .*, got values, first"),
+        ("path", "first = 1.0", "give last, steps for the range of loads, or a list"),
+        ("path", 'control = "displacement"', "control 'displacement': give penetrat"),
+        ("path", 'first = 1\nlast = 2\nsteps = 2\nscale = "log"', 'give "geometric"'),
         ("path", "first = inf\nlast = 1\nsteps = 2", "first must be a finite number"),
         ("path", "first = 1\nlast = 2\nsteps = 0", "steps must be an integer >= 1"),
         ("path", "first = 1\nlast = 2\nsteps = 10000000", "steps must be at most 1000"),

@@ -123,7 +123,7 @@ def test_a_grid_without_a_given_spacing_fits_the_contact():
         (("70.0", "95.0"), "half_angle must be > 0 and < 90 deg, got 95"),
         (("70.0", '"70 nm"'), "unknown unit of half_angle"),
         (('kind = "cone"', 'kind = "core"'), "did you mean 'cone'"),
-        (("half_angle", "tip_radius = 2.0\nhalf_angle"), "has no tip_radius"),
+        (("half_angle", "tip_radius = '2 a0'\nhalf_angle"), "has no tip_radius"),
         (("cone", "sphere"), r"a sphere is the section \[sphere\]"),
     ],
 )

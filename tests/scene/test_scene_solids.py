@@ -119,7 +119,7 @@ def test_the_soft_base_of_a_stiff_layer_does_not_refuse_a_load():
     soft = scene("", "contact_modulus = 0.1").with_values(
         {
             "substrate.shape": "auto",
-            "path": Steps(values=(20.0, 40.0)),
+            "path": Steps(loads=(20.0, 40.0)),
         }
     )
     with pytest.raises(ValueError, match="load of 20 to 40 nN: "):

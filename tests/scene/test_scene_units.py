@@ -12,7 +12,6 @@ from operator import attrgetter
 import numpy as np
 import pytest
 
-from ase_roughcontact.contact.control import LOAD
 from ase_roughcontact.ensemble.columns import scene_columns
 from ase_roughcontact.scene import Scene, default_text
 
@@ -72,11 +71,7 @@ KEYS = {
     "interaction.kind": ("full", "wall.attractive", True, "repulsive"),
     "interaction.work_of_adhesion": (0.3, "wall.work_of_adhesion", 0.3 * J_PER_M2, 0.4),
     "interaction.cutoff": ("7 a0", "wall.cutoff", 7.0 * A0, "8 a0"),
-    "path.control": ("load", "control", LOAD, "height"),
-    "path.first": (2.0, lambda s: s.targets[0], 2.0 * NN, 3.0),
-    "path.last": (50.0, lambda s: s.targets[-1], 50.0 * NN, 60.0),
-    "path.steps": (3, lambda s: len(s.targets), 3, 4),
-    "path.scale": ("linear", lambda s: s.targets[1], 26.0 * NN, "geometric"),
+    "path.loads": ([2.0, 50.0], lambda s: s.targets[0], 2.0 * NN, [3.0]),
     "solver.optimizer": ("LBFGS", relaxed_by, "LBFGS", "FIRE"),
     "solver.accuracy": (0.001, "grid_model.error", 1e-3, 1e-4),
     "solver.fmax": (1e-05, "fmax", 1e-5 * MODULUS * GPA * A0**2, 1e-6),
@@ -103,7 +98,8 @@ INSTEAD = {
     "output.columns",
     "output.keep",
     "substrate.elastic_constants",
-    "path.values",
+    "path.penetrations",
+    "path.heights",
     "sphere.unit",
     "roughness.unit",
 }
@@ -150,7 +146,7 @@ def test_keys_are_converted_to_the_units_of_ase(key):
         ("roughness.long_wavelength", ["4 nm", "40 Å", "16 a0"]),
         ("interaction.work_of_adhesion", ["300 mJ/m²", "0.3 N/m"]),
         ("interaction.cutoff", ["1.75 nm", "7 a0"]),
-        ("path.first", ["2 nN", "2000 pN", "0.002 µN"]),
+        ("path.loads", [["2 nN"], ["2000 pN"], ["0.002 µN"]]),
     ],
 )
 def test_quantities_may_have_a_unit(key, values):
@@ -182,7 +178,7 @@ def test_units_of_sections_and_of_listed_values():
         ("sphere", 'radius = "15 inch"', r"unknown unit of radius 'inch'\. Known: a0"),
         ("sphere", 'radius = "nm"', 'radius must be a number, or .* such as "3 nm"'),
         ("sphere", 'radius = 15.0\nunit = "miles"', "unknown unit 'miles'"),
-        ("path", 'values = ["0.2 nm"]', r"unknown unit of values 'nm'\. Known: nN"),
+        ("path", 'values = ["0.2 nm"]', r"unknown unit of loads 'nm'\. Known: nN"),
         ("substrate", 'hardness = "3 GPA"', "hardness 'GPA'; did you mean 'GPa'"),
         ("substrate", 'contact_modulus = "stiff"', "such as \"3 GPa\", got 'stiff'"),
         ("substrate", "contact_modulus = true", "must be a number or a string"),
@@ -195,7 +191,7 @@ def test_units_of_sections_and_of_listed_values():
         (
             "roughness",
             'unit = "nm"\nshort_wavelength = 8.0\nlong_wavelength = 4.0',
-            r"short_wavelength = 8, got 4",
+            r"short_wavelength = 8 nm, got 4",
         ),
     ],
 )
@@ -217,14 +213,21 @@ def test_parameters_of_walls_are_converted_to_the_units_of_ase(key):
 
 @pytest.mark.parametrize("control", ["load", "penetration", "height"])
 def test_targets_are_in_nanonewton_or_in_angstrom(control):
-    def targets(**path):
-        scene = scene_with(path={**SCENE["path"], **path, "control": control})
+    def targets(path):
+        scene = Scene.parse(f"[substrate]\ncontact_modulus = 1.0\n[path]\n{path}")
+        assert scene.path.control == control
+        assert Scene.parse(scene.toml) == scene
         return scene.targets / (NN if control == "load" else 1.0)
 
-    none = dict.fromkeys(("first", "last", "steps"))
-    np.testing.assert_allclose(targets(), [2.0, 26.0, 50.0])
-    np.testing.assert_allclose(targets(values=[1.5, 3.0], **none), [1.5, 3.0])
-    np.testing.assert_allclose(targets(scale="geometric"), [2.0, 10.0, 50.0])
+    key, ends = f"{control}s", "first = 2, last = 50.0, steps = 3"
+    np.testing.assert_allclose(targets(f"{key} = [1.5, 3]"), [1.5, 3.0])
+    np.testing.assert_allclose(targets(f"{key} = {{ {ends} }}"), [2.0, 26.0, 50.0])
+    geometric = f'{key} = {{ {ends}, scale = "geometric" }}'
+    np.testing.assert_allclose(targets(geometric), [2.0, 10.0, 50.0])
+    old = f'control = "{control}"\nvalues = [1.5, 3.0]'
+    np.testing.assert_allclose(targets(old), [1.5, 3.0])
+    old = f'control = "{control}"\n' + ends.replace(", ", "\n")
+    np.testing.assert_allclose(targets(old), [2.0, 10.0, 50.0])
 
 
 def test_elastic_constants_are_in_gigapascal_and_by_default_of_the_crystal():

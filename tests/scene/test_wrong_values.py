@@ -65,7 +65,7 @@ WORDS = {
     *("roughness.file", "roughness.convention", "roughness.series"),
     *("topography.role", "topography.unit", "topography.detrend", "topography.center"),
     *("topography.channel", "heterogeneity.file"),
-    *("friction.coupling", "path.control", "path.scale", "solver.optimizer"),
+    *("friction.coupling", "solver.optimizer"),
     *("solver.accuracy", "solver.engine", "output.keep"),
 }
 #: Those that are not given by default.
@@ -81,8 +81,8 @@ INFINITE = {"sphere.radius", "substrate.hardness", "tip.hardness"}
 LISTS = {
     *("substrate.elastic_constants", "substrate.relaxation_moduli"),
     *("substrate.relaxation_times", "substrate.shape", "topography.spacing"),
-    *("topography.center", "path.values", "path.displacements", "path.forces"),
-    *("path.bases", "path.times", "path.rate"),
+    *("topography.center", "path.loads", "path.penetrations", "path.heights"),
+    *("path.displacements", "path.forces", "path.bases", "path.times", "path.rate"),
 }
 SWITCHES = {
     *(
@@ -114,7 +114,7 @@ SWITCHES = {
         ("[nan]", set()),
         ("[[1.0]]", set()),
         ("true", SWITCHES),
-        ("{}", set()),
+        ("{}", {"path.loads", "path.penetrations", "path.heights"}),
         ("1979-05-27", set()),
     ],
     ids=lambda each: each if isinstance(each, str) else "",

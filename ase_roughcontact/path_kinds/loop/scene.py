@@ -99,13 +99,13 @@ class Loop(PathKind):
 
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to the penetration at which the loop turns."""
-        return Steps(PENETRATION.name, values=(self.loop(bodies).expected,))
+        return Steps.at(PENETRATION, [self.loop(bodies).expected])
 
     def certain(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to a depth that is certainly reached."""
         if self.deepest is not None:
             return self.planned(bodies)
-        return Steps(PENETRATION.name, values=(0.0,))
+        return Steps.at(PENETRATION, [0.0])
 
     def describe(self, bodies: Bodies) -> str:
         """Return a text on the plan, with the force that a cantilever must hold."""

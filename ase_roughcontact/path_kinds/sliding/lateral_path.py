@@ -21,12 +21,12 @@ from ase_roughcontact.path_kinds.sliding.specification import (
     check_spring,
 )
 from ase_roughcontact.scene.bodies import Bodies
-from ase_roughcontact.scene.path_kind import PathKind, stiffness_of
+from ase_roughcontact.scene.path_kind import TargetPath, stiffness_of
 from ase_roughcontact.scene.section import lengths
 
 
 @dataclass(frozen=True)
-class LateralPath(PathKind):
+class LateralPath(TargetPath):
     """Base class of paths between lateral targets, against friction.
 
     Displacements and bases are in Å, forces in nN, or with a unit.
@@ -37,8 +37,9 @@ class LateralPath(PathKind):
     in_order = True
     has_friction = True
 
-    control: str = "load"
-    values: tuple | float | str | None = None
+    loads: tuple | float | str | None = None
+    penetrations: tuple | float | str | None = None
+    heights: tuple | float | str | None = None
     displacements: tuple | None = None
     forces: tuple | None = None
     bases: tuple | None = None
@@ -94,13 +95,13 @@ class LateralPath(PathKind):
         ValueError
             If there is no target, or one is invalid.
         """
-        control = self.controlled
+        control, key = self.controlled, self.target_key
         if self.values is None:
             raise ValueError(
-                f"give values, the {control.name} while the indenter moves"
+                "give loads, penetrations or heights while the indenter moves"
             )
-        values = self.in_unit(["values"], bodies).values
-        found = UNITS[control.unit] * np.atleast_1d(finite_array("values", values))
+        values = self.in_unit([key], bodies).values
+        found = UNITS[control.unit] * np.atleast_1d(finite_array(key, values))
         if control == LOAD and bodies.wall.hard and not bodies.wall.attractive:
             self._check_loads(found, np.atleast_1d(np.array(self.values, object)))
         return found
@@ -111,7 +112,7 @@ class LateralPath(PathKind):
             least = given[loads.argmin()]
             text = least if isinstance(least, str) else f"{least:g} {self.unit}"
             raise ValueError(
-                "values must be loads >= 0, as a hard wall without attraction carries "
+                "loads must be >= 0, as a hard wall without attraction carries "
                 f"no tension, got {text}"
             )
 

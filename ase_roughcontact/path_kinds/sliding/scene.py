@@ -89,8 +89,8 @@ class Sliding(LateralPath):
             raise ValueError(f"a path has at most {MAX_STEPS} steps, got more")
         if len(found) not in (1, len(turns)):
             raise ValueError(
-                f"give one {control.name} in values, or one for each of the "
-                f"{len(turns)} {self.lateral_control.name}, got {len(found)}"
+                f"give one of {control.plural}, or one for each of the {len(turns)} "
+                f"{self.lateral_control.name}, got {len(found)}"
             )
         return self._between(np.broadcast_to(found, turns.shape))
 

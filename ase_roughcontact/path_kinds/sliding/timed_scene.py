@@ -120,8 +120,8 @@ class TimedSliding(LateralPath):
         (target, *others) = self.normal_targets(bodies).tolist()
         if others:
             raise ValueError(
-                f"give one {self.controlled.name} in values, which is held in time, "
-                f"got {1 + len(others)}"
+                f"give one of {self.target_key}, which is held in time, got "
+                f"{1 + len(others)}"
             )
         lateral = self.lateral_schedule(bodies)
         parts = [Part(part.duration, target) for part in lateral.parts]
@@ -153,7 +153,7 @@ class TimedSliding(LateralPath):
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, at the normal target."""
         target = self.specification(bodies).target
-        return Steps(self.control, values=(target / UNITS[self.unit],))
+        return Steps.at(self.controlled, [target / UNITS[self.unit]])
 
     def expected_counts(self, bodies: Bodies) -> list[float]:
         """Return the numbers of time steps to expect in the parts of the schedule."""

@@ -34,6 +34,7 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.path_kind import (
     PathKind,
     Steps,
+    TargetPath,
     check_deepest,
     rates_of,
     stiffness_of,
@@ -54,15 +55,15 @@ _CYCLE_STEPS = 45
 _USUAL_TOLERANCE = 1e-3
 # Advice for a loop with a rate and a cantilever.
 _CANTILEVER_ADVICE = (
-    ': in place of a loop at a rate give kind = "time", control = "base" and values, '
-    'heights of the base such as ["20 nm", "-50 nm", "200 nm"]'
+    ': in place of a loop at a rate give kind = "time" and bases, heights of the base '
+    'such as ["20 nm", "-50 nm", "200 nm"]'
 )
 # Branches of a path, by the sign of the change of a target that presses more.
 _BRANCHES = {1.0: "approach", 0.0: "dwell", -1.0: "retraction"}
 
 
 @dataclass(frozen=True)
-class Timed(PathKind):
+class Timed(TargetPath):
     """``[path]`` of kind "time": targets and times (s), or rates (nm/s, nN/s).
 
     One rate applies to all changes of the target, or there is one for each of them.
@@ -88,8 +89,10 @@ class Timed(PathKind):
     }
     results = RESULTS
 
-    control: str = "load"
-    values: tuple | None = None
+    loads: tuple | None = None
+    penetrations: tuple | None = None
+    heights: tuple | None = None
+    bases: tuple | None = None
     deepest: float | str | None = None
     times: tuple | None = None
     rate: float | str | tuple | None = None
@@ -130,7 +133,21 @@ class Timed(PathKind):
         """Return a loop at a rate as a path in time; see `PathKind.own_entries`."""
         if entries.get("kind") != "loop" or entries.get("rate") is None:
             return entries
-        return {"control": "penetration", **entries, "kind": cls.kind}
+        return {**entries, "kind": cls.kind}
+
+    @classmethod
+    def renamed(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries; a loop at a rate has no targets, see `TargetPath`."""
+        found = super().renamed(entries)
+        key = PENETRATION.plural
+        if found.get("deepest") is not None and found.get(key) == []:
+            del found[key]
+        return found
+
+    @property
+    def control(self) -> str:
+        """Name of the quantity with given targets; of a loop the penetration."""
+        return super().control if self.deepest is None else PENETRATION.name
 
     def check(self, bodies: Bodies) -> None:
         """Raise an error if the solid needs another kind of path."""
@@ -149,21 +166,22 @@ class Timed(PathKind):
             If a key is missing or invalid.
         """
         unit, units = self.unit, self.units_of_targets(bodies)
-        path = self.in_unit(["values", "deepest", "amplitude"], bodies)
+        key = self.target_key
+        path = self.in_unit([key, "deepest", "amplitude"], bodies)
         given = self._loop(bodies, path) if path.deepest is not None else path.values
-        values = (UNITS[unit] * finite_array("values", list(given or ()))).tolist()
+        values = (UNITS[unit] * finite_array(key, list(given or ()))).tolist()
         if not values:
             raise ValueError(
-                "give values, the targets between which the path goes, or for a loop "
-                "at a rate deepest, the penetration at which it turns"
+                f"give {key}, between which the path goes, or for a loop at a rate "
+                "deepest, the penetration at which it turns"
             )
         if (self.times is None) == (self.rate is None):
-            raise ValueError("give either times, one for each value, or a rate")
+            raise ValueError(f"give either times, one for each of {key}, or a rate")
         nonnegative(dwell=self.dwell)
         if self.times is None:
             schedule = self._at_rates(values, units)
         elif self.dwell:
-            raise ValueError("a dwell needs a rate: repeat the value in times")
+            raise ValueError(f"a dwell needs a rate: repeat one of {key} in times")
         else:
             times = finite_array("times", list(self.times)).tolist()
             schedule = Schedule.through(times, values)
@@ -175,7 +193,7 @@ class Timed(PathKind):
             )
         if not schedule.duration:
             raise ValueError(
-                "the path takes no time: give values that differ, such as [0, 20], or "
+                f"the path takes no time: give {key} that differ, such as [0, 20], or "
                 "later times"
             )
         return schedule
@@ -187,17 +205,18 @@ class Timed(PathKind):
     def _loop(self, bodies: Bodies, path: Timed) -> list[float]:
         """Return the penetrations (Å) of a loop, from which nothing interacts."""
         self.check(bodies)
-        if self.controlled != PENETRATION or self.values is not None:
+        targets = [each.plural for each in self.controls]
+        given = [key for key in targets if getattr(self, key) is not None]
+        if given:
             raise ValueError(
-                'a loop at a rate needs control = "penetration", and deepest in place '
-                "of values"
+                f"a loop at a rate has deepest in place of targets: omit {given[0]}"
             )
         wall, creep, deepest = bodies.wall, bodies.solid.creep, float(path.deepest or 0)
         check_deepest(bodies, self.deepest, deepest)
         if creep is None or not creep.relaxed or not wall.reach < math.inf:
             raise ValueError(
                 "a loop at a rate needs a solid that relaxes to a modulus, and a wall "
-                "of a finite range: give values, the targets of the path"
+                "of a finite range: give penetrations"
             )
         neck = 0.0
         if wall.attractive and not bodies.is_flat:
@@ -229,11 +248,11 @@ class Timed(PathKind):
         targets = [schedule.first, *(part.end for part in schedule.parts)]
         deepest = self.deepest_of(targets)
         if self.stiffness is None:
-            return Steps(self.control, values=(deepest / unit,))
+            return Steps.at(self.controlled, [deepest / unit])
         # a tip on the surface, or a rigid cantilever, whichever has the smaller force
         depth = max(bodies.wall.contact_distance - deepest, 0.0)
         load = min(self.stiffness * depth, bodies.force_at(depth))
-        return Steps(LOAD.name, values=(load / UNITS["nN"],))
+        return Steps.at(LOAD, [load / UNITS["nN"]])
 
     def expected_count(self, bodies: Bodies) -> int:
         """Return the number of time steps, to a factor of two without attraction."""

@@ -173,7 +173,7 @@ def test_a_plan_of_a_loop_has_its_deepest_state_and_what_its_cantilever_holds(
 def test_a_wall_beyond_the_roughness_is_an_error_before_a_loop_begins(
     tmp_path, capsys, command
 ):
-    wall = 'kind = "power-law"\nattraction_range = 3.0'
+    wall = 'kind = "power-law"\nattraction_range = "3 a0"'
     text = LOOP.replace('kind = "adhesive"', wall).replace("shape = [18, 18]", "")
     text = text.replace(
         "[interaction]",

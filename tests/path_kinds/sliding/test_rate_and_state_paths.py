@@ -212,7 +212,7 @@ def test_times_of_a_scene_may_hold():
     ("values", "advice"),
     [
         ({"path.rate": "1 nm/s", "friction.coupling": "solved"}, "leave out coupling"),
-        ({"path.rate": "1 nm/s", "path.values": ("5 nN", "6 nN")}, "one load"),
+        ({"path.rate": "1 nm/s", "path.values": ("5 nN", "6 nN")}, "one of loads"),
         ({}, "either times"),
         ({"path.displacements": (0, 1, 1), "path.rate": "1 nm/s"}, "needs times"),
         ({"path.kind": "sliding"}, "sliding-in-time"),

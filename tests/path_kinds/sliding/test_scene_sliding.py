@@ -136,7 +136,7 @@ def test_the_first_slide_ends_where_the_load_changes_by_one_percent(change, slid
 def test_tension_on_a_hard_wall_is_refused_before_the_run():
     for given, shown in ((-20, "-20 nN"), ("-0.02 µN", "-0.02 µN")):
         scene = scene_with(path__values=[given])
-        with pytest.raises(ValueError, match=f"values must be loads .*got {shown}$"):
+        with pytest.raises(ValueError, match=f"loads must be >= 0.*got {shown}$"):
             scene.plan()
     wall = {"interaction__kind": "adhesive", "interaction__work_of_adhesion": 0.1}
     assert scene_with(path__values=[-1], **wall).targets.max() < 0.0
@@ -320,15 +320,15 @@ def test_two_elastic_bodies_slide_as_their_compliances_add_up():
         ({"path.forces": [0, 1]}, "got displacements and forces"),
         ({"path.displacements": [0]}, "displacements must be two or more"),
         ({"path.displacements": [0, "1 nN"]}, "unknown unit of displacements 'nN'"),
-        ({"path.values": None}, "give values, the load while the indenter moves"),
-        ({"path.values": [1, 2]}, "one load in values, or .* each of the 4 displ"),
+        ({"path.values": None}, "give loads, penetrations or heights while"),
+        ({"path.values": [1, 2]}, "one of loads, or .* each of the 4 displ"),
         (
             {"path.values": [1, "1 nm"]},
-            "unknown unit of values 'nm'.*; lengths need control = \"penetration\"",
+            "unknown unit of loads 'nm'.*; lengths are given as penetrations",
         ),
         (
             {"path.values": ["1 nN"], "path.control": "height"},
-            "unknown unit of values 'nN'.*; forces need control = \"load\"",
+            "unknown unit of heights 'nN'.*; forces are given as loads",
         ),
         ({"path.control": "base"}, "control 'base'.* Known: load, penetration, height"),
         ({"path.spring": 1.0}, "a spring needs bases"),
