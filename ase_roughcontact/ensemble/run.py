@@ -11,7 +11,7 @@ from contextlib import AbstractContextManager, ExitStack
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.lazy import lazy
-from ase_roughcontact._util.validation import positive
+from ase_roughcontact._util.validation import instance_of, positive
 from ase_roughcontact._util.workers import worker_pool
 from ase_roughcontact.ensemble.cases import case_names, case_of
 from ase_roughcontact.ensemble.database import (
@@ -86,6 +86,8 @@ def run_ensemble(
     ValueError
         If there are no scenes, a scene is invalid or does not have the wanted steps, or
         the database is of a kind without transactions, or damaged.
+    TypeError
+        If one of the scenes is no `Scene`.
     OSError
         If the database can't be used, as its disk is full or has no file locks.
     RuntimeError
@@ -128,6 +130,8 @@ def run_ensemble(
     scenes = list(scenes)
     if not scenes:
         raise ValueError("an ensemble needs at least one scene, got none")
+    for scene in scenes:
+        instance_of(Scene, scenes=scene)
     positive(interval=interval)
     pool = worker_pool(executor, workers)
     chosen = [None] * len(scenes) if steps is None else steps

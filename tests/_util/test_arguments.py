@@ -77,6 +77,7 @@ CALLS = [
         "callback",
         lambda wrong: rc.adhesion_loop(atoms(), deepest=0.1, step=0.1, callback=wrong),
     ),
+    ("scenes", lambda wrong: rc.ensemble.run_ensemble([wrong], "e.db")),
     ("symbol", lambda wrong: crystal_slab(wrong, (2, 2), 2, None)),
     ("surface", lambda wrong: ElasticFoundation(None, wrong, atoms())),
     ("foundation", lambda wrong: FoundationPrecon(atoms(), wrong)),
