@@ -205,16 +205,12 @@ def test_times_of_other_codes_on_the_front_page_are_those_measured():
     assert shown == ranges
 
 
-def test_description_for_an_index_has_no_relative_links(monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT))
-    description = import_module("setup").description
-    text = description(PAGES["README.md"], "")
-    assert "examples/" not in re.sub(r"(?s)```.*?```", "", text)
-    assert "![" not in text and "Eq. (4) of the paper" not in text
-    known = description(PAGES["README.md"], "https://host/name")
-    assert "](https://host/name/raw/main/examples/images/contact.png)" in known
-    links = re.findall(r"\]\(([^)]*)\)", known)
-    assert all(link.startswith(("https://", "#")) for link in links)
+def test_the_page_of_a_package_index_stands_alone():
+    text = (ROOT / "PACKAGE.md").read_text("utf-8")
+    links = re.findall(r"\]\(([^)]*)\)", text)
+    assert links and all(link.startswith("https://") for link in links)
+    (script,) = re.findall(r"(?s)```python\n.*?```", text)
+    assert script in PAGES["README.md"]  # where it is tested
 
 
 def rows_of(columns):

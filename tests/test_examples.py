@@ -16,6 +16,8 @@ ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
 # Code that needs a queueing system.
 ELSEWHERE = {"many_machines"}
+# Code that calculates the force constants of a crystal.
+SLOW = {"foundation"}
 PAGES = {
     page.stem: page
     for page in (ROOT / "README.md", *sorted(ROOT.glob("examples/guide/*.md")))
@@ -76,7 +78,13 @@ def test_readme_has_a_script_of_twelve_lines():
 
 
 @pytest.mark.filterwarnings("error::ase_roughcontact.ValidityWarning")
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=[pytest.mark.slow] if page in SLOW else [])
+        for page in PAGES
+    ],
+)
 def test_python_of_a_page_runs_and_prints_what_the_page_shows(
     page, tmp_path, monkeypatch
 ):

@@ -27,7 +27,7 @@ _GOOD = "All means are of converged realisations within the limits of the model.
 # Standard errors of a change that is more than scatter.
 _SIGNIFICANT = 2.0
 
-#: Points of a column, its heading and unit in print, and its printed table with notes.
+# Points of a column, its heading and unit in print, and its printed table with notes.
 Column = tuple[Sequence[StudyPoint], str, str, Sequence[Any]]
 
 

@@ -134,7 +134,8 @@ class PyfftwTransform(BlockTransform):
     Plans are estimated. Measured plans are up to 1.6 times faster, but the measurement
     takes as much time as hundreds of transforms, and plans differ from run to run.
     FFTW's threads are not used: they spin while they wait for each other, which is slow
-    on busy processors.
+    on busy processors. For windows of 16 to 2048 points along a side, scipy.fft takes
+    1.05 to 4.6 times as long (``examples/benchmarks/fft.py --threads 1``).
     """
 
     engine = "pyfftw"

@@ -25,7 +25,6 @@ from ase.optimize import (
     FIRE,
     FIRE2,
     LBFGS,
-    RFO,
     BFGSLineSearch,
     CellAwareBFGS,
     GoodOldQuasiNewton,
@@ -68,7 +67,7 @@ _QUASI_NEWTON = BFGS, LBFGS, LBFGSLineSearch, BFGSLineSearch
 # Optimizers with a preconditioner.
 _PRECONDITIONED = PreconFIRE, PreconLBFGS, PreconODE12r
 # Optimizers with a dense matrix.
-_DENSE = BFGS, BFGSLineSearch, GoodOldQuasiNewton, RFO, SciPyFminBFGS
+_DENSE = BFGS, BFGSLineSearch, GoodOldQuasiNewton, SciPyFminBFGS
 # Optimizers that can't relax a contact, and why.
 _UNSUITED = {
     CellAwareBFGS: "relaxes a cell, and the cell of a surface is given",

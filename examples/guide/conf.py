@@ -26,6 +26,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.math import get_node_equation_number
 from sphinx.writers.html5 import HTML5Translator
+from sphinx_gallery.utils import scale_image
 
 import ase_roughcontact
 from ase_roughcontact.cli.parser import make_parser
@@ -114,6 +115,7 @@ sphinx_gallery_conf = {
 suppress_warnings = ["config.cache"]
 
 WIDE = 5.5  # inches
+THUMBNAIL = 400, 280  # largest width and height in pixels
 
 html_theme = "pydata_sphinx_theme"
 html_title = f"ase_roughcontact {release}"
@@ -174,6 +176,31 @@ class CommandLine(SphinxDirective):
         return parts
 
 
+def stored_picture(app: Sphinx, script: str) -> Path | None:
+    """Return the stored picture of a script of the gallery that is not executed."""
+    folder, _, name = script.rpartition("/")
+    picture = Path(app.srcdir).parent / "images" / f"{name}.png"
+    executed = folder == "gallery" and app.config.sphinx_gallery_conf["plot_gallery"]
+    listed = folder in sphinx_gallery_conf["gallery_dirs"] and picture.exists()
+    return picture if listed and not executed else None
+
+
+def show_stored_thumbnails(app: Sphinx) -> None:
+    """Show stored pictures in the list of scripts that are not executed."""
+    for thumbnail in Path(app.srcdir).glob("*/images/thumb/sphx_glr_*_thumb.png"):
+        name = thumbnail.name.removeprefix("sphx_glr_").removesuffix("_thumb.png")
+        picture = stored_picture(app, f"{thumbnail.parents[2].name}/{name}")
+        if picture is not None:
+            scale_image(picture, thumbnail, *THUMBNAIL)
+
+
+def show_stored_picture(app: Sphinx, script: str, source: list[str]) -> None:
+    """Show a stored picture at the end of the page of a script that is not executed."""
+    if stored_picture(app, script) is not None:
+        name = script.rpartition("/")[2]
+        source[0] += f"\n\n.. image:: ../../images/{name}.png\n"
+
+
 def mark_wide(app: Sphinx, doctree: Node) -> None:
     """Mark pictures of several panels, which small screens scroll."""
     for image in doctree.findall(nodes.image):
@@ -189,6 +216,8 @@ def setup(app: Sphinx) -> None:
     app.add_directive("command-line", CommandLine)
     app.add_html_math_renderer("mathml", (visit_math, None), (visit_displaymath, None))
     app.connect("autodoc-process-docstring", escape_initials)
+    app.connect("builder-inited", show_stored_thumbnails, priority=900)
+    app.connect("source-read", show_stored_picture)
     app.connect("doctree-read", mark_wide)
 
 

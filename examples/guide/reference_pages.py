@@ -1,9 +1,11 @@
 """Pages of the reference that are written before the site is built.
 
 Each public name gets a page of its own: the names of ``ase_roughcontact`` itself, and
-those of the packages `PACKAGES`. Modules list the remaining names.
+the names of the packages `PACKAGES`. Each row of the table in ``reference/index.rst``
+and each package gets a page with its names. Modules list the remaining names.
 """
 
+import re
 from importlib import import_module
 from pathlib import Path
 
@@ -40,6 +42,21 @@ def public() -> dict[str, dict[str, object]]:
     return found
 
 
+def topics() -> dict[str, list[str]]:
+    """Public names by topic: a row of the table, or a package, or both."""
+    index = (WRITTEN.parent / "index.rst").read_text("utf-8")
+    found = {
+        title: re.findall(r":(?:class|func):`\.(\w+)`", row)
+        for title, row in re.findall(r"   \* - (.*)\n((?:     .*\n)+)", index)
+    }
+    shown = {name for names in found.values() for name in names}
+    for package, objects in public().items():
+        rest = [name for name in objects if name not in shown]
+        if rest:
+            found[PACKAGES[package]] = found.get(PACKAGES[package], []) + rest
+    return {title: names for title, names in found.items() if names}
+
+
 def excluded() -> dict[str, str]:
     """Names with a page of their own, by the module that defines them."""
     names: dict[str, list[str]] = {}
@@ -50,7 +67,7 @@ def excluded() -> dict[str, str]:
 
 
 def write() -> None:
-    """Write a page for each public name, and the lists of packages."""
+    """Write a page for each public name and topic, and the lists of packages."""
     WRITTEN.mkdir(exist_ok=True)
     lists = []
     for package, objects in public().items():
@@ -80,3 +97,8 @@ def write() -> None:
                 lists += [f"- {target}: {first}"]
         lists.append("")
     (WRITTEN / "packages.inc").write_text("\n".join(lists), "utf-8")
+    for title, names in topics().items():
+        page = [title, "=" * len(title), "", ".. toctree::", ""]
+        page += [f"   {name}" for name in names]
+        file = WRITTEN / f"topic-{title.lower().replace(' ', '-')}.rst"
+        file.write_text("\n".join(page) + "\n", "utf-8")
