@@ -121,13 +121,16 @@ def test_columns_are_in_the_units_of_the_file_or_of_ase(control, tmp_path):
     ("kind", "parameters"),
     [
         ("plastic", {"hardness": 0.4, "permanent": True}),
-        ("power-law", {"work_of_adhesion": 0.05, "exponent": 2.0}),
+        ("dugdale", {"work_of_adhesion": 0.05, "attraction_range": "2 a0"}),
     ],
 )
 def test_parameters_of_walls_are_columns(kind, parameters):
     wall = InteractionConfig(kind, parameters)
     columns = scene_columns(replace(SCENE, interaction=wall))
-    assert {name: columns[name] for name in parameters} == pytest.approx(parameters)
+    expected = {**parameters}
+    if "attraction_range" in parameters:
+        expected["attraction_range"] = 2.0  # in spacings
+    assert {name: columns[name] for name in parameters} == pytest.approx(expected)
 
 
 def test_parameters_of_missing_roughness_and_adhesion_are_nan(tmp_path):
