@@ -36,6 +36,33 @@ _MODULI |= {
 }
 # Advice on other names of a material, in lower case.
 _MATERIALS = dict.fromkeys(("element", "metal", "crystal_name", "name"), "material")
+# Advice on keys of a sphere or of another shape in [tip], in lower case.
+_SHAPES = {
+    **dict.fromkeys(("radius", "profile", "unit"), "it in [sphere]"),
+    **dict.fromkeys(("kind", "shape", "half_angle"), "it in [indenter]"),
+    **dict.fromkeys(("tip_radius", "end_radius", "punch_radius"), "it in [indenter]"),
+}
+# Advice on names of dimensions, in lower case.
+_DIMENSIONS = {
+    "radius": "tip_radius, end_radius or punch_radius of the kind; a sphere is the "
+    "section [sphere]",
+    **dict.fromkeys(("angle", "semi_angle", "opening_angle"), "half_angle (degrees)"),
+}
+_SHAPE_NAMES = {
+    **dict.fromkeys(("berkovich", "vickers"), '"pyramid"'),
+    **dict.fromkeys(("flat", "flat punch", "cylinder"), '"punch"'),
+}
+# Advice on names of theories and potentials, in lower case.
+_LIMIT = (
+    '"adhesive" with work_of_adhesion; JKR and DMT are its limits for a short and a '
+    "long range"
+)
+_WALL_NAMES = {
+    **dict.fromkeys(("jkr", "dmt", "johnson-kendall-roberts"), _LIMIT),
+    **dict.fromkeys(("hertz", "rigid", "non-adhesive"), '"hard"'),
+    **dict.fromkeys(("maugis", "maugis-dugdale"), '"dugdale"'),
+    **dict.fromkeys(("lennard-jones", "lj", "vdw", "van der waals"), '"full"'),
+}
 # Kinds of indenters that have a section of their own.
 _SPHERES = "sphere", "paraboloid"
 # Default radius of the sphere, in units of the spacing.
@@ -62,7 +89,7 @@ class SubstrateConfig(KindSection):
         "layer_contact_modulus": "GPa",
     }
     file_keys = ("potential", "crystal")
-    word_keys = ("shape", "spacing")
+    word_keys = ("shape", "spacing", "grid")
     infinite_keys = ("hardness",)
     hints = {**_MODULI, **_MATERIALS}
     aliases = {
@@ -92,6 +119,7 @@ class SubstrateConfig(KindSection):
     relaxation_moduli: tuple | None = None
     relaxation_times: tuple | None = None
     model: str = ""
+    grid: str = ""
     refine: int | None = None
     coarsen: int | None = None
     shape: tuple[int, int] | str = "auto"
@@ -104,6 +132,14 @@ class SubstrateConfig(KindSection):
         """Whether the moduli are given, and do not follow from a material."""
         moduli = self.contact_modulus, self.youngs_modulus, self.elastic_constants
         return any(each is not None for each in (*moduli, self.kind))
+
+    @classmethod
+    def renamed(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries; a spacing relative to the atoms is a grid."""
+        found = super().renamed(entries)
+        if GridChange.of(text=found.get("spacing")) is not None:
+            found["grid"] = found.pop("spacing")
+        return found
 
     @property
     def known_material(self) -> Material | None:
@@ -123,7 +159,13 @@ class SubstrateConfig(KindSection):
     @property
     def grid_change(self) -> GridChange | None:
         """The given grid relative to the grid of the atoms; None if not given."""
-        return GridChange.of(self.refine, self.coarsen, self.spacing)
+        change = GridChange.of(self.refine, self.coarsen, self.grid)
+        if change is None and self.grid:
+            raise ValueError(
+                'grid must be relative to the spacing of the atoms, such as "a0/2" or '
+                f'"2 a0", got {self.grid!r}; spacing is the distance of the atoms'
+            )
+        return change
 
     @property
     def window_shape(self) -> tuple[int, int] | None:
@@ -167,6 +209,8 @@ class TipConfig(Section):
     title = "tip"
     units = {"contact_modulus": "GPa", "youngs_modulus": "GPa", "hardness": "GPa"}
     infinite_keys = ("hardness",)
+    hints = {**_MODULI, **_MATERIALS, **_SHAPES}
+    aliases = {"symbol": "material"}
 
     material: str = ""
     contact_modulus: float | None = None
@@ -186,6 +230,8 @@ class IndenterConfig(KindSection):
 
     title = "indenter"
     kinds = INDENTERS
+    kind_hints = _SHAPE_NAMES
+    hints = _DIMENSIONS
 
     kind: str | None = None
     material: str = ""
@@ -233,6 +279,7 @@ class InteractionConfig(KindSection):
     title = "interaction"
 
     kinds = WALLS
+    kind_hints = _WALL_NAMES
 
     kind: str = "repulsive"
     parameters: Mapping[str, float | str] = field(default_factory=dict, hash=False)
@@ -314,9 +361,10 @@ OPTIMIZERS: Registry[Callable[..., Any]] = Registry(
 
 @dataclass(frozen=True)
 class SolverConfig(Section):
-    """``[solver]``: fmax in units of E* a0^2."""
+    """``[solver]``: the tolerance fmax of the forces is in eV/Å, as in ASE."""
 
     title = "solver"
+    units = {"fmax": "eV/Å"}
     word_keys = ("accuracy",)
 
     optimizer: str | None = None

@@ -35,6 +35,14 @@ from ase_roughcontact.scene.study import StudyConfig
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
 
+# Advice on other names of sections, in lower case.
+_SECTION_HINTS = {
+    **dict.fromkeys(("wall", "adhesion", "potential"), "[interaction], the wall"),
+    **dict.fromkeys(("solid", "material", "surface"), "[substrate], the elastic solid"),
+    **dict.fromkeys(("scan", "afm"), "[topography], a scan"),
+    **dict.fromkeys(("load", "loading", "loads"), "[path], with loads = [...]"),
+    "ensemble": "[study]",
+}
 # Section with keys that can be set for both bodies at once.
 _OF_BOTH = "roughness"
 
@@ -140,7 +148,9 @@ class SceneFile(Summarized):
         outer = {title: each for title, each in SECTIONS.items() if "." not in title}
         for title, entries in _tables(document):
             with problems.of():
-                section = SECTIONS.get(title) or lookup(title, outer, "section")
+                section = SECTIONS.get(title) or lookup(
+                    title, outer, "section", _SECTION_HINTS
+                )
                 if not isinstance(entries, dict):
                     raise ValueError(
                         f"[{title}] must be a section, got {shown(entries)}"

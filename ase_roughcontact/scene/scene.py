@@ -113,8 +113,8 @@ class Scene(SceneFile):
             "substrate.refine": None if change is None else change.refine,
             "substrate.coarsen": None if change is None else change.coarsen,
         }
-        if GridChange.of(spacing=self.substrate.spacing) is not None:
-            values["substrate.spacing"] = None
+        if self.substrate.grid:
+            values["substrate.grid"] = ""
         return self.settled.with_values(values)
 
     @cached_property
@@ -300,10 +300,9 @@ class Scene(SceneFile):
     @property
     def fmax(self) -> float | None:
         """Tolerance of the forces (eV/Å); None if it is not given."""
-        if self.solver.fmax is None:
-            return None
-        positive(fmax=self.solver.fmax)
-        return self.solver.fmax * self.contact_modulus * self.spacing**2
+        if self.solver.fmax is not None:
+            positive(fmax=self.solver.fmax)
+        return self.solver.fmax
 
     @property
     def grid_model(self) -> GridModel:

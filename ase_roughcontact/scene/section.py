@@ -340,11 +340,14 @@ class KindSection(LengthSection):
     ----------
     kinds : Registry
         The classes by their kind.
+    kind_hints : mapping of str to str
+        What to give for names that are not kinds, in lower case.
     parameters : mapping of str to float or str
         Values of the keys that are not fields.
     """
 
     kinds: ClassVar[Registry[Any]]
+    kind_hints: ClassVar[Mapping[str, str]] = {}
     kind: Any
     parameters: Mapping[str, float | str]
 
@@ -368,7 +371,7 @@ class KindSection(LengthSection):
     def checked(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries; see `Section.checked`, also for an unknown kind."""
         if entries.get("kind", cls.kind):
-            kind_of(cls.title, entries, cls.kind, cls.kinds)
+            kind_of(cls.title, entries, cls.kind, cls.kinds, cls.kind_hints)
         return super().checked(entries)
 
     def _lengths(self) -> dict[str, Any]:
@@ -423,15 +426,22 @@ class Problems:
 
 
 def kind_of(
-    title: str, entries: Mapping[str, Any], default: str, kinds: Registry[Any]
+    title: str,
+    entries: Mapping[str, Any],
+    default: str,
+    kinds: Registry[Any],
+    hints: Mapping[str, str] | None = None,
 ) -> Any:
-    """Return the class that the entry ``kind`` of a section names."""
+    """Return the class that the entry ``kind`` of a section names.
+
+    `hints` says what to give for some unknown kinds, in lower case.
+    """
     kind = entries.get("kind", default)
     if not isinstance(kind, str):
         raise ValueError(f"[{title}] kind must be a string, got {shown(kind)}")
     if kind not in kinds:
         raise ValueError(
-            f"[{title}] {unknown(kind, list(kinds), kinds.what)}. A kind of "
+            f"[{title}] {unknown(kind, list(kinds), kinds.what, hints)}. A kind of "
             "your own must be imported before the scene is read, in a Python script"
         )
     return kinds[kind]

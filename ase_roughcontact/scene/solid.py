@@ -33,7 +33,6 @@ from ase_roughcontact.elasticity.material import (
     surface_spacing,
 )
 from ase_roughcontact.scene.config import SubstrateConfig
-from ase_roughcontact.windows.regrid import GridChange
 
 # Relative difference within which a spacing equals the spacing of a crystal.
 _SPACING_TOLERANCE = 0.02
@@ -155,7 +154,6 @@ def named(substrate: SubstrateConfig) -> SubstrateConfig:
     Returns
     -------
     SubstrateConfig
-        Section without the grid of a continuum in place of the spacing.
 
     Raises
     ------
@@ -163,8 +161,6 @@ def named(substrate: SubstrateConfig) -> SubstrateConfig:
         If the solid can't be of this material.
     """
     given, entry = substrate, substrate.known_material
-    if GridChange.of(spacing=given.spacing) is not None:
-        given = replace(given, spacing=None)
     if entry is None:
         return given
     if given.spacing is None:
@@ -202,7 +198,8 @@ def is_crystal(substrate: SubstrateConfig) -> bool:
 
 def has_own_spacing(substrate: SubstrateConfig) -> bool:
     """Return whether a spacing or a grid is given, or the spacing is of a crystal."""
-    given = substrate.spacing, substrate.refine, substrate.coarsen
+    ratios = substrate.grid or None, substrate.refine, substrate.coarsen
+    given = substrate.spacing, *ratios
     if substrate.of_atoms or any(each is not None for each in given):
         return True
     return _own_spacing(substrate) is not None

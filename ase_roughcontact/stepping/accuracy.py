@@ -91,8 +91,7 @@ class GridModel:
         lookup(self.model, _AREA_COLUMNS, "model")
         if self.given and not self.is_continuum:
             raise ValueError(
-                'refine, coarsen and a spacing of a0/2 need model = "continuum", got '
-                f'"{self.model}"'
+                f'grid, refine and coarsen need model = "continuum", got "{self.model}"'
             )
         if isinstance(self.accuracy, str):
             lookup(self.accuracy, LEVELS, "accuracy")
@@ -122,7 +121,7 @@ class GridModel:
         """
         if grid in _AREA_COLUMNS:
             return cls(grid, accuracy)
-        given = GridChange.of(spacing=grid)
+        given = GridChange.of(text=grid)
         if given is None:
             raise ValueError(
                 "grid must be 'atoms', 'continuum' or a spacing like 'a0/2' or '2 a0', "

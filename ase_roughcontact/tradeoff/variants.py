@@ -89,9 +89,11 @@ def with_optimizers(scene: Scene) -> tuple[Scene, list[tuple[str, dict[str, Any]
     if name is None or scene.optimizer in SOLVERS:
         return accurate, []
     choices = [("built-in solver", solved)]
-    for fmax in _FORCE_TOLERANCES:
+    force = scene.contact_modulus * scene.spacing**2
+    for tolerance in _FORCE_TOLERANCES:
+        fmax = float(f"{tolerance * force:.2g}")
         settings = {"solver.optimizer": name, "solver.fmax": fmax}
-        choices.append((f"{name}, fmax = {fmax:g}", settings))
+        choices.append((f"{name}, fmax = {fmax:g} eV/Å", settings))
     return accurate, choices
 
 

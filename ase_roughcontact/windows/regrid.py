@@ -49,27 +49,25 @@ class GridChange:
         cls,
         refine: int | None = None,
         coarsen: int | None = None,
-        spacing: str | float | None = None,
+        text: str | float | None = None,
     ) -> GridChange | None:
         """Return a grid given by ratios or a text, such as ``"a0/2"`` or ``"3 a0/4"``.
 
         Returns
         -------
         GridChange or None
-            None if nothing is given, or a spacing that is not relative to a0.
+            None if nothing is given, or a text that is not relative to a0.
 
         Raises
         ------
         ValueError
             If a text and a ratio are given, or a ratio is not a whole number.
         """
-        found = _RATIO_TEXT.fullmatch(spacing) if isinstance(spacing, str) else None
+        found = _RATIO_TEXT.fullmatch(text) if isinstance(text, str) else None
         if refine is None and coarsen is None and not found:
             return None
         if found and (refine, coarsen) != (None, None):
-            raise ValueError(
-                f"give spacing = {spacing!r}, or refine and coarsen, not both"
-            )
+            raise ValueError(f"give grid = {text!r}, or refine and coarsen, not both")
         if found:
             return cls(int(found["refine"] or 1), int(found["coarsen"] or 1))
         return cls(1 if refine is None else refine, 1 if coarsen is None else coarsen)

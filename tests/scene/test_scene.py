@@ -107,6 +107,7 @@ HUGE = "9" * 400  # beyond all floats
     "section, line, message",
     [
         ("spere", "radius = 3", r"unknown section 'spere'; .*'sphere'"),
+        ("wall", "radius = 3", r"unknown section 'wall': give \[interaction\]"),
         ("substrate", "symbl = 'Cu'", "unknown key 'symbl'"),
         ("substrate", "shape = 32", "shape must be"),
         ("substrate", 'periodic = "false"', "periodic must be true or false"),
@@ -137,6 +138,9 @@ HUGE = "9" * 400  # beyond all floats
             'multiple of the spacing, 1 a0, .*: give "2049 a0',
         ),
         ("interaction", 'kind = "sof"\nrange = 1', "unknown kind of interaction 'sof'"),
+        ("interaction", 'kind = "JKR"', "interaction 'JKR': give \"adhesive\" with"),
+        ("tip", 'radius = "9 nm"', r"unknown key 'radius': give it in \[sphere\]"),
+        ("indenter", 'radius = "9 nm"', "give tip_radius, .* is the section .sphere"),
         ("interaction", 'kind = "full"', "kind = 'full' needs work_of_adhesion"),
         (
             "interaction",
@@ -169,7 +173,7 @@ def test_errors_name_file_section_and_key(section, line, message, tmp_path):
     path = "" if section == "path" else "[path]\nvalues = [1.0]\n"
     solid = "" if section == "substrate" else '[substrate]\nmaterial = "Cu"\n'
     file.write_text(f"{solid}[{section}]\n{line}\n{path}")
-    title = "" if section == "spere" else rf"\[{section}\] "
+    title = "" if section in ("spere", "wall") else rf"\[{section}\] "
     with pytest.raises(ValueError, match=rf"my\.toml: {title}.*{message}"):
         Scene.read(file)
 

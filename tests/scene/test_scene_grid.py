@@ -31,14 +31,16 @@ def scene(keys="spacing = 2.0"):
     "text, keys",
     [("a0/2", "refine = 2"), ("2 a0", "coarsen = 2"), ("a0", "refine = 1")],
 )
-def test_spacing_relative_to_the_atoms_is_that_grid(text, keys):
+def test_a_grid_relative_to_the_atoms_leaves_their_spacing(text, keys):
     written, meant = (
         scene(f'symbol = "Cu"\nmodel = "continuum"\n{line}')
-        for line in (f'spacing = "{text}"', keys)
+        for line in (f'grid = "{text}"', keys)
     )
     written.check()
     assert written.spacing == meant.spacing
     assert written.grid_change == meant.grid_change
+    older = written.toml.replace("grid = ", "spacing = ")
+    assert Scene.parse(older) == written
     both = written.with_values({"substrate.refine": 2})
     with pytest.raises(ValueError, match="not both"):
         both.check()
@@ -158,8 +160,12 @@ def test_header_says_grid_and_loss():
 @pytest.mark.parametrize(
     "keys, message",
     [
-        (ATOMS + "refine = 2", r'\[substrate\] refine, .* need model = "continuum"'),
-        (ATOMS + 'spacing = "a0/2"', 'a spacing of a0/2 need model = "continuum"'),
+        (
+            ATOMS + "refine = 2",
+            r'\[substrate\] grid, refine and .* need model = "continuum"',
+        ),
+        (ATOMS + 'grid = "a0/2"', 'need model = "continuum"'),
+        (CONTINUUM + 'grid = "2 nm"', 'grid must be relative .* "a0/2" .* "2 a0"'),
         ('model = "atom"', r"\[substrate\] unknown model 'atom'; did you"),
         (CONTINUUM + "refine = 0", "refine must be an integer >= 1"),
     ],

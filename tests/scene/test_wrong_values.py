@@ -60,6 +60,7 @@ def of_all_bodies(keys):
 WORDS = {
     *("substrate.calculator", "substrate.potential", "substrate.crystal"),
     *("substrate.surface", "substrate.model", "substrate.shape", "substrate.spacing"),
+    "substrate.grid",
     *("sphere.material", "indenter.material", "tip.material", "study.over"),
     *("sphere.profile", "roughness.normalise", "topography.file"),
     *("roughness.file", "roughness.convention", "roughness.series"),
@@ -73,7 +74,7 @@ MAY_BE_EMPTY = {
     *("substrate.material", "substrate.calculator", "sphere.unit", "roughness.unit"),
     *("substrate.potential", "substrate.crystal", "substrate.surface"),
     *("substrate.model", "sphere.material", "indenter.material", "tip.material"),
-    "heterogeneity.unit",
+    *("heterogeneity.unit", "substrate.grid"),
     *("topography.file", "topography.role", "heterogeneity.file", "study.over"),
     *("roughness.file", "roughness.convention", "roughness.series"),
 }

@@ -270,11 +270,12 @@ def test_optimizers_of_ase_are_traded_with_the_solver():
     found = tradeoff(soft, 0.05, of="height")
     errors = errors_of(found, "optimizer")
     assert errors["built-in solver"] == 0.0
-    loose = soft.with_values({"solver.fmax": 1e-3})
+    fmax = float(f"{1e-3 * soft.contact_modulus * soft.spacing**2:.2g}")
+    loose = soft.with_values({"solver.fmax": fmax})
     tight = soft.with_values({"solver.optimizer": None, "solver.accuracy": 1e-8})
     (loose,), (tight,) = loose.relax(validity="ignore"), tight.relax()
     error = abs(loose.height - tight.height) / tight.penetration
-    assert errors["LBFGS, fmax = 0.001"] == pytest.approx(error, rel=0.05)
+    assert errors[f"LBFGS, fmax = {fmax:g} eV/Å"] == pytest.approx(error, rel=0.05)
     assert "# without optimizer" in found.toml
 
 
