@@ -87,6 +87,7 @@ CALLS = [
     ("load_path", "window", lambda **wrong: rc.load_path(ATOMS, **wrong)),
     ("time_path", "window", lambda **wrong: rc.time_path(ATOMS, **wrong)),
     ("adhesion_loop", "window", lambda **wrong: rc.adhesion_loop(ATOMS, **wrong)),
+    ("Scene.relax", "validity", lambda **wrong: rc.Scene.default().relax(**wrong)),
     ("substrate", "height", lambda **wrong: rc.substrate("Cu", (8, 8), **wrong)),
     (
         "FreeHalfSpace",

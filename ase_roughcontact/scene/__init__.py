@@ -18,6 +18,7 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``plan``              warnings, steps that can't be calculated, memory and time
 ``results``           folders of results
 ``finished_run``      `Results`: the folder of a run, read
+``tabular``           columns with units: tables and figures of results
 ====================  ================================================================
 
 ``preview`` (a few steps on a coarse grid), ``reference`` (theory for the results) and

@@ -14,6 +14,7 @@ from ase import Atoms
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.keywords import suggesting
 from ase_roughcontact._util.lazy import lazy
 from ase_roughcontact._util.validation import boolean, integer, one_of, positive
 from ase_roughcontact.atoms.calculator import contact_of
@@ -415,6 +416,7 @@ class Scene(SceneFile):
         return plan_of(self)
 
     @lazy
+    @suggesting
     def relax(
         self,
         targets: ArrayLike | None = None,
@@ -468,6 +470,7 @@ class Scene(SceneFile):
         return follow(steps, output, validity, **self.path.springs)
 
     @lazy
+    @suggesting
     def run(
         self, folder: str | Path, validity: Reaction = "warn", text: str | None = None
     ) -> Generator[LoadStep, None, None]:
