@@ -81,8 +81,10 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser; its option ``function`` names the function of the command."""
     parser = _Parser(
         "ase-roughcontact",
-        description="Contact of a rough sphere, a measured tip or a rough flat, rigid "
-        "or elastic, with an elastic, plastic, layered or viscoelastic solid.",
+        description="Contact of a rough sphere, an indenter of another shape, a "
+        "measured tip or a rough flat, rigid or elastic, with an elastic, plastic, "
+        "layered or viscoelastic solid: at given loads or depths, in loops with "
+        "adhesion, in time, and against friction.",
     )
     parser.add_argument("--version", action="store_true", help="print the version")
     text = "with --version: versions of the dependencies"

@@ -44,7 +44,11 @@ if TYPE_CHECKING:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Press the indenter of a scene into the substrate, step by step.
+    """Move the indenter of a scene along its path, step by step.
+
+    The kinds of path are "steps", given loads, penetrations or heights; "loop",
+    approach and retraction with adhesion; "time", on a viscoelastic solid; "sliding",
+    against friction; and "sliding-in-time", with rate and state friction.
 
     Without a scene file the built-in scene is run. "ase-roughcontact scene" prints it,
     as a template with a description of each key. Files in the output folder::

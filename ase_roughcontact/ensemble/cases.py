@@ -157,9 +157,13 @@ def _text(value: Any) -> str:
 
 
 def _flat(scene: Scene) -> dict[str, Any]:
-    """Return the values of a scene by section and key."""
+    """Return the values of a scene by section and key, of ranges by their keys, too."""
     flat = {}
     for title, entries in scene.entries().items():
         for key, value in entries.items():
-            flat[f"{title}.{key}"] = value
+            given = {key: value}
+            if isinstance(value, Mapping):
+                given = {f"{key}.{name}": each for name, each in value.items()}
+            for name, each in given.items():
+                flat[f"{title}.{name}"] = each
     return flat

@@ -13,6 +13,7 @@ import numpy as np
 
 from ase_roughcontact._util.files import write_table
 from ase_roughcontact._util.registry import Registry
+from ase_roughcontact._util.summary import short_text
 from ase_roughcontact._util.units import (
     FORCES,
     PRESSURES,
@@ -478,6 +479,14 @@ class Steps(TargetPath):
             found[key] = {**old, **ends}
         elif any(ends.get(name) is not None for name in RANGE_KEYS[:3]):
             found[key] = {**_OLD_RANGE, **ends}
+        return found
+
+    def _summary(self) -> dict[str, str]:
+        """Return the values that are not the default, a range with its keys."""
+        found, values = super()._summary(), self.values
+        if isinstance(values, Mapping):
+            texts = [f"{key} = {short_text(each)}" for key, each in values.items()]
+            found[self.target_key] = f"{{{', '.join(texts)}}}"
         return found
 
     @classmethod

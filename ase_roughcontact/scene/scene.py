@@ -241,13 +241,21 @@ class Scene(SceneFile):
             _ = GridModel(self.model, given=self.substrate.grid_change)
             if self.sphere.radius != math.inf:
                 _ = self.substrate.window_shape
-        problems.check()
         with problems.of("solver"):
-            _ = self.grid_model, self.fmax, self.optimizer
+            _ = GridModel("continuum", self.solver.accuracy)
+        with problems.of("solver"):
+            _ = self.fmax
+        with problems.of("solver"):
+            _ = self.optimizer
+        with problems.of("solver"):
             integer("max_steps", self.solver.max_steps, 1)
         with problems.of("output"):
-            _ = self.record
             one_of(KEPT, keep=self.output.keep)
+        with problems.of("path"):
+            _ = self.path.controlled
+        problems.check()
+        with problems.of("output"):
+            _ = self.record
         with problems.of("friction"):
             if self.friction:
                 self.friction.law_on(self.spacing)

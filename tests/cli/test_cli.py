@@ -19,6 +19,7 @@ from ase_roughcontact.cli import ensembles, main
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.scene import Scene, default_text
+from ase_roughcontact.scene.path_kind import PATHS
 
 without_pictures = pytest.mark.usefixtures("no_pictures")
 
@@ -344,6 +345,14 @@ def test_help_fits_80_columns(monkeypatch):
     (commands,) = (action.choices for action in parser._actions if action.choices)
     for command in (parser, *commands.values()):
         assert max(map(len, command.format_help().splitlines())) <= 80, command.prog
+
+
+def test_the_help_of_run_names_every_kind_of_path(capsys):
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    text = capsys.readouterr().out
+    ours = [k for k, v in PATHS.items() if v.__module__.startswith("ase_roughcontact")]
+    assert [kind for kind in ours if f'"{kind}"' not in text] == []
 
 
 INTERRUPTED = """

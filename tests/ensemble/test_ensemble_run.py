@@ -9,7 +9,6 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import replace
 from functools import partial
 from itertools import zip_longest
 from pathlib import Path
@@ -80,14 +79,14 @@ def test_result_does_not_depend_on_the_number_of_processes(undisturbed, tmp_path
 def test_a_failed_case_stops_no_other_and_is_tried_again(tmp_path):
     database = tmp_path / "e.db"
     # deeper than the roughness is wide
-    deep = replace(SCENE, path=replace(SCENE.path, last=100.0))
+    deep = SCENE.with_values({"path.last": 100.0})
     for _ in range(2):
         with pytest.warns(UserWarning, match="1 of . .*100.0.* domain of"):
             progress = finish([deep, SCENE], database)
         assert progress.steps == 4
         assert list(progress.failures) == [case_of(deep)]
         assert "Error: atoms can touch beyond" in progress.failures[case_of(deep)]
-        assert list(progress.named_failures) == ["path.last = 100.0"]
+        assert list(progress.named_failures) == ["path.penetrations.last = 100.0"]
         assert str(progress) == "4/6 steps, 1 failed, about 0:00:00 left"
     (row,) = rows(database, record="case", state="failed")
     assert row.case == case_of(deep)
@@ -337,7 +336,7 @@ def children_of(process):
 
 def test_processes_end_with_the_one_that_started_them(tmp_path):
     database = tmp_path / "e.db"
-    scenes = [replace(LONG, path=replace(LONG.path, steps=5000))]
+    scenes = [LONG.with_values({"path.steps": 5000})]
     client = SPAWN.Process(target=run_in_one_process, args=(scenes, database))
     client.start()
     wait_for(lambda: database.exists() and database.stat().st_size)

@@ -223,8 +223,37 @@ def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
             "path = { values = [1.0] }",
             ["sliding", "or omit [friction]"],
         ),
+        (
+            """
+            substrate = { material = "Sj", hardness = "3 GPA" }
+            sphere = { radius = "3 inch" }
+            roughness = { rms_height = 1, rms_slop = 0.1 }
+            """,
+            [
+                "'GPA'",
+                "unknown material 'Sj'",
+                "unknown unit of radius 'inch'",
+                "'rms_slop'; did you mean",
+            ],
+        ),
+        (
+            """
+            substrate = { periodic = false }
+            path = { loads = [1.0], heights = [1.0] }
+            solver = { fmax = -1.0, max_steps = 0, optimizer = "LFBGS" }
+            output = { keep = "some" }
+            """,
+            [
+                "[substrate] the elastic solid is not given",
+                "loads or heights, not both",
+                "fmax must be",
+                "max_steps must be",
+                "'LFBGS'; did you mean",
+                "keep must be",
+            ],
+        ),
     ],
-    ids=["types", "values", "path"],
+    ids=["types", "values", "path", "units", "sections"],
 )
 def test_independent_errors_are_reported_at_once(text, parts):
     with pytest.raises(ValueError, match=r"scene: \[(substrate|friction)\]") as error:
