@@ -27,7 +27,7 @@ DATABASE = "spheres.db"
 # A ``Scene`` describes a whole calculation, as a TOML file does. ``product`` makes one
 # scene for each combination of values.
 
-scene = replace(Scene.default(), path=Steps(values=LOADS))
+scene = replace(Scene.default(), path=Steps(loads=LOADS))
 scenes = product(scene, {"roughness.seed": range(SEEDS)})
 
 

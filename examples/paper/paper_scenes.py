@@ -102,7 +102,7 @@ def scene(
         sphere=SphereConfig(radius=radius),
         roughness=RoughnessConfig(rms_slope=slope, seed=seed, domain=DOMAIN),
         interaction=InteractionConfig(kind, adhesion),
-        path=Steps(values=tuple(loads / nN)),
+        path=Steps(loads=tuple(loads / nN)),
     )
 
 
