@@ -213,6 +213,25 @@ def test_the_page_of_a_package_index_stands_alone():
     assert script in PAGES["README.md"]  # where it is tested
 
 
+@pytest.mark.parametrize("name", ["getting_started", "tutorial"])
+def test_a_notebook_has_the_code_of_its_page_and_no_markup_of_the_site(
+    name, monkeypatch
+):
+    monkeypatch.syspath_prepend(str(GUIDE))
+    page = import_module("notebooks").notebook(GUIDE / f"{name}.md")
+    code = [each["source"] for each in page["cells"] if each["cell_type"] == "code"]
+    text = [each["source"] for each in page["cells"] if each["cell_type"] != "code"]
+    blocks = re.findall(
+        r"(?ms)^```python\n(.*?)\n```$", (GUIDE / f"{name}.md").read_text()
+    )
+    assert [each for each in code if each[0] != "!"] == blocks
+    assert not re.search(r"\{\w|\.md\)|!\[", "\n".join(text))
+    commands = (
+        "!ase-roughcontact plan tip.toml\n!ase-roughcontact run tip.toml --out results"
+    )
+    assert (commands in code) == (name == "tutorial")
+
+
 def rows_of(columns):
     """Rows of a table of columns, with where they are defined."""
     rows = []

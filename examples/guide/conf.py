@@ -32,6 +32,7 @@ import ase_roughcontact
 from ase_roughcontact.cli.parser import make_parser
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "paper"), str(Path(__file__).parent)]
+notebooks = import_module("notebooks")
 reference_pages = import_module("reference_pages")
 
 project = "ase_roughcontact"
@@ -201,6 +202,13 @@ def show_stored_picture(app: Sphinx, script: str, source: list[str]) -> None:
         source[0] += f"\n\n.. image:: ../../images/{name}.png\n"
 
 
+def link_notebook(app: Sphinx, page: str, source: list[str]) -> None:
+    """End a page that is a notebook, too, with a link to the notebook."""
+    if page in notebooks.PAGES:
+        file = f"notebooks/{page}.ipynb"
+        source[0] += f"\n\n{{download}}`This page as a notebook <{file}>`\n"
+
+
 def mark_wide(app: Sphinx, doctree: Node) -> None:
     """Mark pictures of several panels, which small screens scroll."""
     for image in doctree.findall(nodes.image):
@@ -213,11 +221,13 @@ def mark_wide(app: Sphinx, doctree: Node) -> None:
 def setup(app: Sphinx) -> None:
     """Let browsers set the formulas, and write pages before they are read."""
     reference_pages.write()
+    notebooks.write()
     app.add_directive("command-line", CommandLine)
     app.add_html_math_renderer("mathml", (visit_math, None), (visit_displaymath, None))
     app.connect("autodoc-process-docstring", escape_initials)
     app.connect("builder-inited", show_stored_thumbnails, priority=900)
     app.connect("source-read", show_stored_picture)
+    app.connect("source-read", link_notebook)
     app.connect("doctree-read", mark_wide)
 
 
