@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite_array
-from ase_roughcontact.plot.step_columns import column, is_steps
+from ase_roughcontact.plot.step_columns import column_of_steps, is_steps
 from ase_roughcontact.plot.style import BLUE, GREY, LINES, ORANGE, limit_to
 from ase_roughcontact.results.record import LoadStep
 
@@ -63,7 +63,7 @@ def plot_curve(
     matplotlib Axes
     """
     if is_steps(load):
-        steps, load = load, column(load, "normal_force") / NN
+        steps, load = load, column_of_steps(load, "normal_force") / NN
         area, area_error, converged = _areas(steps)
     if area is None:
         raise TypeError("plot_curve needs steps, or loads and areas")
@@ -103,7 +103,7 @@ def plot_area(
     matplotlib Axes
     """
     if is_steps(load):
-        steps, load = load, column(load, "normal_force") / NN
+        steps, load = load, column_of_steps(load, "normal_force") / NN
         area, area_error, converged = _areas(steps, NM**2)
     if area is None:
         raise TypeError("plot_area needs steps, or loads and areas")
@@ -175,11 +175,11 @@ def plot_force(
     matplotlib Axes
     """
     if is_steps(depth):
-        steps, depth = depth, column(depth, "penetration")
+        steps, depth = depth, column_of_steps(depth, "penetration")
         force, force_error = (
-            column(steps, name) for name in ("normal_force", "force_error")
+            column_of_steps(steps, name) for name in ("normal_force", "force_error")
         )
-        converged = column(steps, "converged")
+        converged = column_of_steps(steps, "converged")
     if force is None:
         raise TypeError("plot_force needs steps, or depths and forces")
     x, y = finite_array("depth", depth), finite_array("force", force) / NN
@@ -214,8 +214,10 @@ def _areas(
     steps: Sequence[LoadStep], unit: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return areas and their errors in a unit (Å^2), and which steps are converged."""
-    area, error = (column(steps, name) for name in ("contact_area", "area_error"))
-    return area / unit, error / unit, column(steps, "converged")
+    area, error = (
+        column_of_steps(steps, name) for name in ("contact_area", "area_error")
+    )
+    return area / unit, error / unit, column_of_steps(steps, "converged")
 
 
 def _converged_mask(converged: ArrayLike | None, count: int) -> np.ndarray:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.plot.step_columns import column, is_steps
+from ase_roughcontact.plot.step_columns import column_of_steps, is_steps
 from ase_roughcontact.plot.style import GREY, ORANGE, add_right_scale
 from ase_roughcontact.results.record import LoadStep, columns_of
 
@@ -56,10 +56,10 @@ def plot_flat_area(
     matplotlib Axes
     """
     if is_steps(pressure):
-        steps, pressure = pressure, column(pressure, "nominal_pressure")
-        per_area = pressure / column(steps, "normal_force")
-        fraction = per_area * column(steps, "contact_area")
-        error = per_area * column(steps, "area_error")
+        steps, pressure = pressure, column_of_steps(pressure, "nominal_pressure")
+        per_area = pressure / column_of_steps(steps, "normal_force")
+        fraction = per_area * column_of_steps(steps, "contact_area")
+        error = per_area * column_of_steps(steps, "area_error")
     if fraction is None or scale is None:
         raise TypeError(
             "plot_flat_area needs a scale, and steps, or pressures and fractions"
@@ -100,8 +100,8 @@ def plot_flat_gap(
     matplotlib Axes
     """
     if is_steps(pressure):
-        gap = column(pressure, "mean_gap")
-        pressure = column(pressure, "nominal_pressure")
+        gap = column_of_steps(pressure, "mean_gap")
+        pressure = column_of_steps(pressure, "nominal_pressure")
     if gap is None:
         raise TypeError("plot_flat_gap needs steps, or pressures and gaps")
     pressure = np.asarray(pressure)
@@ -141,10 +141,10 @@ def plot_flat_conductance(
     matplotlib Axes
     """
     if is_steps(pressure):
-        steps, pressure = pressure, column(pressure, "nominal_pressure")
-        stiffness = column(steps, "contact_stiffness")
+        steps, pressure = pressure, column_of_steps(pressure, "nominal_pressure")
+        stiffness = column_of_steps(steps, "contact_stiffness")
         if "conductance" in columns_of(type(steps[0])):
-            conductance = column(steps, "conductance")
+            conductance = column_of_steps(steps, "conductance")
     if stiffness is None or modulus is None:
         raise TypeError(
             "plot_flat_conductance needs a modulus, and steps, or pressures and "

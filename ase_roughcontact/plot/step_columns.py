@@ -17,6 +17,6 @@ def is_steps(values: Any) -> TypeGuard[Sequence[LoadStep]]:
     return all(isinstance(each, LoadStep) for each in values)
 
 
-def column(steps: Sequence[LoadStep], name: str) -> np.ndarray:
+def column_of_steps(steps: Sequence[LoadStep], name: str) -> np.ndarray:
     """Return a column of steps, in units of ASE."""
     return np.array([getattr(step, name) for step in steps])
