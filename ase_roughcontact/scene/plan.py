@@ -36,6 +36,9 @@ _MIN_ZONE_SHARE = 0.25
 _MAX_POINTS_PER_RADIUS = 240
 # Points of the advised grid on the shortest wavelength.
 _POINTS_PER_WAVE = 4
+# Panels of the curve of a flat, and of other figures with several of them.
+_FLAT_PANELS = 3
+_PANELS = {"time.png": 3, "friction.png": 2}
 # Approximation of paths with friction.
 _SLIDING_LEFT_OUT = (
     "changes of the heights by sliding, which must be small compared to the roughness"
@@ -210,14 +213,18 @@ def with_files_of(scene: Any, plan: Plan) -> Plan:
 
 
 def _number_of_figures(scene: Any) -> int:
-    """Return the number of figures of a run, as far as it is known before."""
+    """Return the number of figures of a run, as far as it is known before.
+
+    Figures that take as long as several others, by their panels, count as many.
+    """
     path = scene.path
     drawn = [name for name in path.captions if name.endswith("png")]
     if path.stiffness is None:
         drawn = [name for name in drawn if name != "cantilever.png"]
-    count = 1 + len(drawn)
+    count = 1 + sum(_PANELS.get(name, 1) for name in drawn)
     if not path.in_order:
-        count += 1 + (path.controlled != LOAD)
+        curve = _FLAT_PANELS if scene.is_flat else 1
+        count += curve + (path.controlled != LOAD)
     return count
 
 
