@@ -405,12 +405,13 @@ def _check_order(
 
     Both lengths are shown in the unit of the length that is too small.
     """
-    plain = section.plain(keys, units, "Å", section.unit)
+    usual = section.unit or "a0"
+    plain = section.plain(keys, units, "Å", usual)
     given = {key: getattr(plain, key) for key in keys if getattr(plain, key)}
     for shorter, longer in pairwise(given):
         if 0.0 < given[longer] < given[shorter] * (1 - LENGTH_ROUNDING):
             found = QUANTITY.fullmatch(str(getattr(section, longer)))
-            unit = found[2] if found else section.unit
+            unit = found[2] if found else usual
             least, length = (given[key] / units[unit] for key in (shorter, longer))
             raise ValueError(
                 f"{longer} must be at least {shorter} = {least:.4g} {unit}, got "

@@ -95,12 +95,13 @@ def test_a_grid_coarser_than_the_first_window_can_be_given():
     "keys, message",
     [
         ('domain = "12 nm"', r"long_wavelength = 20.48 nm, got 12 nm"),
-        ("long_wavelength = 3.0", r"short_wavelength = 4 a0, got 3 a0"),
+        ('long_wavelength = "3 a0"', r"short_wavelength = 4 a0, got 3 a0"),
     ],
 )
 def test_lengths_of_roughness_in_the_wrong_order_have_the_unit_that_was_given(
     keys, message
 ):
-    text = f"[substrate]\nspacing = 0.4\n[roughness]\n{keys}\n"
+    solid = '[substrate]\ncontact_modulus = "9 GPa"\nspacing = "0.04 nm"\n'
+    text = f"{solid}[roughness]\n{keys}\n"
     with pytest.raises(ValueError, match=message):
         Scene.parse(text).check()
