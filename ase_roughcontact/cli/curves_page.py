@@ -76,13 +76,13 @@ def page_of_curves(curves: Sequence[FittedCurve], folder: Path) -> str:
         inputs={},
         results={},
         figures=[
-            ((folder / name).read_bytes(), text)
+            (name, (folder / name).read_bytes(), text)
             for name, text in _CAPTIONS.items()
             if (folder / name).is_file()
         ],
         stresses=[],
         data=_data(curves, known, units) if known else None,
-        table=folder / "curves.csv",
+        saved=[folder / "curves.csv"],
         tables=[PageTable(heads, rows)],
     )
 

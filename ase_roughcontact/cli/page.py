@@ -77,8 +77,8 @@ _FLAT_CAPTIONS = {
 _GOOD = "All {rows} converged within the limits of the model."
 # Words above a table of results.
 _EXPLAINED = (
-    "± is the estimated error; errors below the last digit are left out. Point at a "
-    "heading for what it means."
+    "± is the estimated error, as bars in the chart; bars in the figures are twice as "
+    "long. Errors below the last digit are left out."
 )
 
 
@@ -168,7 +168,7 @@ def page(
         good=_GOOD.format(rows="steps"),
         explained=_EXPLAINED,
         data=data,
-        table=folder / "curve.csv",
+        saved=[folder / "curve.csv", folder / "cantilever.csv"],
         answer=answer(reference, steps),
         warnings=warnings,
         inputs=report.inputs(reference),
@@ -225,7 +225,7 @@ def page_of_places(reference: Reference, places: Sequence[Place], folder: Path) 
         good=_GOOD.format(rows="places"),
         explained=_EXPLAINED,
         data=data_of_places(scene, places) if places else None,
-        table=folder / "places.csv",
+        saved=[folder / "places.csv"],
         answer="",
         warnings=[
             *scene.warnings,
@@ -276,8 +276,8 @@ def _text(value: float) -> tuple[str, str]:
 
 def rendered(
     data: Mapping[str, Any] | None,
-    table: Path,
-    figures: Iterable[tuple[bytes, str]],
+    saved: Iterable[Path],
+    figures: Iterable[tuple[str, bytes, str]],
     **values: Any,
 ) -> str:
     """Return a page from the template ``report.html``.
@@ -286,10 +286,10 @@ def rendered(
     ----------
     data : mapping or None
         Numbers for the chart and the maps.
-    table : path
-        Table to save, as far as it exists.
-    figures : iterable of (bytes, str)
-        Pictures and their captions.
+    saved : iterable of path
+        Tables to save, as far as they exist.
+    figures : iterable of (str, bytes, str)
+        Names, pictures and captions.
     **values
         Further values of the template.
     """
@@ -298,12 +298,14 @@ def rendered(
     template = environment.from_string(parts.joinpath("report.html").read_text("utf-8"))
     return template.render(
         version=version("ase-roughcontact"),
-        data=as_json(data) if data else "",
+        data=as_json(data),
+        has_chart=bool(data),
         has_maps=bool(data and data["maps"]),
         script=parts.joinpath("report.js").read_text("utf-8"),
-        table_name=table.name,
-        table=_encoded(table.read_bytes()) if table.is_file() else "",
-        figures=[(_encoded(picture), caption) for picture, caption in figures],
+        saved=[
+            (file.name, _encoded(file.read_bytes())) for file in saved if file.is_file()
+        ],
+        figures=[(name, _encoded(image), caption) for name, image, caption in figures],
         **values,
     )
 
@@ -313,7 +315,7 @@ def _of_folder(
 ) -> dict[str, Any]:
     """Return title, scene and figures of the page of a folder."""
     found = [
-        ((folder / name).read_bytes(), text)
+        (name, (folder / name).read_bytes(), text)
         for name, text in captions.items()
         if name in pictures and (folder / name).is_file()
     ]

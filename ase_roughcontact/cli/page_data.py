@@ -51,15 +51,18 @@ def data_of_run(results: Results) -> dict[str, Any]:
         error = results.error_column(name)
         errors = results[error] / scale if error in names else None
         columns.append(chart_column(name, units[name], results[name] / scale, errors))
-    y, x = results.usual_columns
+    y, along = results.usual_columns
+    if scene.is_flat:
+        along = "nominal_pressure"
     return {
         "columns": columns,
         "rows": "step",
-        "x": x,
+        "failed": _rows_without(results["converged"]),
+        "x": along,
         "y": y,
         "lines": bool(scene.path.in_order or scene.path.is_loop),
         "theory": _theory(results, units),
-        "maps": _maps(results, units),
+        "maps": _maps(results, along, units),
     }
 
 
@@ -92,6 +95,7 @@ def data_of_places(scene: Scene, places: Sequence[Place]) -> dict[str, Any]:
     return {
         "columns": columns,
         "rows": "place",
+        "failed": _rows_without([place.converged for place in places]),
         "x": "normal_force" if "normal_force" in known else known[0],
         "y": y if y in known else known[-1],
         "lines": False,
@@ -138,13 +142,21 @@ def _listed(values: Iterable[float]) -> list[float | None]:
     return [float(each) if np.isfinite(each) else None for each in values]
 
 
+def _rows_without(converged: Iterable[Any]) -> list[int]:
+    """Return the numbers of the rows that did not converge."""
+    return [row for row, each in enumerate(converged) if not each]
+
+
 def _theory(results: Results, units: dict[str, str]) -> dict[str, Any] | None:
-    """Return the areas by theory against the normal force, None if there are none."""
+    """Return the areas by theory against force or nominal pressure, None without."""
     forces, areas = results.areas_by_theory()
-    if not areas or results.scene.is_flat:
+    if not areas:
         return None
-    column = results.scene.area_column
-    x = _listed(forces / UNITS[units["normal_force"]])
+    column, along, loads = results.scene.area_column, "normal_force", forces
+    if results.scene.is_flat:
+        areas.pop(results.scene.bodies.labelled(results.reference.smooth.label))
+        along, loads = "nominal_pressure", forces / results.scene.bodies.nominal_area
+    x = _listed(loads / UNITS[units[along]])
     lines = [
         {
             "label": label.replace("$", ""),
@@ -153,11 +165,20 @@ def _theory(results: Results, units: dict[str, str]) -> dict[str, Any] | None:
         }
         for label, area in areas.items()
     ]
-    return {"x": "normal_force", "y": column, "lines": lines}
+    return {"x": along, "y": column, "lines": lines}
 
 
-def _maps(results: Results, units: dict[str, str]) -> dict[str, Any] | None:
-    """Return maps of some steps in contact, None if there are none."""
+def _maps(results: Results, along: str, units: dict[str, str]) -> dict[str, Any] | None:
+    """Return maps of some steps in contact, None if there are none.
+
+    Parameters
+    ----------
+    results : Results
+    along : str
+        Column that tells where on the path a step is.
+    units : dict of str to str
+        Units of the columns in print.
+    """
     touching = [
         number for number in results.steps_with_map if results[number].repulsive_atoms
     ]
@@ -166,21 +187,25 @@ def _maps(results: Results, units: dict[str, str]) -> dict[str, Any] | None:
     forces = [results[number].normal_force for number in touching]
     chosen = np.linspace(0, len(touching) - 1, _MAX_MAPS).round().astype(int)
     numbers = [touching[i] for i in sorted({*chosen.tolist(), int(np.argmax(forces))})]
-    frames = [_frame(results[number], results.map(number)) for number in numbers]
+    length = units["penetration"].replace("Å", "nm")
+    frames = []
+    for number in numbers:
+        step, frame = results[number], _frame(results.map(number), UNITS[length])
+        frames.append({"label": _label(step, along, units), "step": step.step, **frame})
     scanned = results.scene.bodies.scanned
     return {
         "frames": frames,
         "shown": int(np.argmax([results[number].normal_force for number in numbers])),
         "fields": [
             {"name": "pressure", "unit": units["largest_pressure"]},
-            {"name": "gap", "unit": "nm"},
+            {"name": "gap", "unit": length},
             {"name": "contact", "unit": ""},
         ],
         "scales": {
             "pressure": UNITS[units["largest_pressure"]],
-            "gap": UNITS["nm"],
+            "gap": UNITS[length],
         },
-        "length": "nm",
+        "length": length,
         "from_zero": True,
         "colours": _colours(),
         "upward": not scanned,
@@ -251,20 +276,26 @@ def _colours() -> str:
     return _encoded((255.0 * colours).round().astype("u1"))
 
 
-def _frame(step: LoadStep, seen: ContactMap) -> dict[str, Any]:
-    """Return the map of a step, in rows along x from the lowest y on."""
+def _label(step: LoadStep, along: str, units: dict[str, str]) -> str:
+    """Return where on the path a step is."""
+    parts = []
+    for name in dict.fromkeys((along, "normal_force", "penetration")):
+        value = with_unit(getattr(step, name), units[name])
+        parts.append(f"{name.replace('_', ' ')} {value}")
+    failed = "" if step.converged else " (not converged)"
+    return f"step {step.step}{failed}: {', '.join(parts)}"
+
+
+def _frame(seen: ContactMap, length: float) -> dict[str, Any]:
+    """Return the fields of a step, in rows along x from the lowest y on."""
     every = -(-max(seen.pressure.shape) // _MAX_POINTS)
     thinned = slice(None, None, every)
 
     def rows(field: np.ndarray) -> np.ndarray:
         return field[thinned, thinned].T
 
-    x, y = seen.x[thinned] / UNITS["nm"], seen.y[thinned] / UNITS["nm"]
-    force = with_unit(step.normal_force, "nN")
-    penetration = with_unit(step.penetration, "nm")
+    x, y = seen.x[thinned] / length, seen.y[thinned] / length
     return {
-        "label": f"step {step.step}: {force}, penetration {penetration}",
-        "step": step.step,
         "every": every,
         "x": [float(x[0]), float(x[-1]), len(x)],
         "y": [float(y[0]), float(y[-1]), len(y)],

@@ -1,5 +1,5 @@
 "use strict";
-// The parts of the page that react: a chart of columns, maps of steps, a table to sort.
+// The parts of the page that react: a chart of columns, maps of steps, figures, tables.
 
 const data = JSON.parse(document.getElementById("data").textContent);
 
@@ -35,6 +35,28 @@ function csv(heads, rows) {
   return [quoted, ...rows].map(row => row.map(value => value ?? "nan").join(",")).join("\n") + "\n";
 }
 
+// Save text of SVG as a picture of pixels.
+function savePng(text, { width, height }, name) {
+  const image = new Image();
+  image.onload = () => {
+    const canvas = document.createElement("canvas");
+    Object.assign(canvas, { width: 3 * width, height: 3 * height });
+    const context = canvas.getContext("2d");
+    context.fillStyle = "white";
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.drawImage(image, 0, 0, canvas.width, canvas.height);
+    canvas.toBlob(blob => save([blob], name, "image/png"));
+  };
+  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(text)}`;
+}
+
+// Text of SVG for a file.
+function pictureText(svg, { width, height }) {
+  const attributes = { xmlns: "http://www.w3.org/2000/svg", width, height, "font-family": "sans-serif", "font-size": 13 };
+  for (const [key, value] of Object.entries(attributes)) svg.setAttribute(key, value);
+  return new XMLSerializer().serializeToString(svg);
+}
+
 // Round numbers between two limits, about `count`.
 function ticks(low, high, count) {
   const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
@@ -60,10 +82,18 @@ function spansDecades(values) {
 
 class Chart {
   // Columns against each other, with errors, and theory where there is one.
-  static size = { width: 640, height: 400, left: 70, right: 15, top: 15, bottom: 50 };
+  size = { width: 640, height: 400, left: 75, right: 15, top: 15, bottom: 50 };
 
   constructor(root) {
     this.root = root;
+    this.filters = (data.filters ?? []).map(({ label, values }) => {
+      const select = document.createElement("select"), words = document.createElement("label");
+      for (const value of ["all", ...new Set(values)]) if (value) select.add(new Option(value));
+      words.append(`${label} `, select);
+      root.querySelector(".filters").append(words, " ");
+      select.addEventListener("change", () => this.reset());
+      return { select, values };
+    });
     this.svg = root.querySelector("svg");
     this.output = root.querySelector("output");
     this.selects = { x: root.querySelector("[name=x]"), y: root.querySelector("[name=y]") };
@@ -79,22 +109,25 @@ class Chart {
     }
     const press = (name, action) =>
       root.querySelector(`[name=${name}]`).addEventListener("click", action);
-    press("closer", () => this.zoom(0.5));
-    press("wider", () => this.zoom(2));
+    press("closer", () => this.zoom(0.5, this.chosenPlace()));
+    press("wider", () => this.zoom(2, this.chosenPlace()));
     press("whole", () => this.reset());
     press("csv", () => save([this.csv()], `${this.name()}.csv`, "text/csv"));
     press("svg", () => save([this.picture()], `${this.name()}.svg`, "image/svg+xml"));
-    press("png", () => this.savePng());
+    press("png", () => savePng(this.picture(), this.size, `${this.name()}.png`));
     this.svg.addEventListener("wheel", event => {
+      if (document.activeElement !== this.svg) return; // the page moves
       event.preventDefault();
       this.zoom(event.deltaY < 0 ? 0.8 : 1.25, this.place(event));
     }, { passive: false });
     this.svg.addEventListener("pointerdown", event => this.begin(event));
     this.svg.addEventListener("pointermove", event => this.move(event));
     this.svg.addEventListener("pointerup", event => this.end(event));
+    this.svg.addEventListener("pointercancel", () => { this.from = null; this.draw(); });
     this.svg.addEventListener("dblclick", () => this.reset());
     this.svg.addEventListener("keydown", event => this.key(event));
     this.reset();
+    new ResizeObserver(() => this.draw()).observe(root);
   }
 
   column(axis) {
@@ -111,7 +144,8 @@ class Chart {
     const [x, y] = [this.column("x"), this.column("y")];
     x.values.forEach((value, row) => {
       const inside = axis => Number.isFinite(this.coordinate(axis, this.column(axis).values[row]));
-      if (value !== null && y.values[row] !== null && inside("x") && inside("y"))
+      const wanted = this.filters.every(({ select, values }) => ["all", values[row]].includes(select.value));
+      if (wanted && value !== null && y.values[row] !== null && inside("x") && inside("y"))
         this.points.push({ row, x: value, y: y.values[row], error: y.errors?.[row] ?? 0 });
     });
     const { theory } = data;
@@ -123,10 +157,13 @@ class Chart {
       const margin = 0.05 * (high - low || Math.abs(high) || 1);
       return [low - margin, high + margin];
     };
-    this.range = {
-      x: range("x", this.points.map(each => each.x)),
-      y: range("y", this.points.flatMap(each => [each.y - each.error, each.y + each.error])),
-    };
+    const along = range("x", this.points.map(each => each.x));
+    const beside = this.lines.flatMap(line => line.y.filter((_, i) => {
+      const place = this.coordinate("x", line.x[i]);
+      return along[0] <= place && place <= along[1];
+    }));
+    const found = this.points.flatMap(each => [each.y - each.error, each.y + each.error]);
+    this.range = { x: along, y: range("y", [...found, ...beside.filter(value => value !== null)]) };
     this.chosen = -1;
     this.output.value = "";
     this.draw();
@@ -140,7 +177,7 @@ class Chart {
 
   // Position of a coordinate in the picture.
   at(axis, coordinate) {
-    const { width, height, left, right, top, bottom } = Chart.size;
+    const { width, height, left, right, top, bottom } = this.size;
     const [low, high] = this.range[axis], part = (coordinate - low) / (high - low);
     return axis === "x" ? left + part * (width - left - right)
       : height - bottom - part * (height - top - bottom);
@@ -154,7 +191,7 @@ class Chart {
 
   // Coordinates at the pointer.
   place(event) {
-    const { width, height, left, right, top, bottom } = Chart.size;
+    const { width, height, left, right, top, bottom } = this.size;
     const box = this.svg.getBoundingClientRect();
     const parts = {
       x: ((event.clientX - box.left) * width / box.width - left) / (width - left - right),
@@ -166,6 +203,12 @@ class Chart {
       place[axis] = low + Math.min(Math.max(parts[axis], 0), 1) * (high - low);
     }
     return place;
+  }
+
+  // Coordinates of the marked point, if there is one.
+  chosenPlace() {
+    const point = this.points[this.chosen];
+    return point && { x: this.coordinate("x", point.x), y: this.coordinate("y", point.y) };
   }
 
   zoom(factor, about) {
@@ -213,6 +256,16 @@ class Chart {
     if (!step || !count) return;
     event.preventDefault();
     this.choose((this.chosen < 0 ? (step > 0 ? 0 : count - 1) : this.chosen + step + count) % count);
+    const place = this.chosenPlace();
+    for (const axis of ["x", "y"]) {
+      const [low, high] = this.range[axis], half = (high - low) / 2;
+      if (place[axis] < low || place[axis] > high) this.range[axis] = [place[axis] - half, place[axis] + half];
+    }
+    this.draw();
+  }
+
+  failed(row) {
+    return data.failed?.includes(row) ?? false;
   }
 
   // Mark a point and print its values.
@@ -224,12 +277,19 @@ class Chart {
     const error = point.error ? ` \u00b1 ${Number(point.error.toPrecision(2))}` : "";
     const row = data.labels?.[point.row] ?? `${data.rows} ${point.row}`;
     this.output.value = `${row}: ${x.label} ${withUnit(point.x, x.unit)}, ` +
-      `${y.label} ${short(point.y)}${error} ${y.unit}`;
+      `${y.label} ${short(point.y)}${error} ${y.unit}${this.failed(point.row) ? ", not converged" : ""}`;
     this.draw();
   }
 
   draw() {
-    const { width, height, left, right, top, bottom } = Chart.size;
+    const failed = this.points.filter(({ row }) => this.failed(row)).length;
+    const marks = this.lines.length ? ["simulation"] : [];
+    if (failed) marks.push("not converged");
+    this.size.width = Math.round(Math.max(this.svg.getBoundingClientRect().width, 300));
+    this.size.top = 15 + 17 * (this.lines.length + marks.length);
+    this.size.height = 385 + this.size.top;
+    const { width, height, left, right, top, bottom } = this.size;
+    this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     this.svg.replaceChildren();
     const add = (name, attributes, text) => {
       const made = element(name, attributes, text);
@@ -240,7 +300,7 @@ class Chart {
     const frame = { x: left, y: top, width: width - left - right, height: height - top - bottom };
     clip.append(element("rect", frame));
     add("rect", { ...frame, fill: "white", stroke: "#666" });
-    for (const [coordinate, value] of labelled(...this.range.x, 7, this.logs.x.checked)) {
+    for (const [coordinate, value] of labelled(...this.range.x, Math.ceil(width / 110), this.logs.x.checked)) {
       const x = this.at("x", coordinate);
       add("line", { x1: x, x2: x, y1: top, y2: height - bottom, stroke: "#e4e4e4" });
       add("text", { x, y: height - bottom + 16, "text-anchor": "middle" }, short(value));
@@ -270,11 +330,18 @@ class Chart {
         const ends = { y1: this.of("y", point.y - point.error), y2: this.of("y", point.y + point.error) };
         inside.append(element("line", { x1: x, x2: x, ...ends, stroke: "#0072b2" }));
       }
-      const marked = number === this.chosen;
-      inside.append(element("circle", { cx: x, cy: y, r: marked ? 6 : 3, fill: marked ? "#d55e00" : "#0072b2" }));
+      const marked = number === this.chosen, colour = marked ? "#d55e00" : "#0072b2";
+      const fill = this.failed(point.row) ? "white" : colour;
+      inside.append(element("circle", { cx: x, cy: y, r: marked ? 6 : 3.5, fill, stroke: colour, "stroke-width": 1.5 }));
+    });
+    // the legend is above the frame
+    marks.forEach((label, i) => {
+      const fill = label === "simulation" ? "#0072b2" : "white";
+      add("path", { d: `M${left + 18.5} ${13 + 17 * i} a3.5 3.5 0 1 0 7 0 a3.5 3.5 0 1 0 -7 0`, fill, stroke: "#0072b2", "stroke-width": 1.5 });
+      add("text", { x: left + 42, y: 17 + 17 * i }, label);
     });
     this.lines.forEach((line, i) => {
-      const y = top + 16 + 16 * i;
+      const y = 17 + 17 * (marks.length + i);
       add("line", { x1: left + 8, x2: left + 36, y1: y - 4, y2: y - 4, stroke: colours[i % 5], "stroke-dasharray": dashes[i % 4], "stroke-width": 1.5 });
       add("text", { x: left + 42, y }, line.label);
     });
@@ -283,29 +350,18 @@ class Chart {
   csv() {
     const [x, y] = [this.column("x"), this.column("y")], heads = [data.rows, headed(x), headed(y)];
     if (y.errors) heads.push(headed({ ...y, label: `error of ${y.label}` }));
-    const rows = this.points.map(({ row }) => [row, x.values[row], y.values[row], ...(y.errors ? [y.errors[row]] : [])]);
+    if (data.failed) heads.push("converged");
+    const rows = this.points.map(({ row }) => {
+      const found = [row, x.values[row], y.values[row]];
+      if (y.errors) found.push(y.errors[row]);
+      if (data.failed) found.push(this.failed(row) ? 0 : 1);
+      return found;
+    });
     return csv(heads, rows);
   }
 
   picture() {
-    const { width, height } = Chart.size, copy = this.svg.cloneNode(true);
-    for (const [key, value] of Object.entries({ xmlns: "http://www.w3.org/2000/svg", width, height, "font-family": "sans-serif", "font-size": 12 }))
-      copy.setAttribute(key, value);
-    return new XMLSerializer().serializeToString(copy);
-  }
-
-  savePng() {
-    const { width, height } = Chart.size, image = new Image();
-    image.onload = () => {
-      const canvas = document.createElement("canvas");
-      Object.assign(canvas, { width: 3 * width, height: 3 * height });
-      const context = canvas.getContext("2d");
-      context.fillStyle = "white";
-      context.fillRect(0, 0, canvas.width, canvas.height);
-      context.drawImage(image, 0, 0, canvas.width, canvas.height);
-      canvas.toBlob(blob => save([blob], `${this.name()}.png`, "image/png"));
-    };
-    image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(this.picture())}`;
+    return pictureText(this.svg.cloneNode(true), this.size);
   }
 }
 
@@ -322,6 +378,7 @@ class Maps {
     this.field = root.querySelector("[name=field]");
     this.title = root.querySelector(".title");
     this.output = root.querySelector(".value");
+    this.mark = root.querySelector(".plane span");
     this.colours = bytes(data.maps.colours);
     this.fields = {};
     for (const { name } of data.maps.fields)
@@ -331,11 +388,12 @@ class Maps {
     this.slider.parentElement.hidden = data.maps.frames.length < 2;
     this.slider.addEventListener("input", () => this.show());
     this.field.addEventListener("change", () => this.show());
-    this.canvas.addEventListener("pointermove", event => this.point(event));
+    for (const name of ["pointermove", "pointerdown"])
+      this.canvas.addEventListener(name, event => this.point(event));
     this.canvas.addEventListener("keydown", event => this.key(event));
     root.querySelector("[name=csv]").addEventListener("click", () => save([this.csv()], `${this.name()}.csv`, "text/csv"));
-    root.querySelector("[name=png]").addEventListener("click", () =>
-      this.canvas.toBlob(blob => save([blob], `${this.name()}.png`, "image/png")));
+    root.querySelector("[name=svg]").addEventListener("click", () => save([this.picture()], `${this.name()}.svg`, "image/svg+xml"));
+    root.querySelector("[name=png]").addEventListener("click", () => savePng(this.picture(), this.pictureSize, `${this.name()}.png`));
     this.show();
   }
 
@@ -391,8 +449,42 @@ class Maps {
     context.putImageData(image, 0, 0);
     this.title.value = frame.label;
     this.slider.setAttribute("aria-valuetext", frame.label);
-    this.output.value = frame.every > 1 ? `each ${frame.every}. point along x and y` : "";
+    this.output.value = frame.every > 1 ? `one of ${frame.every} points along x and y; "ase-roughcontact maps" writes all` : "";
+    const { width: side, height: other } = this.size;
+    canvas.parentElement.style.maxWidth = `${side}px`;
+    canvas.style.aspectRatio = `${side} / ${other}`;
     this.scale();
+    if (this.at?.[0] < width && this.at?.[1] < height) this.read(...this.at);
+  }
+
+  // Lengths along x and y, with half a spacing on each side.
+  get extent() {
+    const spacing = ([first, last, count]) => count > 1 ? Math.abs(last - first) / (count - 1) : 0;
+    const { x, y } = this.frame, steps = [spacing(x), spacing(y)];
+    return [x[2] * (steps[0] || steps[1] || 1), y[2] * (steps[1] || steps[0] || 1)];
+  }
+
+  // Size of the map in pixels of the page.
+  get size() {
+    const [width, height] = this.extent, longest = Math.max(width, height);
+    return { width: 416 * width / longest, height: 416 * height / longest };
+  }
+
+  get pictureSize() {
+    return { width: 416, height: this.size.height + 90 };
+  }
+
+  // The map with its title, colours and scale, as text of SVG.
+  picture() {
+    const { width, height } = this.size, svg = element("svg"), below = element("g", { transform: `translate(0 ${height + 30})` });
+    below.append(...[...this.root.querySelector(".scale").childNodes].map(each => each.cloneNode(true)));
+    svg.append(
+      element("text", { x: 0, y: 16 }, this.frame.label),
+      element("rect", { y: 24, width, height, fill: "#f4f4f4" }),
+      element("image", { y: 24, width, height, href: this.canvas.toDataURL(), preserveAspectRatio: "none", style: "image-rendering: pixelated" }),
+      below,
+    );
+    return pictureText(svg, this.pictureSize);
   }
 
   // Index of the value at a place of the picture, whose first row is at the top.
@@ -404,17 +496,22 @@ class Maps {
   }
 
   scale() {
-    const svg = this.root.querySelector("svg"), parts = [];
+    const svg = this.root.querySelector(".scale"), parts = [], { width } = this.size;
+    svg.setAttribute("viewBox", "0 0 416 56");
     for (let i = 0; i < 64; i++) {
       const colour = this.colours.subarray(12 * i, 12 * i + 3);
-      parts.push(element("rect", { x: 5 + 4 * i, y: 2, width: 4.5, height: 12, fill: `rgb(${[...colour].join()})` }));
+      parts.push(element("rect", { x: 3 * i, y: 2, width: 3.5, height: 12, fill: `rgb(${[...colour].join()})` }));
     }
-    for (const [part, anchor] of [[0, "start"], [0.5, "middle"], [1, "end"]]) {
-      const value = this.low + part * (this.high - this.low);
-      parts.push(element("text", { x: 5 + 256 * part, y: 28, "text-anchor": anchor }, short(Number(value.toPrecision(3)))));
-    }
+    const ends = this.field.value === "contact" ? ["none", "", "contact"]
+      : [0, 0.5, 1].map(part => short(Number((this.low + part * (this.high - this.low)).toPrecision(3))));
+    ["start", "middle", "end"].forEach((anchor, i) => {
+      parts.push(element("text", { x: 96 * i, y: 29, "text-anchor": anchor }, ends[i]));
+    });
     const name = this.field.value.replaceAll("_", " ");
-    parts.push(element("text", { x: 275, y: 13 }, this.unit ? `${name} (${this.unit})` : name));
+    parts.push(element("text", { x: 202, y: 13 }, this.unit ? `${name} (${this.unit})` : name));
+    const [length] = this.extent, bar = ticks(0, length / 2, 3)[1];
+    parts.push(element("rect", { x: 0, y: 44, width: width * bar / length, height: 4 }));
+    parts.push(element("text", { x: width * bar / length + 8, y: 50 }, `${short(bar)} ${data.maps.length}`));
     svg.replaceChildren(...parts);
   }
 
@@ -447,7 +544,12 @@ class Maps {
     this.at = [column, row];
     const index = this.index(column, row), width = this.frame.x[2];
     const x = this.place("x", index % width), y = this.place("y", Math.floor(index / width));
-    this.output.value = `x ${short(x)} ${data.maps.length}, y ${short(y)} ${data.maps.length}: ${withUnit(this.shown[index], this.unit)}`;
+    const value = this.shown[index], { length } = data.maps;
+    const text = this.field.value === "contact" ? ["no contact", "contact"][value] : withUnit(value, this.unit);
+    this.output.value = `x ${short(x)} ${length}, y ${short(y)} ${length}: ${text}`;
+    const part = (number, count) => `${100 * (number + 0.5) / count}%`;
+    Object.assign(this.mark.style, { left: part(column, width), top: part(row, this.frame.y[2]) });
+    this.mark.hidden = false;
   }
 
   csv() {
@@ -470,17 +572,45 @@ function sortable(table) {
       const direction = cell.getAttribute("aria-sort") === "ascending" ? -1 : 1;
       for (const other of head.cells) other.removeAttribute("aria-sort");
       cell.setAttribute("aria-sort", direction > 0 ? "ascending" : "descending");
-      const text = row => row.cells[column].textContent.replace("\u2212", "-");
-      const compare = (one, other) => {
-        const difference = parseFloat(text(one)) - parseFloat(text(other));
-        return Number.isNaN(difference) ? text(one).localeCompare(text(other)) : difference;
-      };
+      const text = row => row.cells[column].textContent.replaceAll("\u2212", "-");
+      const compare = (one, other) =>
+        parseFloat(text(one)) - parseFloat(text(other)) || text(one).localeCompare(text(other), "en", { numeric: true });
       table.tBodies[0].append(...[...rows].sort((a, b) => direction * compare(a, b)));
     });
   });
 }
 
+// Let a slider show one of several pictures at a time.
+function sliding(figure) {
+  const images = [...figure.querySelectorAll("img")], label = figure.querySelector("label");
+  const slider = label.querySelector("input"), output = label.querySelector("output");
+  const show = () => {
+    images.forEach((image, number) => image.classList.toggle("shown", number == slider.value));
+    output.value = images[slider.value].dataset.depth;
+    slider.setAttribute("aria-valuetext", output.value);
+  };
+  slider.value = images.findIndex(image => image.classList.contains("shown"));
+  slider.addEventListener("input", show);
+  figure.classList.add("sliding");
+  label.hidden = false;
+  show();
+}
+
+// Give a figure a button that saves its picture.
+function savable(figure) {
+  const button = document.createElement("button");
+  button.textContent = "save PNG";
+  button.addEventListener("click", () => {
+    const image = figure.querySelector("img.shown") ?? figure.querySelector("img");
+    save([bytes(image.src.split(",")[1])], image.dataset.name, "image/png");
+  });
+  figure.querySelector("figcaption").append(" ", button);
+}
+
 document.querySelectorAll(".needs-script").forEach(part => part.hidden = false);
-if (data.columns) new Chart(document.querySelector(".chart"));
-if (data.maps) new Maps(document.querySelector(".maps"));
+if (data) new Chart(document.querySelector(".chart"));
+if (data?.maps) new Maps(document.querySelector(".maps"));
+document.querySelectorAll(".depths").forEach(sliding);
+document.querySelectorAll("figure").forEach(savable);
 document.querySelectorAll("table.steps").forEach(sortable);
+addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => part.open = true));

@@ -76,10 +76,10 @@ def page_of_study(
         warnings=_warnings(points, _labels(columns)),
         inputs={},
         results={},
-        figures=[(figure.read_bytes(), _CAPTION)],
+        figures=[(figure.name, figure.read_bytes(), _CAPTION)],
         stresses=[],
         data=data_of_study(over, columns),
-        table=table,
+        saved=[table],
         tables=tables,
     )
 
@@ -164,6 +164,7 @@ def data_of_study(over: str, columns: Sequence[Column]) -> dict[str, Any]:
         "columns": found,
         "rows": "row",
         "labels": _labels(columns),
+        "filters": _filters(columns),
         "x": over,
         "y": points[0].mean.column,
         "lines": False,
@@ -172,14 +173,31 @@ def data_of_study(over: str, columns: Sequence[Column]) -> dict[str, Any]:
     }
 
 
-def _labels(columns: Sequence[Column]) -> list[str]:
-    """Return the parameters and the target of each row of the chart in words."""
+def _parameters(columns: Sequence[Column]) -> list[dict[str, str]]:
+    """Return the printed parameters and the target of each row of the chart."""
     found = []
     for _, heading, _, (printed, *_) in columns:
-        count = list(printed.heads).index(heading)
-        for row in printed.rows:
-            pairs = zip(printed.heads[:count], row[:count], strict=True)
-            found.append(", ".join(f"{head} {text}" for head, text in pairs))
+        names = printed.heads[: list(printed.heads).index(heading)]
+        found += [dict(zip(names, row, strict=False)) for row in printed.rows]
+    return found
+
+
+def _labels(columns: Sequence[Column]) -> list[str]:
+    """Return the parameters and the target of each row of the chart in words."""
+    return [
+        ", ".join(f"{name} {text}" for name, text in row.items())
+        for row in _parameters(columns)
+    ]
+
+
+def _filters(columns: Sequence[Column]) -> list[dict[str, Any]]:
+    """Return the parameters with several values, by which rows may be chosen."""
+    rows = _parameters(columns)
+    found = []
+    for name in dict.fromkeys(name for row in rows for name in row):
+        values = [row.get(name, "") for row in rows]
+        if len(set(values) - {""}) > 1:
+            found.append({"label": name, "values": values})
     return found
 
 

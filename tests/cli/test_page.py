@@ -1,5 +1,6 @@
 """The HTML page of a run: complete, without other files, with warnings and units."""
 
+import json
 import math
 import re
 from dataclasses import replace
@@ -17,6 +18,7 @@ from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.page import page
+from ase_roughcontact.results.record import columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.scene.results import outputs
@@ -49,7 +51,7 @@ def test_the_page_has_the_scene_as_text(steps):
 
 
 def test_the_page_has_a_row_for_each_step_with_units(steps):
-    table = steps[steps.index('<table class="steps">') :]
+    table, _, _ = steps[steps.index('<table class="steps">') :].partition("</table>")
     assert table.count("<tr") == 3
     heads = ("normal force", "nN"), ("contact stiffness", "N/m"), ("height", "Å")
     for name, unit in heads:
@@ -59,6 +61,19 @@ def test_the_page_has_a_row_for_each_step_with_units(steps):
 def test_steps_that_are_no_results_are_warnings(steps):
     assert "Step 0 did not converge: " in steps
     assert steps.count('<tr class="failed">') == 2
+
+
+def test_steps_that_are_no_results_are_marked_in_chart_and_maps(steps):
+    (text,) = re.findall(r'id="data">(.*?)</script>', steps)
+    data = json.loads(text)
+    assert data["failed"] == [0, 1]
+    labels = [frame["label"] for frame in data["maps"]["frames"]]
+    assert labels[0].startswith("step 0 (not converged): penetration 0.2 Å, ")
+
+
+def test_the_meaning_of_the_columns_is_on_the_page(steps):
+    meaning = columns_of()["penetration"].description
+    assert f"<th>penetration</th><td>{meaning}</td>" in steps
 
 
 def test_numbers_of_atoms_are_whole(tmp_path):

@@ -47,8 +47,23 @@ const ticks = () =>
 const whole = ticks().join();
 press(chart, "closer");
 found.closer = ticks().join() !== whole;
+for (let i = 0; i < 2; i++) press(chart, "closer");
+key(chart.querySelector("svg"), "ArrowRight");
+const position = (point, name) => Number(point.getAttribute(name));
+const marked = chart.querySelector("circle[r='6']");
+const frame = chart.querySelector("svg > rect");
+found.inside = [["x", "width"], ["y", "height"]].every(([axis, side]) => {
+  const low = position(frame, axis), high = low + position(frame, side);
+  const middle = position(marked, `c${axis}`);
+  return low <= middle && middle <= high;
+});
 press(chart, "whole");
 found.whole = ticks().join() === whole;
+data.failed = [1];
+press(chart, "whole");
+found.hollow = [...chart.querySelectorAll("circle")]
+  .map(each => each.getAttribute("fill") === "white");
+data.failed = [];
 
 found.label = maps.querySelector(".title").value;
 const before = canvas.toDataURL();
@@ -63,6 +78,10 @@ canvas.dispatchEvent(new PointerEvent("pointermove", {
   clientX: box.left + 3.5 * pixel, clientY: box.top + 5.5 * pixel }));
 found.value = maps.querySelector(".value").value;
 press(maps, "csv");
+press(maps, "svg");
+document.querySelectorAll("figcaption button").forEach(button => button.click());
+for (const [name, part] of Object.entries(saved))
+  if (typeof part !== "string") saved[name] = part.length;
 key(canvas, "ArrowRight");
 found.next = maps.querySelector(".value").value;
 
@@ -146,8 +165,27 @@ def test_the_saved_chart_has_the_numbers_of_the_table(page, folder):
 
 
 def test_the_saved_picture_has_a_point_for_each_step(page):
-    (text,) = [text for name, text in page[1].items() if name.endswith(".svg")]
+    (text,) = [text for name, text in page[1].items() if re.match("normal.*svg", name)]
     assert text.startswith("<svg") and text.count("<circle") == 2
+
+
+def test_points_that_did_not_converge_are_hollow(page):
+    assert page[0]["hollow"] == [False, True]
+
+
+def test_a_point_that_keys_choose_is_brought_into_the_frame(page):
+    assert page[0]["inside"]
+
+
+def test_the_saved_map_has_its_scales(page):
+    text = page[1]["pressure-step-0.svg"]
+    assert "<image" in text and "pressure (GPa)" in text
+    assert re.search(r">\d+ nm</text>", text)
+
+
+def test_figures_are_saved(page, folder):
+    for name in ("curve.png", "force.png", "contact.png"):
+        assert page[1][name] == (folder / name).stat().st_size
 
 
 def test_keys_choose_points_of_the_chart(page, folder):

@@ -203,7 +203,8 @@ CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 @pytest.mark.skipif(not CHROMIUM, reason="needs the browser Chromium")
 def test_slider_shows_the_picture_of_its_depth(report, tmp_path):
     move = (
-        "<script>const slider = document.querySelector('input'); slider.value = 3;"
+        "<script>const slider = document.querySelector('.depths input');"
+        "slider.value = 3;"
         "slider.dispatchEvent(new Event('input'))</script>"
     )
     (tmp_path / "moved.html").write_text(report[0] + move)

@@ -96,7 +96,11 @@ def test_a_study_ends_with_means_over_the_seeds_and_a_figure(
     assert f"{number(means[0])} ± {number(error, 2)} nm² at sphere radius 40" in answer
     assert "at sphere radius 80" in answer and "3 realisations" in answer
     (text,) = re.findall(r'id="data">(.*?)</script>', page)
-    columns = {each["name"]: each for each in json.loads(text)["columns"]}
+    data = json.loads(text)
+    filters = {each["label"]: each["values"] for each in data["filters"]}
+    assert filters["sphere radius"] == ["40", "40", "60", "60", "80", "80"]
+    assert filters["target"][::2] == 3 * filters["target"][:1]
+    columns = {each["name"]: each for each in data["columns"]}
     assert columns["sphere.radius"]["values"] == [40.0, 40.0, 60.0, 60.0, 80.0, 80.0]
     assert columns["contact_area"]["unit"] == "nm²"
     np.testing.assert_allclose(columns["contact_area"]["values"], means)

@@ -1,6 +1,8 @@
 """Measured and random surfaces that are pressed against a flat."""
 
+import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +94,10 @@ def test_the_command_prints_and_draws_a_flat_without_a_sphere(wave, folder, caps
     with open("out/curve.csv") as table:
         (step,) = table_rows(table)
     assert float(step["nominal_pressure"]) == pytest.approx(100.0 * UNITS["MPa"])
+    (text,) = re.findall(r'id="data">(.*?)</script>', page)
+    data = json.loads(text)
+    assert data["x"] == data["theory"]["x"] == "nominal_pressure"
+    assert 100.0 <= data["theory"]["lines"][0]["x"][-1] < 200.0  # MPa
     assert (folder / "out" / "curve.png").exists()
 
 
