@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
@@ -365,13 +365,33 @@ class SolverConfig(Section):
 
     title = "solver"
     units = {"fmax": "eV/Å"}
-    word_keys = ("accuracy",)
 
     optimizer: str | None = None
-    accuracy: float | str = "normal"
+    accuracy: str = "normal"
+    relative_error: float | None = None
     fmax: float | None = None
     max_steps: int = 10_000
     engine: str | None = None
+
+    @property
+    def asked_accuracy(self) -> float | str:
+        """Relative error that is given, or the name of an accuracy."""
+        return self.accuracy if self.relative_error is None else self.relative_error
+
+    @classmethod
+    def renamed(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries; an accuracy that is a number is a relative error."""
+        found = super().renamed(entries)
+        if isinstance(found.get("accuracy"), float):
+            found["relative_error"] = found.pop("accuracy")
+        return found
+
+    def changed(self, name: str, value: Any) -> SolverConfig:
+        """Return the section with another value; an accuracy replaces an error."""
+        section = self
+        if name == "accuracy":
+            section = replace(self, relative_error=None)
+        return super(SolverConfig, section).changed(name, value)
 
 
 @dataclass(frozen=True)

@@ -242,7 +242,7 @@ class Scene(SceneFile):
             if self.sphere.radius != math.inf:
                 _ = self.substrate.window_shape
         with problems.of("solver"):
-            _ = GridModel("continuum", self.solver.accuracy)
+            _ = GridModel("continuum", self.solver.asked_accuracy)
         with problems.of("solver"):
             _ = self.fmax
         with problems.of("solver"):
@@ -316,7 +316,9 @@ class Scene(SceneFile):
     @property
     def grid_model(self) -> GridModel:
         """What the points of the grid are, the error asked for, and the given grid."""
-        return GridModel(self.model, self.solver.accuracy, self.substrate.grid_change)
+        return GridModel(
+            self.model, self.solver.asked_accuracy, self.substrate.grid_change
+        )
 
     @property
     def optimizer(self) -> Any:
@@ -376,7 +378,7 @@ class Scene(SceneFile):
         options = StepOptions(
             relaxer=relaxer_of(self.optimizer, self.wall, frames),
             fmax=self.fmax,
-            accuracy=cast("Accuracy", self.solver.accuracy),
+            accuracy=cast("Accuracy", self.solver.asked_accuracy),
             max_steps=self.solver.max_steps,
             window=self.window,
             hardness=self.hardness,

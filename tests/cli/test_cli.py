@@ -190,7 +190,7 @@ def test_invalid_options_of_an_ensemble_are_one_line_on_stderr(
         ("roughness.seed=1,2,3", "seed", [1, 2, 3]),
         ("sphere.radius=50,60.5", "radius", [50.0, 60.5]),
         ("sphere.radius=50,20 nm,'3 nm'", "radius", [50, "20 nm", "3 nm"]),
-        ("solver.accuracy=fast, 1e-3", "accuracy", ["fast", 1e-3]),
+        ("solver.relative_error=1e-2, 1e-3", "relative_error", [1e-2, 1e-3]),
         ("substrate.shape=auto,[24, 20]", "shape", ["auto", (24, 20)]),
         ("substrate.hardness=inf,2", "hardness", [float("inf"), 2]),
         ("roughness.random_amplitudes=true,false", "random_amplitudes", [True, False]),

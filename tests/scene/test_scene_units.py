@@ -73,7 +73,7 @@ KEYS = {
     "interaction.cutoff": ("7 a0", "wall.cutoff", 7.0 * A0, "8 a0"),
     "path.loads": ([2.0, 50.0], lambda s: s.targets[0], 2.0 * NN, [3.0]),
     "solver.optimizer": ("LBFGS", relaxed_by, "LBFGS", "FIRE"),
-    "solver.accuracy": (0.001, "grid_model.error", 1e-3, 1e-4),
+    "solver.relative_error": (0.001, "grid_model.error", 1e-3, 1e-4),
     "solver.fmax": (1e-05, "fmax", 1e-5, 1e-6),
     "solver.max_steps": (77, "solver.max_steps", 77, 78),
     "solver.engine": ("pyfftw", lambda s: s.problem.fft["engine"], "pyfftw", "ducc0"),
@@ -101,6 +101,7 @@ INSTEAD = {
     "path.penetrations",
     "path.heights",
     "sphere.unit",
+    "solver.accuracy",
     "roughness.unit",
 }
 
