@@ -157,7 +157,8 @@ def test_an_unknown_format_is_refused(atoms, tmp_path):
 
 @pytest.mark.parametrize("suffix", ["nc", "vti"])
 def test_the_command_writes_a_map_for_each_step(tmp_path, capsys, suffix):
-    text = "[substrate]\nshape = [12, 12]\n[sphere]\nunit = 'a0'\nradius = 20.0\n"
+    text = '[substrate]\nmaterial = "Cu"\nshape = [12, 12]\n'
+    text += '[sphere]\nradius = "20 a0"\n'
     text += '[path]\ncontrol = "penetration"\nvalues = [0.1, 0.3]\n'
     steps = list(Scene.parse(text).run(tmp_path, validity="ignore"))
     assert main(["maps", str(tmp_path), "--format", suffix]) == 0
@@ -182,7 +183,9 @@ def test_a_map_that_does_not_fit_leaves_the_old_one(
 
 
 def test_a_link_in_place_of_the_folder_of_maps_is_refused(tmp_path, capsys):
-    scene = Scene.parse("[substrate]\nshape = [8, 8]\n[path]\nvalues = [0.01]\n")
+    scene = Scene.parse(
+        'substrate = { material = "Cu", shape = [8, 8] }\npath = { values = [0.01] }'
+    )
     list(scene.run(tmp_path, validity="ignore"))
     (tmp_path / "other").mkdir()
     (tmp_path / "maps").symlink_to(tmp_path / "other")

@@ -67,7 +67,8 @@ def test_errors_of_force_and_area_are_at_most_the_allowed_ones(wall, path, seed,
 def test_accuracy_does_not_change_the_wall(accuracy):
     def wall(solver):
         kind = "[interaction]\nkind = 'full'\nwork_of_adhesion = 0.05\n"
-        return Scene.parse(f"{kind}[solver]\n{solver}").wall
+        solid = "[substrate]\nmaterial = 'Cu'\n"
+        return Scene.parse(f"{solid}{kind}[solver]\n{solver}").wall
 
     assert wall(f"accuracy = {accuracy!r}") == wall("")
     assert wall("").cutoff == pytest.approx(10.0 * wall("").distance)
