@@ -6,16 +6,22 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact.contact.control import LOAD
+from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, result_units
 from ase_roughcontact.results.record import LoadStep
+from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.path_result import lower_bounds_of, results_of
 from ase_roughcontact.scene.printed import units_in_print
 from ase_roughcontact.scene.reference import Reference
 
 # Number of results of a path in its sentence.
 _RESULTS = 2
+# Probabilities of the quartiles.
+_QUARTILES = 0.25, 0.5, 0.75
 
 
 def answer(reference: Reference, steps: Sequence[LoadStep]) -> str:
@@ -38,6 +44,49 @@ def answer(reference: Reference, steps: Sequence[LoadStep]) -> str:
     if reference.scene.path.results and len(converged) == len(steps):
         return _of_path(reference, steps)
     return _of_step(reference, max(converged, key=lambda step: step.normal_force))
+
+
+def answer_of_places(scene: Scene, places: Sequence[Place]) -> str:
+    """Return the median pull-off force of loops, or area, of places with a result.
+
+    Parameters
+    ----------
+    scene : Scene
+    places : sequence of Place
+    """
+    name = "pull_off_force" if scene.path.is_loop else "area"
+    values = np.array([place.value(name) for place in places if place.converged])
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return f"There is no result in any of {len(places)} places."
+    words = "pull-off force" if scene.path.is_loop else "contact area"
+    unit = {**PLACE_UNITS, **result_units()}[name]
+    text = median_in_words(words, np.quantile(values, _QUARTILES), unit, "places")
+    missing = len(places) - len(values)
+    return f"{text}; {missing} of {len(places)} places have no result."
+
+
+def median_in_words(
+    name: str, quartiles: Sequence[float] | np.ndarray, unit: str, rows: str
+) -> str:
+    """Return the median of a quantity with its quartiles, without a full stop.
+
+    Parameters
+    ----------
+    name : str
+        Words for the quantity.
+    quartiles : sequence of float, shape (3,)
+        Lower quartile, median and upper quartile in ASE's units.
+    unit : str
+        Unit in print.
+    rows : str
+        What has a value each: "places".
+    """
+    low, middle, high = (number(float(value) / UNITS[unit]) for value in quartiles)
+    return (
+        f"The median {name} is {middle} {unit}, half of the {rows} are between {low} "
+        f"and {high} {unit}"
+    )
 
 
 def _of_path(reference: Reference, steps: Sequence[LoadStep]) -> str:

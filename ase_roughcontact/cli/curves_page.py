@@ -11,6 +11,7 @@ import numpy as np
 
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS, pressure_unit
+from ase_roughcontact.cli.answers import median_in_words
 from ase_roughcontact.cli.page import PageTable, rendered
 from ase_roughcontact.cli.page_data import chart_column, grid_maps
 from ase_roughcontact.fitting.series.grid import grid_of
@@ -96,14 +97,11 @@ def answer_of_curves(curves: Sequence[FittedCurve]) -> str:
     name = next((each for each in names if each in quartiles), "")
     if not name:
         return f"There is no result: {failed} of {len(curves)} curves failed."
-    low, middle, high = quartiles[name]
-    unit = pressure_unit(float(middle)) if name == "contact_modulus" else "nN"
-    texts = [number(float(value) / UNITS[unit]) for value in (low, middle, high)]
-    return (
-        f"The median {name.replace('_', ' ')} is {texts[1]} {unit}, half of the curves "
-        f"are between {texts[0]} and {texts[2]} {unit}; {failed} of {len(curves)} "
-        "curves failed."
-    )
+    middle = float(quartiles[name][1])
+    unit = pressure_unit(middle) if name == "contact_modulus" else "nN"
+    words = {"contact_modulus": "contact modulus", "pull_off_force": "pull-off force"}
+    text = median_in_words(words[name], quartiles[name], unit, "curves")
+    return f"{text}; {failed} of {len(curves)} curves failed."
 
 
 def _units(curves: Sequence[FittedCurve]) -> dict[str, str]:

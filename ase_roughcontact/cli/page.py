@@ -16,7 +16,7 @@ from jinja2 import Environment
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import report
-from ase_roughcontact.cli.answers import answer
+from ase_roughcontact.cli.answers import answer, answer_of_places
 from ase_roughcontact.cli.page_data import as_json, data_of_places
 from ase_roughcontact.ensemble.places import PLACE_UNITS, Place, result_units
 from ase_roughcontact.results.record import LoadStep, columns_of
@@ -226,7 +226,7 @@ def page_of_places(reference: Reference, places: Sequence[Place], folder: Path) 
         explained=_EXPLAINED,
         data=data_of_places(scene, places) if places else None,
         saved=[folder / "places.csv"],
-        answer="",
+        answer=answer_of_places(scene, places),
         warnings=[
             *scene.warnings,
             *(f"{_position(each)}: {each.message}" for each in places if each.message),

@@ -164,6 +164,7 @@ class Chart {
     }));
     const found = this.points.flatMap(each => [each.y - each.error, each.y + each.error]);
     this.range = { x: along, y: range("y", [...found, ...beside.filter(value => value !== null)]) };
+    this.unconverged = new Set(data.failed);
     this.chosen = -1;
     this.output.value = "";
     this.draw();
@@ -265,7 +266,7 @@ class Chart {
   }
 
   failed(row) {
-    return data.failed?.includes(row) ?? false;
+    return this.unconverged.has(row);
   }
 
   // Mark a point and print its values.

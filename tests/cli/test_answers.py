@@ -7,7 +7,8 @@ from loop_scene import LOOP
 from small_scene import SMALL
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.cli.answers import answer
+from ase_roughcontact.cli.answers import answer, answer_of_places
+from ase_roughcontact.ensemble.places import Place
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.path_result import results_of
 from ase_roughcontact.scene.reference import reference_for
@@ -68,3 +69,15 @@ def test_the_first_half_of_a_loop_has_no_pull_off_force(loop):
     reference, steps = loop
     unfinished = [*steps[:3], replace(steps[3], converged=False)]
     assert "pull-off" not in answer(reference, unfinished)
+
+
+def test_the_answer_of_places_is_the_median_of_those_with_a_result():
+    scene = Scene.parse(SMALL)
+    areas = 200.0, 300.0, 400.0, 500.0, 600.0
+    places = [Place(x=0.0, y=0.0, area=area, converged=True) for area in areas]
+    places.append(Place(x=0.0, y=0.0, area=9e9))
+    assert answer_of_places(scene, places) == (
+        "The median contact area is 4.000 nm², half of the places are between 3.000 "
+        "and 5.000 nm²; 1 of 6 places have no result."
+    )
+    assert "no result in any of 1 places" in answer_of_places(scene, places[-1:])
