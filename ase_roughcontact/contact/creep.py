@@ -14,8 +14,8 @@ increases the compliance of the solid by the factor :math:`1 + \sum_k d_k`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,15 +28,74 @@ from ase_roughcontact.elasticity.lattice import carried
 
 #: Prefix of the names of the pressures ``q_k``.
 CREEP_PRESSURE = declare(HistoryEntry("creep_pressure_", "eV/Å^3")).name
+#: Prefixes of the names of the tractions ``q_k`` along x and y.
+CREEP_TRACTIONS = tuple(
+    declare(HistoryEntry(f"creep_traction_{axis}_", "eV/Å^3")).name for axis in "xy"
+)
 #: Rate of the pressure in the last time step.
 PRESSURE_RATE = declare(HistoryEntry("pressure_rate", "eV/Å^3/s")).name
 # Duration of a step, relative to a retardation time, below which means over the step
 # are power series, as closed forms lose digits.
 _MAX_SERIES_DURATION = 1e-3
+# Part of the errors of successive steps that add up.
+_ADDED_PART = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class CreepLoad:
+    """Pressures or tractions on a solid that creeps, and what each of them displaces.
+
+    Attributes
+    ----------
+    present : ndarray
+        Pressures or tractions p (pressure).
+    depth : ndarray
+        Displacement ``G * p`` of the instantaneous solid (length).
+    past : sequence of ndarray
+        Pressures or tractions ``q_k``, one for each term of the creep (pressure).
+    past_depths : sequence of ndarray
+        Displacements ``G * q_k`` (length).
+    """
+
+    present: np.ndarray
+    depth: np.ndarray
+    past: Sequence[np.ndarray] = ()
+    past_depths: Sequence[np.ndarray] = ()
+
+    @property
+    def total_depth(self) -> np.ndarray:
+        """Displacement by present and past (length)."""
+        return sum(self.past_depths, self.depth)
+
+    def held_depth(self, step: CreepStep | None) -> np.ndarray:
+        """Return the displacement by the past at the end of a step (length)."""
+        if step is None:
+            return np.zeros(self.depth.shape)
+        held = float(step.old.sum()) * self.depth
+        for decay, depth in zip(step.decay, self.past_depths, strict=True):
+            held += decay * depth
+        return held
+
+    def after(
+        self, step: CreepStep | None, present: np.ndarray, depth: np.ndarray
+    ) -> CreepLoad:
+        """Return the load after a step over which it is linear in time."""
+        if step is None:
+            return CreepLoad(present, depth)
+
+        def changed(
+            old: np.ndarray, new: np.ndarray, past: Sequence[np.ndarray]
+        ) -> list[np.ndarray]:
+            factors = zip(step.decay, step.old, step.new, past, strict=True)
+            return [e * q + c * old + d * new for e, c, d, q in factors]
+
+        past = changed(self.present, present, self.past)
+        depths = changed(self.depth, depth, self.past_depths)
+        return CreepLoad(present, depth, past, depths)
 
 
 class _Dashpot(NamedTuple):
-    """Dashpot of the creep series, in a state.
+    """Dashpot of the creep series under a load.
 
     Attributes
     ----------
@@ -153,10 +212,17 @@ def creep_energy(state: State, creep: Creep) -> float:
     float
         Stored energy (energy per area).
     """
+    return stored_by_past(_load_of(state, creep), creep)
+
+
+def stored_by_past(load: CreepLoad, creep: Creep) -> float:
+    """Return the energy stored by the past of a load; see `creep_energy`."""
     energy = 0.0
-    for k, compliance in enumerate(creep.compliances):
-        key = _key(k)
-        energy += float(np.sum(state.history[key] * state.depths[key])) / compliance
+    # the flow, if any, stores nothing
+    for compliance, past, depth in zip(
+        creep.compliances, load.past, load.past_depths, strict=False
+    ):
+        energy += float(np.sum(past * depth)) / compliance
     return 0.5 * energy
 
 
@@ -178,7 +244,7 @@ def dissipation_rate(state: State, creep: Creep) -> float:
         Dissipated power (energy per area and time).
     """
     power = 0.0
-    for dashpot in _dashpots(state, creep):
+    for dashpot in _dashpots(_load_of(state, creep), creep):
         power += dashpot.factor * np.vdot(dashpot.pressure, dashpot.depth)
     return float(power)
 
@@ -209,30 +275,104 @@ def dissipated_energy(
     float
         Dissipated energy (energy per area).
     """
+    old, new = _load_of(before, creep), _load_of(after, creep)
+    if before.window == after.window:
+        return dissipated_by(old, new, creep, elapsed)
+
+    def on_window(values: np.ndarray) -> np.ndarray:
+        return carried(values, before.window, after.window)
+
+    return dissipated_by(old, new, creep, elapsed, on_window)
+
+
+def dissipated_by(
+    before: CreepLoad,
+    after: CreepLoad,
+    creep: Creep,
+    elapsed: float,
+    carry: Callable[[np.ndarray], np.ndarray] = np.asarray,
+) -> float:
+    """Return the energy that a step dissipates under a load; see `dissipated_energy`.
+
+    Parameters
+    ----------
+    before, after : CreepLoad
+        Loads at the start and at the end.
+    creep, elapsed
+        See `dissipated_energy`.
+    carry : callable
+        Function that puts pressures before the step on the atoms after it.
+    """
     energy = 0.0
     dashpots = zip(_dashpots(before, creep), _dashpots(after, creep), strict=True)
     for old, new in dashpots:
-        old_pressure = old.pressure
-        if before.window != after.window:
-            old_pressure = carried(old.pressure, before.window, after.window)
         old_weight, mixed_weight, new_weight = _means(elapsed * old.rate)
         work = old_weight * np.vdot(old.pressure, old.depth)
-        work += mixed_weight * np.vdot(old_pressure, new.depth)
+        work += mixed_weight * np.vdot(carry(old.pressure), new.depth)
         work += new_weight * np.vdot(new.pressure, new.depth)
         energy += old.factor * work
     return float(elapsed * energy)
 
 
-def _dashpots(state: State, creep: Creep) -> Iterator[_Dashpot]:
+def _dashpots(load: CreepLoad, creep: Creep) -> Iterator[_Dashpot]:
     """Yield the dashpots of all terms, and of the flow if there is one."""
-    pressure, depth = state.pressure, _depth(state)
-    for k, (value, time) in enumerate(zip(creep.compliances, creep.times, strict=True)):
-        term_pressure, term_depth = value * pressure, value * depth
-        term_pressure -= state.history[_key(k)]
-        term_depth -= state.depths[_key(k)]
-        yield _Dashpot(1.0 / (value * time), 1.0 / time, term_pressure, term_depth)
+    terms = zip(
+        creep.compliances, creep.times, load.past, load.past_depths, strict=False
+    )
+    for value, time, past, depth in terms:
+        pressure = value * load.present - past
+        yield _Dashpot(
+            1.0 / (value * time), 1.0 / time, pressure, value * load.depth - depth
+        )
     if creep.flow:
-        yield _Dashpot(creep.flow, 0.0, pressure, depth)
+        yield _Dashpot(creep.flow, 0.0, load.present, load.depth)
+
+
+def _load_of(state: State, creep: Creep) -> CreepLoad:
+    """Return pressure and past of a state, with displacement and depths."""
+    keys = [_key(k) for k in range(creep.terms)]
+    past = [state.history[key] for key in keys]
+    depths = [state.depths[key] for key in keys]
+    return CreepLoad(state.pressure, _depth(state), past, depths)
+
+
+def interpolation_error(
+    creep: Creep, elapsed: float, change: float, bend: float
+) -> float:
+    r"""Return the error of the past by taking a pressure as linear in time in a step.
+
+    .. math:: \epsilon = \sum_k J_k\, \kappa(\Delta t/\theta_k)\, n_k\, b, \qquad
+              \kappa(x) = \frac{x}{12 + 2 x^2}, \qquad
+              n_k = \max\left[1, \tfrac14 \min\left(\frac{\theta_k}{\Delta t},
+              \frac{c}{b}\right)\right] ,
+
+    for the change c and the bend b. The errors of :math:`n_k` successive steps add up
+    while the pressures bend and the surface remembers.
+
+    Parameters
+    ----------
+    creep : Creep
+        Creep compliance of the solid.
+    elapsed : float
+        Duration of the step, positive (time).
+    change : float
+        Sum of the magnitudes of the changes of the pressure over the step (pressure).
+    bend : float
+        Sum of the magnitudes of its second derivatives, times the square of the
+        duration (pressure).
+
+    Returns
+    -------
+    float
+        Error of the pressures ``q_k``, summed (pressure).
+    """
+    steps = change / bend if bend else 0.0  # over which the pressures bend
+    x = elapsed / np.array(creep.times)
+    repeated = np.maximum(_ADDED_PART * np.minimum(1.0 / x, steps), 1.0)
+    weights = np.array(creep.compliances) * x / (12.0 + 2.0 * x**2)
+    weight = float(weights @ repeated)
+    weight += creep.flow * elapsed / 12.0 * max(_ADDED_PART * steps, 1.0)
+    return weight * bend
 
 
 def _means(x: float) -> tuple[float, float, float]:

@@ -100,6 +100,31 @@ class Scaled(ElasticSolid):
         return self.factor * self.solid.cell_compliance(i, j, spacing)
 
     @property
+    def coupling(self) -> float:  # type: ignore[override]
+        """Lateral over normal displacement by pressure; see `ElasticSolid`."""
+        return self.solid.coupling
+
+    def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the lateral displacement by lateral traction; see `ElasticSolid`."""
+        return self.factor * self.solid.lateral_wave_compliance(qx, qy)
+
+    def lateral_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the displacement by lateral traction on a cell; see `ElasticSolid`."""
+        return self.factor * self.solid.lateral_cell_compliance(i, j, spacing)
+
+    def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the lateral displacement by pressure; see `ElasticSolid`."""
+        return self.factor * self.solid.cross_wave_compliance(qx, qy)
+
+    def cross_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the displacement by pressure on a cell; see `ElasticSolid`."""
+        return self.factor * self.solid.cross_cell_compliance(i, j, spacing)
+
+    @property
     def has_subsurface(self) -> bool:
         """Whether stresses below the surface are known; see `ElasticSolid`."""
         return self.solid.has_subsurface

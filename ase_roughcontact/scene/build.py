@@ -89,11 +89,6 @@ def _bodies(scene: SceneFile, spacing: float | None = None) -> Bodies:
     with problems.of("substrate"):
         solid: Any = solid_of(substrate, spacing)
         creep = creep_of(scene.substrate)
-        if scene.friction and creep is not None:
-            raise ValueError(
-                "there is no friction on a viscoelastic solid: leave out [friction], "
-                "or relaxation_moduli and relaxation_times"
-            )
     problems.check()
 
     symbol = solid.symbol if isinstance(solid, Crystal) else symbol_of(substrate)

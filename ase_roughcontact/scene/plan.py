@@ -15,7 +15,11 @@ from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
+from ase_roughcontact.contact.creep import (
+    CREEP_PRESSURE,
+    CREEP_TRACTIONS,
+    PRESSURE_RATE,
+)
 from ase_roughcontact.contact.history import HistoryEntry, entry_of
 from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH, TRACTION_DEPTH
 from ase_roughcontact.interactions.rate_and_state import SLIP_RATES, RateFriction
@@ -240,7 +244,11 @@ def _history(scene: Any) -> list[HistoryEntry]:
         if isinstance(law, RateFriction):
             names += SLIP_RATES
     if (creep := scene.solid.creep) is not None:
-        names += [CREEP_PRESSURE] * len(creep.times) + [PRESSURE_RATE]
+        names += [CREEP_PRESSURE] * creep.terms
+        if scene.friction:
+            names += CREEP_TRACTIONS * creep.terms
+        else:
+            names.append(PRESSURE_RATE)
     return [entry_of(name) for name in names]
 
 
@@ -255,5 +263,5 @@ def _fields_of_state(scene: Any) -> int:
     Pressure, for its own and for the next step, displacement, history, and the depths
     that pressures of the past cause.
     """
-    depths = 0 if scene.solid.creep is None else len(scene.solid.creep.times)
+    depths = 0 if scene.solid.creep is None else scene.solid.creep.terms
     return 3 + len(_history(scene)) + depths

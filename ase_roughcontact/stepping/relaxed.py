@@ -11,6 +11,7 @@ import numpy as np
 
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.contact.control import HEIGHT, Control
+from ase_roughcontact.contact.creep import creep_energy
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.solvers.response import HeightResponse, height_response
@@ -90,6 +91,13 @@ class RelaxedStep:
     def fields(self) -> ContactState:
         """Forces, gaps and pressures, calculated from the displacement."""
         return self.run.fields
+
+    @cached_property
+    def stored_energy(self) -> float:
+        """Energy of solid, wall, load and springs, also stored by creep (eV)."""
+        creep = self.problem.solid.creep
+        stored = creep_energy(self.state, creep) if creep else 0.0
+        return self.run.energy + self.fields.cell_area * stored
 
     @cached_property
     def halfspace(self) -> HalfSpace:

@@ -148,19 +148,22 @@ def sliding(
     return path
 
 
-def sliding_in_time(lateral, **options):
+def sliding_in_time(lateral, solid=None, normal="penetrations", **options):
     """A slide, and a hold."""
 
     def path(output):
         atoms = atoms_under(
-            SPHERE, HARD, (16, 16), solid=Isotropic(1.0, poisson=0.2), fixed=True
+            SPHERE,
+            HARD,
+            (16, 16),
+            solid=solid or Isotropic(1.0, poisson=0.2),
+            fixed=normal != "loads",
         )
         schedule = rc.Schedule(0.0).ramp(0.3, time=0.1).hold(1.0)
         return rc.sliding_path(
             atoms,
             RATE_AND_STATE,
-            penetrations=1.0,
-            **{lateral: schedule},
+            **{normal: 1.0, lateral: schedule},
             tolerance=0.05,
             window="auto",
             validity="ignore",
@@ -235,6 +238,9 @@ PATHS = {
     "sliding, weakening": sliding(HARD, "displacements", law=WEAKENING),
     "sliding, in time": sliding_in_time("displacements"),
     "sliding, in time, bases": sliding_in_time("bases", spring=1.0),
+    "sliding, in time, creeps": sliding_in_time(
+        "displacements", rc.Viscoelastic(Isotropic(1.0, 0.2), CREEP), "loads"
+    ),
     "sliding, weakening, forces": sliding(HARD, "forces", law=WEAKENING),
     "sliding, weakening, bases": sliding(HARD, "bases", law=WEAKENING),
     "sliding, weakening, periodic": sliding(

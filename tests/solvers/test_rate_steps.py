@@ -1,12 +1,13 @@
 """Time steps of rate and state friction, against an integrated block on a spring."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from ase_roughcontact import Coulomb, RateAndState
+from ase_roughcontact import Coulomb, Creep, RateAndState
 from ase_roughcontact.contact.support import LateralSupport
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
@@ -143,7 +144,7 @@ def test_without_effects_of_rate_and_state_friction_is_coulombs(spring):
         after = LateralSupport((0.8 * bounds.sum(), 0.0), spring)
         supports = LateralSupport((0.0, 0.0), spring), after
     drive = Drive(imposed, supports)
-    step = step_in_time(half, resting(law, pressure), drive, 1.0, 1e-4)
+    step = step_in_time(half, resting(law, pressure), drive, 1.0, 1e-5)
     expected = solve_friction(
         half, bounds, imposed, support=drive.support(1.0, np.zeros(2))
     )
@@ -164,3 +165,23 @@ def test_damping_holds_the_load_that_friction_does_not():
     rate = step.contact.rates[0, 0, 0]
     friction = PRESSURE * (MU + A * math.log(rate))
     assert friction + damping * rate == pytest.approx(load, rel=1e-5)
+
+
+def test_tractions_of_atoms_that_stick_relax_like_the_solid():
+    n, creep = 3, Creep((0.5, 2.0), (0.3, 2.0), flow=0.1)
+    half = LateralHalfSpace((n, n), 1.0, Isotropic(1.0, 0.3))
+    law = RateAndState(1e3, 1.0, 0.0, 1.0, 1e-9)
+    pressure = np.ones((n, n))
+    contact = replace(
+        resting(law, pressure), past=[np.zeros((2, n, n))] * creep.terms
+    )
+    imposed = np.zeros((2, n, n))
+    imposed[0] = 0.1
+    drive, held = Drive(imposed), Drive(np.zeros((2, n, n)))
+    first = step_in_time(half, contact, drive, 1e-9, 1e-8, creep=creep)
+    step, time, duration = first, 0.0, 1e-3
+    while time < 1.0:
+        step = step_in_time(half, step.contact, held, duration, 1e-8, creep=creep)
+        time, duration = time + duration, 1.2 * duration
+    ratio = step.contact.tractions[0] / first.contact.tractions[0]
+    assert ratio == pytest.approx(np.full((n, n), creep.relaxation(time)), rel=1e-3)

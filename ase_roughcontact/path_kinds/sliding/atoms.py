@@ -124,6 +124,11 @@ def stick(atoms: Atoms, friction: FrictionLaw) -> Sticking:
     instance_of(Atoms, atoms=atoms)
     check_released(atoms)
     model = model_of(atoms)
+    if model.problem.solid.creep is not None:
+        raise ValueError(
+            "atoms can't stick on a viscoelastic solid, which creeps in time: use an "
+            "elastic limit, solid.solid or solid.relaxed"
+        )
     grid, halfspace = model.grid, model.lateral
     if grid.shape != halfspace.grid:
         raise ValueError(

@@ -76,6 +76,11 @@ class LateralState:
         return self.cell_area * self.solution.tractions.sum(axis=(1, 2))
 
     @property
+    def loads(self) -> np.ndarray:
+        """Tractions that displace the surface, shape (2, n, m) (eV/Å^3)."""
+        return self.solution.tractions
+
+    @property
     def bound(self) -> float:
         """Largest magnitude of the force, if all atoms slip in one direction."""
         return self.cell_area * float(self.bounds.sum())

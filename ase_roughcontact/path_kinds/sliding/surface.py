@@ -9,6 +9,7 @@ import numpy as np
 
 from ase_roughcontact._util.history import entry_of
 from ase_roughcontact.contact import Problem, State
+from ase_roughcontact.contact.creep import CREEP_TRACTIONS
 from ase_roughcontact.contact.state import LATERAL, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
@@ -54,7 +55,10 @@ class SlidingSurface:
     def on_box(
         self, relaxed: RelaxedStep, before: State
     ) -> tuple[LocalFriction, Box, np.ndarray]:
-        """Return friction, a box of all tractions, and tractions before the step."""
+        """Return friction, a box of all tractions, and tractions before the step.
+
+        The box has also the tractions by which the solid has crept.
+        """
         window, fields = relaxed.state.window, relaxed.fields
         law, problem = self.law, self.problem
         history = {
@@ -80,7 +84,8 @@ class SlidingSurface:
         old = [before.history.get(name, none) for name in TRACTIONS]
         box = window
         if not problem.periodic:
-            loaded = Box.bounding(np.hypot(*old) > 0.0, before.window.start)
+            sizes = sum((np.hypot(*each) for each in past_of(before)), np.hypot(*old))
+            loaded = Box.bounding(sizes > 0.0, before.window.start)
             kept = fields.contact if law.histories else friction_on(box).bounds() > 0.0
             touching = Box.bounding(kept, window.start)
             box = touching.union(loaded) if touching else loaded or Box((0, 0), (1, 1))
@@ -105,7 +110,8 @@ class SlidingSurface:
         tractions = carried_vectors(found.tractions, box, window)
         displacement = found.displacement
         if box != window:
-            displacement = self.halfspace(window.shape).displacement(tractions)
+            loads = carried_vectors(lateral.loads, box, window)
+            displacement = self.halfspace(window.shape).displacement(loads)
         displacement = displacement + by_pressure
         slipping = carried(found.slipping.astype(float), box, window)
         entries = (*tractions, *displacement, slipping)
@@ -114,6 +120,26 @@ class SlidingSurface:
             values = lateral.friction.history[entry.name]
             history[entry.name] = carried(values, box, window, entry.entering)
         return history
+
+
+def past_of(state: State) -> list[list[np.ndarray]]:
+    """Return the tractions along x and y of each term of the creep."""
+    count = state.creep.terms if state.creep else 0
+    names = [[f"{axis}{k + 1}" for axis in CREEP_TRACTIONS] for k in range(count)]
+    none = np.zeros(state.window.shape)
+    return [[state.history.get(name, none) for name in pair] for pair in names]
+
+
+def past_entries(
+    past: Iterable[np.ndarray], box: Box, window: Box
+) -> dict[str, np.ndarray]:
+    """Return the history that a window keeps of the tractions of the past."""
+    history = {}
+    for k, vectors in enumerate(past):
+        values = carried_vectors(vectors, box, window)
+        for axis, component in zip(CREEP_TRACTIONS, values, strict=True):
+            history[f"{axis}{k + 1}"] = component
+    return history
 
 
 def carried_vectors(vectors: Iterable[np.ndarray], box: Box, window: Box) -> np.ndarray:

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ase_roughcontact.contact.creep import CreepLoad
+from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.interactions.rate_and_state import STATE
 from ase_roughcontact.path_kinds.sliding.lateral_state import LateralState
 from ase_roughcontact.path_kinds.sliding.record import WITH_SPRING, SlidingStep
 from ase_roughcontact.results.column import Range, column
+from ase_roughcontact.solvers.lateral.rate_step import elastic_energy
 
 _WITH_BOUNDS = Range(
     "friction that does not depend on the slip rate: otherwise all atoms slip",
@@ -17,6 +20,9 @@ _WITH_BOUNDS = Range(
     constant=True,
 )
 _IN_CONTACT = Range("contacts with friction", lambda s: s.lateral.slipping > 0)
+_CREEPS = Range(
+    "viscoelastic solids", lambda s: s.lateral.creep is not None, constant=True
+)
 _WITH_STATE = Range(
     "contacts with rate and state friction",
     lambda s: _IN_CONTACT.includes(s) and STATE in s.lateral.friction.law.histories,
@@ -39,13 +45,32 @@ class TimedLateralState(LateralState):
         Error of the time step, relative to the friction.
     spring : float
         Stiffness of the spring, zero without one (eV/Å^2).
+    creep : Creep or None
+        Creep of the solid.
+    load : CreepLoad
+        Tractions, also of the past, with their displacements.
+    crept : float
+        Energy lost by creep under the tractions since the beginning (eV).
     """
 
     time: float
     rates: np.ndarray
+    load: CreepLoad
+    creep: Creep | None = None
+    crept: float = 0.0
     work: float = 0.0
     time_error: float = 0.0
     spring: float = 0.0
+
+    @property
+    def loads(self) -> np.ndarray:
+        """Tractions that displace the surface, also of the past (eV/Å^3)."""
+        return sum(self.load.past, self.load.present)
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy of the tractions, also stored by creep (eV)."""
+        return self.cell_area * elastic_energy(self.load, self.creep)
 
     @property
     def slip_rate(self) -> float:
@@ -68,6 +93,12 @@ class TimedLateralState(LateralState):
 class TimedSlidingStep(SlidingStep):
     """Result of one time step with friction; its attributes are the output columns."""
 
+    energy: float = column(
+        lambda s: s.stored_energy,
+        "energy of solid, wall and load, with the work of plastic flow, without "
+        "friction",
+        "eV",
+    )
     stick_area: float = column(
         lambda s: np.nan,
         "area of the atoms in contact that stick",
@@ -96,8 +127,14 @@ class TimedSlidingStep(SlidingStep):
     work: float = column(
         lambda s: s.lateral.work,
         "work of the drive since the beginning: stored as elastic energy, in the "
-        "spring, or lost by slip",
+        "spring, or lost by slip and creep",
         "eV",
+    )
+    creep_loss: float = column(
+        lambda s: s.lateral.crept,
+        "energy lost by creep of the solid under the tractions since the beginning",
+        "eV",
+        where=_CREEPS,
     )
     spring_energy: float = column(
         lambda s: s.lateral.spring_energy,

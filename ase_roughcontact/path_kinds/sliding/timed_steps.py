@@ -1,6 +1,8 @@
 """Sliding in time, with friction that depends on the slip rate and on a state.
 
-The normal target is constant, and lateral tractions leave the pressure as it is. Each
+The normal target is constant, and lateral tractions leave the pressure as it is. On a
+viscoelastic solid the contact creeps under the pressure, and with the same creep under
+the tractions, as Poisson's ratio does not change in time. Each
 step has a duration at which its error is within the tolerance, see
 `solvers.lateral.rate_step`; durations are the duration of a part of the schedule
 divided by powers of two. Slip that becomes unstable is fast: without radiation damping
@@ -18,6 +20,7 @@ import numpy as np
 
 from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.contact import ContactState, State
 from ase_roughcontact.contact.support import LateralSupport
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.local_friction import LocalFriction
@@ -25,6 +28,8 @@ from ase_roughcontact.interactions.rate_and_state import SLIP_RATES
 from ase_roughcontact.path_kinds.sliding.surface import (
     SlidingSurface,
     carried_vectors,
+    past_entries,
+    past_of,
 )
 from ase_roughcontact.path_kinds.sliding.timed_record import (
     TimedLateralState,
@@ -43,6 +48,7 @@ from ase_roughcontact.paths.schedule_steps import (
 )
 from ase_roughcontact.solvers.lateral.friction import FrictionSolution
 from ase_roughcontact.solvers.lateral.rate_step import (
+    STAGE,
     RateContact,
     RateStep,
     step_in_time,
@@ -60,6 +66,8 @@ _LEAST_LEVEL = 2
 # Largest power of two by which it is divided if damping keeps the rate finite: from
 # minutes of a hold to picoseconds of a slip.
 _MAX_DAMPED_LEVEL = 50
+# Error that the solver of a contact that creeps may leave, relative to the tolerance.
+_SOLVER_ERROR = 0.03
 # Smallest number of steps in a cycle of an oscillation.
 _MIN_CYCLE_STEPS = 32
 
@@ -83,6 +91,9 @@ class TimedSlidingSteps(PathSteps):
     position = SchedulePosition
 
     def __init__(self, stepper: Stepper, given: TimedSlidingSpecification) -> None:
+        self.creep = stepper.problem.solid.creep
+        if self.creep:
+            stepper = stepper.limited(_SOLVER_ERROR * given.tolerance)
         super().__init__(stepper)
         self.given = given
         self._surface = SlidingSurface(stepper.problem, given.friction)
@@ -130,7 +141,7 @@ class TimedSlidingSteps(PathSteps):
     def _first(self, at: PathStep, record: type[Any]) -> tuple[PathStep, RelaxedStep]:
         """Return the state at the start, of a contact at rest or of a given one."""
         begun, given = perf_counter(), self.given
-        relaxed = relax_in_contact(self.stepper, at.state, given.target)
+        relaxed = self._pressed(at, 0.0, 0.0)
         friction, box, contact = self._contact(at, relaxed)
         target = given.schedule.first * given.towards
         force = relaxed.fields.cell_area * contact.tractions.sum(axis=(1, 2))
@@ -150,7 +161,10 @@ class TimedSlidingSteps(PathSteps):
                 "no atom in contact can carry lateral forces: press the indenter on "
                 "the surface, or give displacements"
             )
-        step = RateStep(contact, np.zeros(2), np.zeros(2), 0.0, 0.0, 0.0, 0, 0.0)
+        load = contact.load_on(self._surface.halfspace(box.shape))
+        step = RateStep(
+            contact, np.zeros(2), np.zeros(2), 0.0, 0.0, load, 0.0, 0.0, 0, 0.0
+        )
         lateral = self._lateral(
             at, relaxed, friction, box, step, displacement, target, 0.0, 0.0
         )
@@ -166,25 +180,33 @@ class TimedSlidingSteps(PathSteps):
     ) -> tuple[PathStep, RelaxedStep]:
         """Return the next state in a part of the schedule."""
         begun, given = perf_counter(), self.given
-        relaxed = relax_in_contact(self.stepper, at.state, given.target, at.number + 1)
-        friction, box, contact = self._contact(at, relaxed)
-        halfspace = self._surface.halfspace(box.shape)
         position = at.position.grown(_least_level(part))
+        pressed = None if self.creep else self._pressed(at, begin, 0.0)
         while True:
             fractions = position.fractions
             before, after = (
                 part.target(first, each) * given.towards for each in fractions
             )
             duration = part.duration / 2**position.level
+            time = begin + fractions[1] * part.duration
+            relaxed = pressed or self._pressed(at, time, duration)
+            friction, box, contact = self._contact(at, relaxed)
             drive = self._drive(at, relaxed, contact, after - before, after)
-            step = step_in_time(halfspace, contact, drive, duration, given.tolerance)
+            step = step_in_time(
+                self._surface.halfspace(box.shape),
+                self._started(at, contact, box),
+                drive,
+                duration,
+                given.tolerance,
+                self._pressures(at, contact, box, time, duration),
+                self.creep,
+            )
             if step.error <= given.tolerance:
                 break
             damped = given.friction.damping > 0.0
             if position.level >= (_MAX_DAMPED_LEVEL if damped else MAX_LEVEL):
                 raise RuntimeError(_unstable(at.record, given.friction.damping))
             position = position.halved()
-        time = begin + fractions[1] * part.duration
         old = np.array([at.record.lateral_x, at.record.lateral_y])
         displacement = after if given.control.held else old + step.shift
         driven = displacement - old if given.control.free else after - before
@@ -194,6 +216,33 @@ class TimedSlidingSteps(PathSteps):
         )
         position = position.advanced(step.error, given.tolerance)
         return self._accepted(position, record, relaxed, lateral, begun)
+
+    def _pressed(self, at: PathStep, time: float, elapsed: float) -> RelaxedStep:
+        """Return the normal contact at a time, some time after the last step."""
+        number, target = at.number + 1, self.given.target
+        if self.creep is None:
+            return relax_in_contact(self.stepper, at.state, target, number)
+        return self.stepper.relax(
+            at.state, target, number=number, moment=time, elapsed=elapsed
+        )
+
+    def _started(self, at: PathStep, contact: RateContact, box: Box) -> RateContact:
+        """Return the contact with the pressure at the start of a step."""
+        if self.creep is None:
+            return contact
+        fields = self.stepper.restored(at.state).fields
+        return replace(contact, pressure=_pressure(fields, at.state.window, box))
+
+    def _pressures(
+        self, at: PathStep, contact: RateContact, box: Box, time: float, elapsed: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the pressures at the ends of both stages of a step."""
+        if self.creep is None:
+            return contact.pressure, contact.pressure
+        rest = (1.0 - STAGE) * elapsed
+        middle = self._pressed(at, time - rest, STAGE * elapsed)
+        found = _pressure(middle.fields, middle.state.window, box)
+        return found, contact.pressure
 
     def _contact(
         self, at: PathStep, relaxed: RelaxedStep
@@ -214,8 +263,17 @@ class TimedSlidingSteps(PathSteps):
             tractions,
             carried_vectors(rates, before.window, box),
             history,
+            self._past(before, box),
         )
         return friction, box, contact
+
+    def _past(self, before: State, box: Box) -> list[np.ndarray]:
+        """Return the tractions of the past on a box, one for each term of the creep."""
+        if self.creep is None:
+            return []
+        past = [carried_vectors(each, before.window, box) for each in past_of(before)]
+        none = np.zeros((2, *box.shape))
+        return past or [none] * self.creep.terms
 
     def _drive(
         self,
@@ -267,7 +325,7 @@ class TimedSlidingSteps(PathSteps):
         solution = FrictionSolution(
             contact.tractions,
             touching,
-            halfspace.displacement(contact.tractions),
+            step.load.total_depth,
             step.shift,
             step.residual,
             Status(CONVERGED),
@@ -290,6 +348,10 @@ class TimedSlidingSteps(PathSteps):
             cell_area=area,
             time=time,
             rates=contact.rates,
+            load=step.load,
+            creep=self.creep,
+            crept=(last.creep_loss if last and self.creep else 0.0)
+            + area * step.crept,
             work=(last.work if last else 0.0) + work,
             time_error=step.error,
             spring=given.spring or 0.0,
@@ -310,9 +372,15 @@ class TimedSlidingSteps(PathSteps):
         history = self._surface.history(lateral, window)
         for name, values in zip(SLIP_RATES, lateral.rates, strict=True):
             history[name] = carried(values, lateral.box, window)
+        history |= past_entries(lateral.load.past, lateral.box, window)
         left = self.stepper.commit(relaxed, **history)
         target = {"target": self.given.target}
         return PathStep(record.of(relaxed), left.state, target, position), left
+
+
+def _pressure(fields: ContactState, window: Box, box: Box) -> np.ndarray:
+    """Return the pressure of the atoms in contact on a box."""
+    return carried(np.where(fields.contact, fields.pressure, 0.0), window, box)
 
 
 def _least_level(part: Part) -> int:

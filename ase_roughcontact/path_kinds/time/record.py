@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from ase_roughcontact.contact import State
-from ase_roughcontact.contact.creep import creep_energy, dissipation_rate
-from ase_roughcontact.elasticity.creep import Creep
+from ase_roughcontact.contact.creep import dissipation_rate
 from ase_roughcontact.results.column import Range, column
 from ase_roughcontact.results.record import LoadStep
 from ase_roughcontact.stepping.relaxed import RelaxedStep
@@ -19,9 +16,10 @@ _ON_CANTILEVER = Range(
 )
 
 
-def _creep_sum(step: RelaxedStep, density: Callable[[State, Creep], float]) -> float:
+def _dissipation(step: RelaxedStep) -> float:
     creep = step.problem.solid.creep
-    return step.fields.cell_area * density(step.run.state, creep) if creep else 0.0
+    power = dissipation_rate(step.run.state, creep) if creep else 0.0
+    return step.fields.cell_area * power
 
 
 @dataclass(frozen=True)
@@ -35,12 +33,12 @@ class TimeStep(LoadStep):
         lambda s: s.time, "time since the beginning", "s", "time", _IN_TIME
     )
     energy: float = column(
-        lambda s: s.run.energy + _creep_sum(s, creep_energy),
+        lambda s: s.stored_energy,
         "energy of solid, wall and load that is stored",
         "eV",
     )
     dissipation: float = column(
-        lambda s: _creep_sum(s, dissipation_rate),
+        _dissipation,
         "power that the solid dissipates",
         "eV/s",
         where=_IN_TIME,

@@ -41,7 +41,11 @@ import numpy as np
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.control import LOAD
-from ase_roughcontact.contact.creep import PRESSURE_RATE, dissipated_energy
+from ase_roughcontact.contact.creep import (
+    PRESSURE_RATE,
+    dissipated_energy,
+    interpolation_error,
+)
 from ase_roughcontact.elasticity.lattice import carried
 from ase_roughcontact.path_kinds.time.balance import energy_balance, work_between
 from ase_roughcontact.path_kinds.time.record import TimeStep
@@ -69,8 +73,6 @@ _MAX_CHANGE_LEVEL = 16
 _SOLVER_ERROR = 0.1
 # Largest creep compliance over a step in which the solid hardly creeps.
 _MAX_INSTANTANEOUS_COMPLIANCE = 1.1
-# Part of the errors of successive steps that add up.
-_ADDED_PART = 0.25
 # Largest part of a tension that is not carried by a contact that is not lost.
 _MAX_UNCARRIED_PART = 0.1
 
@@ -323,17 +325,11 @@ class TimeSteps(PathSteps):
         elapsed, between : float
             Duration of the step, and time between both rates.
         """
-        times = np.array(self.creep.times)
         curvature = _sum_of(rate - state.history[PRESSURE_RATE]) / between
         change = elapsed * _sum_of(rate)
-        bend = elapsed**2 * curvature
-        x = elapsed / times
-        steps = _part_of(change, bend)  # over which the pressures bend
-        repeated = np.maximum(_ADDED_PART * np.minimum(1.0 / x, steps), 1.0)
-        weights = np.array(self.creep.compliances) * x / (12.0 + 2.0 * x**2)
-        weight = float(weights @ repeated)
-        weight += self.creep.flow * elapsed / 12.0 * max(_ADDED_PART * steps, 1.0)
-        return weight * bend
+        return interpolation_error(
+            self.creep, elapsed, change, elapsed**2 * curvature
+        )
 
     def _first_position(self, start: State) -> TimePosition:
         """Return the first position, with an estimate of pressures and energies.

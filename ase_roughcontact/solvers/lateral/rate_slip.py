@@ -72,6 +72,8 @@ class RateProblem:
         Time.
     support : LateralSupport or None
         Support of the indenter, None if its displacement is given.
+    compliance : float
+        Factor of the solid's compliance, larger than 1 if it creeps.
     """
 
     halfspace: LateralHalfSpace
@@ -81,6 +83,16 @@ class RateProblem:
     imposed: np.ndarray
     duration: float
     support: LateralSupport | None = None
+    compliance: float = 1.0
+
+    @property
+    def self_compliance(self) -> float:
+        """Displacement of an atom by unit traction on it alone (length/pressure)."""
+        return self.compliance * self.halfspace.self_compliance
+
+    def displacement(self, tractions: np.ndarray) -> np.ndarray:
+        """Return the lateral displacement by tractions: one FFT pair."""
+        return self.compliance * self.halfspace.displacement(tractions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,8 +236,8 @@ def solve_rates(
 
 def _state(problem: RateProblem, trial: np.ndarray, shift: np.ndarray) -> _State:
     """Return a state with given unknowns: one FFT pair."""
-    found, unit = _response(problem, trial), problem.halfspace.self_compliance
-    displaced = problem.halfspace.displacement(found.tractions) - problem.imposed
+    found, unit = _response(problem, trial), problem.self_compliance
+    displaced = problem.displacement(found.tractions) - problem.imposed
     residual = (displaced - shift[:, None, None]) / unit + trial - found.tractions
     residual *= problem.pressure > 0.0
     missing = np.zeros(2)
@@ -238,10 +250,10 @@ def _state(problem: RateProblem, trial: np.ndarray, shift: np.ndarray) -> _State
 
 def _following(problem: RateProblem, state: _State) -> _State:
     """Return the state after a step of Newton's method."""
-    halfspace, system = problem.halfspace, _System(problem, state.response)
+    system = _System(problem, state.response)
     change, moved = system.solve(state.residual, state.missing)
-    by_change = halfspace.displacement(change) - moved[:, None, None]
-    further = change - state.residual - by_change / halfspace.self_compliance
+    by_change = problem.displacement(change) - moved[:, None, None]
+    further = change - state.residual - by_change / problem.self_compliance
     further *= problem.pressure > 0.0
     return _state(problem, state.trial + further, state.shift + moved)
 
@@ -252,7 +264,7 @@ def _response(problem: RateProblem, trial: np.ndarray) -> _Response:
     size = np.hypot(*trial)
     direction = np.divide(trial, size, out=np.zeros_like(trial), where=size > 0.0)
     history = {name: each[touching] for name, each in problem.history.items()}
-    compliance = problem.duration / problem.halfspace.self_compliance
+    compliance = problem.duration / problem.self_compliance
     traction, rate, along = (np.zeros(size.shape) for _ in range(3))
     traction[touching], rate[touching], along[touching] = tractions_of(
         problem.law, problem.pressure[touching], history, size[touching], compliance
@@ -271,10 +283,10 @@ class _System:
 
     def __init__(self, problem: RateProblem, found: _Response) -> None:
         self._halfspace, self._shape = problem.halfspace, problem.pressure.shape
+        self._unit = problem.self_compliance
         self._driven, self._spring = problem.support is not None, 0.0
         if problem.support is not None:
-            unit = problem.halfspace.self_compliance
-            self._spring = unit * problem.support.stiffness
+            self._spring = self._unit * problem.support.stiffness
         self._direction = found.direction.astype(np.float32)
         self._along, self._across = (
             np.sqrt(_DIAGONAL * slope / (1.0 + (_DIAGONAL - 1.0) * slope)).astype(
@@ -306,7 +318,7 @@ class _System:
         limit = _FORCING * norm(right)
         found = gcr(self._apply, self._precondition, right, limit, _MAX_ITERATIONS)
         found = np.broadcast_to(found, right.shape).astype(float)
-        moved = self._driven * self._halfspace.self_compliance * found[:, -1]
+        moved = self._driven * self._unit * found[:, -1]
         return self._scaled(self._field(found)), moved
 
     def _field(self, vector: np.ndarray) -> np.ndarray:
