@@ -172,9 +172,7 @@ def test_tractions_of_atoms_that_stick_relax_like_the_solid():
     half = LateralHalfSpace((n, n), 1.0, Isotropic(1.0, 0.3))
     law = RateAndState(1e3, 1.0, 0.0, 1.0, 1e-9)
     pressure = np.ones((n, n))
-    contact = replace(
-        resting(law, pressure), past=[np.zeros((2, n, n))] * creep.terms
-    )
+    contact = replace(resting(law, pressure), past=[np.zeros((2, n, n))] * creep.terms)
     imposed = np.zeros((2, n, n))
     imposed[0] = 0.1
     drive, held = Drive(imposed), Drive(np.zeros((2, n, n)))

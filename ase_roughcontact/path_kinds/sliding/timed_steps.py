@@ -350,8 +350,7 @@ class TimedSlidingSteps(PathSteps):
             rates=contact.rates,
             load=step.load,
             creep=self.creep,
-            crept=(last.creep_loss if last and self.creep else 0.0)
-            + area * step.crept,
+            crept=(last.creep_loss if last and self.creep else 0.0) + area * step.crept,
             work=(last.work if last else 0.0) + work,
             time_error=step.error,
             spring=given.spring or 0.0,

@@ -327,9 +327,7 @@ class TimeSteps(PathSteps):
         """
         curvature = _sum_of(rate - state.history[PRESSURE_RATE]) / between
         change = elapsed * _sum_of(rate)
-        return interpolation_error(
-            self.creep, elapsed, change, elapsed**2 * curvature
-        )
+        return interpolation_error(self.creep, elapsed, change, elapsed**2 * curvature)
 
     def _first_position(self, start: State) -> TimePosition:
         """Return the first position, with an estimate of pressures and energies.

@@ -233,15 +233,11 @@ def step_in_time(
         support=drive.support(1.0, np.zeros(2)),
         compliance=creeps.compliance if creeps else 1.0,
     )
-    contact = replace(
-        start, pressure=last, history=start.aged(first.rates, rest)
-    )
+    contact = replace(start, pressure=last, history=start.aged(first.rates, rest))
     guess = _extrapolated(start, first, time / problem.self_compliance)
     second, history, found = _stage(contact, problem, guess, tolerance)
     agreed = agreed and found
-    end = load.after(
-        creeps, second.tractions, halfspace.displacement(second.tractions)
-    )
+    end = load.after(creeps, second.tractions, halfspace.displacement(second.tractions))
     contact = replace(
         contact,
         tractions=second.tractions,

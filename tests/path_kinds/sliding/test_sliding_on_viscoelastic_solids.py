@@ -98,9 +98,13 @@ def test_atoms_that_have_slid_go_on_but_do_not_stick():
     atoms = atoms_on(solid)
     options = {"tolerance": 0.02}
     first = Schedule(0.0).ramp(0.02, time=1.0)
-    (*_, before) = sliding_path(atoms, LAW, 0.5, displacements=first, **options)
+    (*_, before) = sliding_path(
+        atoms, LAW, penetrations=0.5, displacements=first, **options
+    )
     second = Schedule(0.02).ramp(0.03, time=1.0)
-    again, *_ = sliding_path(atoms, LAW, 0.5, displacements=second, **options)
+    again, *_ = sliding_path(
+        atoms, LAW, penetrations=0.5, displacements=second, **options
+    )
     assert again.lateral_force_x == pytest.approx(before.lateral_force_x, rel=1e-4)
     whole = restore(snapshot(atoms), solid)
     whole.calc = atoms.calc
