@@ -313,7 +313,8 @@ class Stepper:
         if creeps and not timed:
             raise ValueError(
                 "a viscoelastic solid needs a path in time: use time_path, "
-                "sliding_path with a Schedule, or an elastic limit, solid.solid or solid.relaxed"
+                "sliding_path with a Schedule, or an elastic limit of the solid, "
+                "solid.solid or solid.relaxed"
             )
         if timed and not creeps:
             raise ValueError(f"only a viscoelastic solid needs a time, got {moment}")
