@@ -99,8 +99,8 @@ def scene(
         substrate=SubstrateConfig(
             model="atoms", spacing=1.0, contact_modulus=1.0 / GPa, hardness=np.inf
         ),
-        sphere=SphereConfig(radius=radius),
-        roughness=RoughnessConfig(rms_slope=slope, seed=seed, domain=DOMAIN),
+        sphere=SphereConfig(radius=radius, unit="a0"),
+        roughness=RoughnessConfig(rms_slope=slope, seed=seed, domain=DOMAIN, unit="a0"),
         interaction=InteractionConfig(kind, adhesion),
         path=Steps(loads=tuple(loads / nN)),
     )
