@@ -16,7 +16,8 @@ class Parameter:
     Parameters
     ----------
     unit : {"", "a0", "Å", "GPa", "J/m^2", ...}
-        Unit in the file: none, the atomic spacing, or one of `UNITS`.
+        Unit of a number in the file: none, or one of `UNITS`. With "a0" it is a length
+        that a file gives with a unit, and the default is in atomic spacings.
     default : float or bool, optional
         Value if the file does not give the parameter, in the unit of the file. Without
         a default the file must give the parameter. A parameter with a bool as default

@@ -136,8 +136,8 @@ class SceneFile(Summarized):
         Raises
         ------
         ValueError
-            If the text is not TOML, a section or key is unknown, or a value is of the
-            wrong type.
+            If the text is not TOML, a section, key, unit or material is unknown, a
+            value is of the wrong type, or a length has no unit.
         """
         try:
             document = load_toml(text)

@@ -400,22 +400,35 @@ class TargetPath(PathKind):
     def renamed(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries with the targets by the name of their control."""
         found = super().renamed(entries)
-        keys = {each.name: each.plural for each in cls.controls}
-        given = [key for key in keys.values() if found.get(key) is not None]
+        plurals = [each.plural for each in cls.controls]
+        given = [key for key in plurals if found.get(key) is not None]
         target = given[0] if given else LOAD.plural
         control = found.pop("control", None)
         if control is not None:
             problems = Problems()
             with problems.of(cls.title):
-                target = lookup(str(control), keys, "control", CONTROL_HINTS)
+                target = cls._target_key_of(control)
+                if given and given != [target]:
+                    raise ValueError(f"give {given[0]} without control = {control!r}")
             problems.check()
-            found[target] = found.pop(given[0]) if given else []
+            found[target] = found.get(target) or []
         if "values" in found:
             found[target] = found.pop("values")
         return found
 
+    @classmethod
+    def _target_key_of(cls, control: Any) -> str:
+        """Return the key of the targets of a control, given by its name."""
+        keys = {each.name: each.plural for each in cls.controls}
+        return str(lookup(str(control), keys, "control", CONTROL_HINTS))
+
     def changed(self, name: str, value: Any) -> Any:
-        """Return the path with another value; targets of another control replace it."""
+        """Return the path with another value; targets of another control replace it.
+
+        Another control keeps the numbers of the targets.
+        """
+        if name == "control":
+            name, value = self._target_key_of(value), self.values or []
         plurals = [each.plural for each in self.controls]
         if name in plurals and value is not None and name != self.target_key:
             kept = {k: v for k, v in self.entries().items() if k not in plurals}

@@ -141,13 +141,13 @@ class Section(Summarized):
         ValueError
             If a key is given by two names.
         """
-        found, problems = dict[str, Any](), Problems()
+        found, names, problems = dict[str, Any](), dict[str, str](), Problems()
         for name, value in entries.items():
             key = cls.aliases.get(name, name)
             with problems.of(cls.title):
-                if key in found:
-                    raise ValueError(f"give {key} once: {name} is the same key")
-            found[key] = value
+                if key in names:
+                    raise ValueError(f"{names[key]} and {name} are one key: give {key}")
+            found[key], names[key] = value, name
         problems.check()
         return found
 

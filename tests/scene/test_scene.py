@@ -151,6 +151,7 @@ HUGE = "9" * 400  # beyond all floats
         ("path", "loads = []", "give loads, penetrations or heights"),
         ("path", f"loads = [{HUGE}]", "loads must be"),
         ("path", "loads = [1.0]\nheights = [1.0]", "loads or heights, not both"),
+        ("path", 'control = "height"\nloads = [1.0]', "give loads without control"),
         ("path", "loads = { first = 1, lst = 2 }", "unknown key of the range .*'lst'"),
         ("path", 'control = "lod"\nvalues = [1.0]', "unknown control 'lod'; .*'load'"),
         ("path", "first = 1.0", "give last, steps for the range of loads, or a list"),

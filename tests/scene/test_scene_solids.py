@@ -142,7 +142,7 @@ def test_a_plan_tells_that_uniform_compression_is_left_out():
     [
         ('calculator = "emt"\nanisotropic = true', "give one of calculator and aniso"),
         ("anisotropic = true", "elastic_constants instead of contact_modulus"),
-        ('symbol = "Si"\nmaterial = "Au"', "give material once"),
+        ('symbol = "Si"\nmaterial = "Au"', "symbol and material are one key"),
         ('material = "silica"', "did you mean 'SiO2'"),
         (
             "layer_modulus = 5.0\nsliding = true",
