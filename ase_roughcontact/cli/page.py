@@ -47,6 +47,8 @@ _ERROR_OF_COLUMN = {
 }
 # Relative error below which it is left out, as it is below the last digit.
 _MIN_RELATIVE_ERROR = 5e-5
+# Number of steps that a warning lists.
+_MAX_LISTED_STEPS = 10
 # Captions of the figures.
 _CAPTIONS = {
     "curve.png": "Contact area, and relative to a smooth sphere without adhesion "
@@ -332,12 +334,23 @@ def _warnings(scene: Scene, steps: Sequence[LoadStep]) -> list[str]:
     found = list(scene.warnings)
     if steps:
         found += scene.path.warnings(scene.bodies, steps)
+    failed: dict[str, list[int]] = {}
     for step in steps:
         if not step.converged:
-            found.append(f"Step {step.step} did not converge: {step.message}")
+            failed.setdefault(step.message, []).append(step.step)
+    for message, numbers in failed.items():
+        found.append(f"{_steps_in_words(numbers)} did not converge: {message}")
     for limit, text in report.exceeded_limits(steps).items():
         found.append(f"{limit}: {text}")
     return found
+
+
+def _steps_in_words(numbers: Sequence[int]) -> str:
+    """Return "Steps 1, 2, 3 and 4 more": the first of several steps by number."""
+    shown = ", ".join(map(str, numbers[:_MAX_LISTED_STEPS]))
+    more = len(numbers) - _MAX_LISTED_STEPS
+    rest = f" and {more} more" if more > 0 else ""
+    return f"Step{'s' if len(numbers) > 1 else ''} {shown}{rest}"
 
 
 def _is_unknown(steps: Sequence[LoadStep], name: str) -> bool:

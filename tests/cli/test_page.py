@@ -59,7 +59,7 @@ def test_the_page_has_a_row_for_each_step_with_units(steps):
 
 
 def test_steps_that_are_no_results_are_warnings(steps):
-    assert "Step 0 did not converge: " in steps
+    assert "Steps 0, 1 did not converge: " in steps
     assert steps.count('<tr class="failed">') == 2
 
 
