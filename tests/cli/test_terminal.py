@@ -17,8 +17,6 @@ contact_modulus = 100.0
 hardness = 3.0
 """
 SPHERE = """
-[substrate]
-material = "Cu"
 [sphere]
 radius = "30 nm"
 [interaction]

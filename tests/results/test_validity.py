@@ -357,7 +357,7 @@ def test_strict_runs_are_errors(scene, tmp_path, capsys):
     assert main([*command, str(tmp_path / "out")]) == 2
     assert "step 0 is outside of the validity" in capsys.readouterr().err
     assert main(["figure", str(tmp_path / "out")]) == 0  # its scene is written
-    scene.write_text("[substrate]\nhardness = inf\n" + COPPER)
+    scene.write_text(COPPER.replace("[sphere]", "hardness = inf\n[sphere]"))
     assert main([*command, str(tmp_path / "elastic")]) == 0
 
 
