@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from jinja2 import Environment
 
 from ase_roughcontact._util.printing import number
+from ase_roughcontact._util.rounding import ROUNDING
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.answers import answer, answer_of_places
@@ -331,7 +332,7 @@ def _encoded(picture: bytes) -> str:
 
 def _warnings(scene: Scene, steps: Sequence[LoadStep]) -> list[str]:
     """Return the warnings about a scene, its results, and their validity."""
-    found = list(scene.warnings)
+    found = [*scene.warnings, *_missing(scene, steps)]
     if steps:
         found += scene.path.warnings(scene.bodies, steps)
     failed: dict[str, list[int]] = {}
@@ -343,6 +344,21 @@ def _warnings(scene: Scene, steps: Sequence[LoadStep]) -> list[str]:
     for limit, text in report.exceeded_limits(steps).items():
         found.append(f"{limit}: {text}")
     return found
+
+
+def _missing(scene: Scene, steps: Sequence[Any]) -> list[str]:
+    """Return a warning if a run of known length is not finished."""
+    count, schedule = scene.path.count(scene.bodies), scene.path.schedule(scene.bodies)
+    reached = ""
+    if count is not None and len(steps) < count:
+        reached = f"{len(steps)} of {count} steps"
+    elif schedule is not None and steps:
+        time, end = steps[-1].time, schedule.duration
+        if time < (1.0 - ROUNDING) * end:
+            reached = f"{number(time)} of {number(end)} s"
+    if not reached:
+        return []
+    return [f"The run is not finished: {reached}. The same command continues it"]
 
 
 def _steps_in_words(numbers: Sequence[int]) -> str:

@@ -84,6 +84,14 @@ def test_numbers_of_atoms_are_whole(tmp_path):
     assert "<td>123456</td>" in page(reference_for(scene), [many], tmp_path)
 
 
+def test_the_page_of_an_interrupted_run_says_so(tmp_path, steps):
+    scene = Scene.parse(SMALL)
+    (tmp_path / "scene.toml").write_text(SMALL)
+    states = list(scene.relax([1.0], validity="ignore"))
+    assert "not finished: 1 of 2 steps" in page(reference_for(scene), states, tmp_path)
+    assert "not finished" not in steps
+
+
 def test_an_error_that_is_not_known_is_no_negligible_one(tmp_path):
     scene = Scene.parse(SMALL)
     (tmp_path / "scene.toml").write_text(SMALL)
