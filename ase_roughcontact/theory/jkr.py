@@ -68,16 +68,6 @@ class JKR(SphereTheory):
     def contact_radius_from_penetration(self, penetration: ArrayLike) -> FloatArray:
         """Return the radius of the stable contact for a given penetration.
 
-        Parameters
-        ----------
-        penetration : array_like
-            Penetration delta (length), at least `pull_off_penetration`.
-
-        Returns
-        -------
-        ndarray
-            Contact radius a (length).
-
         Notes
         -----
         With the radius a1 at the smallest penetration, -3 a1^2/R, `penetration` is the
@@ -102,16 +92,6 @@ class JKR(SphereTheory):
         """Return the force for a given radius, N = 4 E* a^3/3R - sqrt(8 pi w E* a^3).
 
         Contacts with a^3 < 9 pi w R^2/8E* are on the unstable branch at a given force.
-
-        Parameters
-        ----------
-        contact_radius : array_like
-            Contact radius a >= 0 (length).
-
-        Returns
-        -------
-        ndarray
-            Normal force N (force).
         """
         cube = nonnegative_array("contact_radius", contact_radius) ** 3
         repulsive = 4 * self.contact_modulus * cube / (3 * self.radius)
@@ -123,16 +103,6 @@ class JKR(SphereTheory):
 
         Contacts with a^3 < pi w R^2/8E* are on the unstable branch at a given
         penetration.
-
-        Parameters
-        ----------
-        contact_radius : array_like
-            Contact radius a >= 0 (length).
-
-        Returns
-        -------
-        ndarray
-            Penetration delta (length).
         """
         a = nonnegative_array("contact_radius", contact_radius)
         square = 2 * np.pi * self.work_of_adhesion * a / self.contact_modulus

@@ -264,50 +264,17 @@ class Hertz(SphereTheory):
         return self._hertz_radius(self._above_pull_off(normal_force))
 
     def contact_radius_from_penetration(self, penetration: ArrayLike) -> FloatArray:
-        """Return the contact radius for a given penetration, a = sqrt(R delta).
-
-        Parameters
-        ----------
-        penetration : array_like
-            Penetration delta >= 0 (length).
-
-        Returns
-        -------
-        ndarray
-            Contact radius a (length).
-        """
+        """Return the contact radius at a penetration, a = sqrt(R delta)."""
         return np.sqrt(self.radius * nonnegative_array("penetration", penetration))
 
     def force(self, contact_radius: ArrayLike) -> FloatArray:
-        """Return the force for a given contact radius, N = 4 E* a^3/3R - N_pull-off.
-
-        Parameters
-        ----------
-        contact_radius : array_like
-            Contact radius a >= 0 (length).
-
-        Returns
-        -------
-        ndarray
-            Normal force N (force).
-        """
+        """Return the force at a contact radius, N = 4 E* a^3/3R - N_pull-off."""
         cube = nonnegative_array("contact_radius", contact_radius) ** 3
         repulsive = 4 * self.contact_modulus * cube / (3 * self.radius)
         return repulsive - self.pull_off_force
 
     def penetration(self, contact_radius: ArrayLike) -> FloatArray:
-        """Return the penetration for a given contact radius, delta = a^2/R.
-
-        Parameters
-        ----------
-        contact_radius : array_like
-            Contact radius a >= 0 (length).
-
-        Returns
-        -------
-        ndarray
-            Penetration delta (length).
-        """
+        """Return the penetration at a contact radius, delta = a^2/R."""
         return nonnegative_array("contact_radius", contact_radius) ** 2 / self.radius
 
     def pressure(self, distance: ArrayLike, contact_radius: float) -> FloatArray:
