@@ -11,7 +11,7 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``study``             values of parameters, for ensembles
 ``file``              all sections of a file: read, changed, compared
 ``solid``             the elastic solid, from ``[substrate]``
-``spacing``           the spacing of the grid, and lengths in units of it
+``spacing``           the spacing of the grid that fits a contact
 ``build``             from the sections to a `Problem` in units of ASE
 ``bodies``            solid, indenter and wall that are built, and theory for them
 ``scene``             `Scene`: bodies, path and solver, which relax the steps
