@@ -28,6 +28,8 @@ _SHOWN = {
     "residual": "",
     "noise": "",
 }
+# Unit of the places.
+_LENGTH = "\N{MICRO SIGN}m"
 _PRESSURES = "contact_modulus", "contact_modulus_error", "instantaneous_modulus"
 _CAPTIONS = {
     "maps.png": "Results on the map; grey: curves without a result.",
@@ -107,7 +109,7 @@ def answer_of_curves(curves: Sequence[FittedCurve]) -> str:
 def _units(curves: Sequence[FittedCurve]) -> dict[str, str]:
     """Return the units of the page: of moduli by their size."""
     moduli = _values(curves, "contact_modulus")
-    units = dict(CURVE_UNITS)
+    units = {**CURVE_UNITS, "x": _LENGTH, "y": _LENGTH}
     if np.isfinite(moduli).any():
         unit = pressure_unit(float(np.nanmedian(moduli)))
         units |= dict.fromkeys(_PRESSURES, unit)
@@ -134,9 +136,9 @@ def _data(
         flipped = tuple(slice(None, None, -1 if d < 0 else 1) for d in grid.spacing)
         found = {k: (grid.values(values[k]).T[flipped], units[k]) for k in drawn}
         last = grid.first + grid.spacing * (np.array(grid.shape) - 1)
-        ends = np.sort([grid.first, last], axis=0) / UNITS["um"]
+        ends = np.sort([grid.first, last], axis=0) / UNITS[_LENGTH]
         (left, low), (right, high) = ends.tolist()
-        maps = grid_maps(found, (left, right), (low, high), "um")
+        maps = grid_maps(found, (left, right), (low, high), _LENGTH)
     main = next(name for name in ("contact_modulus", *known) if name in known)
     return {
         "columns": columns,

@@ -256,7 +256,7 @@ def test_a_substrate_that_looks_like_a_tip_is_a_flat():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("radius = inf", 'radius = "1 um"', "unit of values 'MPa'"),
+        ("radius = inf", 'radius = "1 um"', "unit of loads 'MPa'"),
         ("hardness", "shape = [80, 8], hardness", "at most 64 x 8"),
     ],
 )
