@@ -295,7 +295,7 @@ def test_differences_name_keys_steps_and_columns(run, tmp_path):
     list(other.run(tmp_path, validity="ignore"))
     found = Results(run[0]).diff(tmp_path)
     assert found and found.steps == (2, 3)
-    assert "values" in found.scene[0]
+    assert "loads" in found.scene[0]
     assert found.columns["normal_force"] == pytest.approx(UNITS["nN"], rel=1e-3)
     assert "seconds" not in found.columns and "precision" not in found.columns
 
