@@ -92,7 +92,9 @@ def test_guide_builds_without_warnings(build):
     assert "<math" in theory and "http" not in re.findall(
         r'<script[^>]*src="([^"]*)', theory
     )
-    assert "Derjaguin" in (pages / "gallery" / "own_wall.html").read_text()
+    page = (pages / "gallery" / "own_wall.html").read_text()
+    assert "Derjaguin" in page and "own_wall.png" in page  # not executed
+    assert "tutorial.ipynb" in (pages / "tutorial.html").read_text()
 
 
 @pytest.mark.slow  # all examples at their full size
@@ -273,6 +275,15 @@ def test_cheat_sheet_has_all_commands():
     shown = set(re.findall(r"`ase-roughcontact (\w+)", page))
     listed = re.findall(r"^    (\w+)(?: {2}|$)", make_parser().format_help(), re.M)
     assert shown == set(listed) - {"command"}
+
+
+def test_each_public_name_is_on_the_page_of_one_topic(monkeypatch):
+    monkeypatch.syspath_prepend(str(GUIDE))
+    pages = import_module("reference_pages")
+    listed = [name for names in pages.topics().values() for name in names]
+    assert sorted(listed) == sorted(
+        n for names in pages.public().values() for n in names
+    )
 
 
 def test_reference_lists_all_packages_and_public_names():

@@ -196,10 +196,13 @@ def show_stored_thumbnails(app: Sphinx) -> None:
 
 
 def show_stored_picture(app: Sphinx, script: str, source: list[str]) -> None:
-    """Show a stored picture at the end of the page of a script that is not executed."""
+    """Show a stored picture below a script that is not executed."""
     if stored_picture(app, script) is not None:
-        name = script.rpartition("/")[2]
-        source[0] += f"\n\n.. image:: ../../images/{name}.png\n"
+        name, links = script.rpartition("/")[2], "\n.. _sphx_glr_download_"
+        picture = (
+            f"\n.. image:: ../../images/{name}.png\n   :class: sphx-glr-single-img\n"
+        )
+        source[0] = source[0].replace(links, f"{picture}{links}", 1)
 
 
 def link_notebook(app: Sphinx, page: str, source: list[str]) -> None:

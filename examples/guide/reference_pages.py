@@ -69,7 +69,7 @@ def excluded() -> dict[str, str]:
 def write() -> None:
     """Write a page for each public name and topic, and the lists of packages."""
     WRITTEN.mkdir(exist_ok=True)
-    lists = []
+    lists, lines = [], {}
     for package, objects in public().items():
         origin = f"ase_roughcontact.{package}".rstrip(".")
         if package:
@@ -93,12 +93,15 @@ def write() -> None:
             first = (thing.__doc__ or "").strip().partition("\n")[0]
             role = "class" if kind == "class" else "func"
             target = f":{role}:`{name} <{thing.__module__}.{name}>`"
+            lines[name] = f"- {target}: {first}"
             if package:
-                lists += [f"- {target}: {first}"]
+                lists += [lines[name]]
         lists.append("")
     (WRITTEN / "packages.inc").write_text("\n".join(lists), "utf-8")
     for title, names in topics().items():
-        page = [title, "=" * len(title), "", ".. toctree::", ""]
+        page = [title, "=" * len(title), ""]
+        page += [lines[name] for name in names]
+        page += ["", ".. toctree::", "   :hidden:", ""]
         page += [f"   {name}" for name in names]
         file = WRITTEN / f"topic-{title.lower().replace(' ', '-')}.rst"
         file.write_text("\n".join(page) + "\n", "utf-8")
