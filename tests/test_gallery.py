@@ -19,6 +19,7 @@ SMALL = {
     "pull_off_rates": {"RATES": (10.0,)},
     "creep_under_load": {"DWELL": 4.0},
     "friction_loop": {"STEPS": 4},
+    "static_friction": {"LOAD": 0.5, "HOLDS": [100.0, 1000.0], "RATES": [1.0, 9.0]},
     "lateral_stiffness": {
         "LOADS": (1e-6, 10.0),
         "SLAB": {"layers": 9, "size": 3, "tolerance": 1.0},
@@ -156,6 +157,15 @@ def test_index_lists_every_example_with_its_picture():
         assert f"images/{name}.png" in index
     for target in re.findall(r'(?:\]\(|src=")([^)":]+)[)"]', index):
         assert (EXAMPLES / target).exists(), target
+
+
+@pytest.mark.slow
+def test_static_friction_has_the_effects_of_rate_and_state(run):
+    found = re.findall(r"by ([\d.]+) ln t .*, ([\d.]+) ln V", run("static_friction")[1])
+    assert len(found) == 2
+    for by_time, by_rate in found:
+        assert float(by_time) == pytest.approx(0.015, rel=0.05)
+        assert float(by_rate) == pytest.approx(0.01, rel=0.15)
 
 
 @pytest.mark.parametrize("name", SMALL)

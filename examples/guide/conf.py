@@ -87,6 +87,7 @@ class GalleryOrder:
             "pull_off_rates",
             "creep_under_load",
             "friction_loop",
+            "static_friction",
             "lateral_stiffness",
             "ensemble_database",
         ),
