@@ -51,7 +51,7 @@ _MAX_STEPS = 50
 # Largest number of iterations for the linear equations of a step.
 _MAX_ITERATIONS = 60
 # Residual of the linear equations, relative to the right-hand side.
-_FORCING = 0.03
+_FORCING = 0.01
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,7 +56,7 @@ STAGE = 1.0 - math.sqrt(0.5)
 # Error of the slip, relative to the second difference of the rates times the time.
 _ERROR = 1.0 / 12.0
 # Residual of the tractions, relative to the tolerance of the steps.
-_RELATIVE_RESIDUAL = 1e-2
+_RELATIVE_RESIDUAL = 3e-2
 # Change of friction at which rates and state agree, relative to the tolerance.
 _AGREEMENT = 1e-2
 # Largest ratio of successive changes by which they are extrapolated.

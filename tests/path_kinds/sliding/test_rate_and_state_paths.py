@@ -18,6 +18,8 @@ from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.interactions import STATE
 from ase_roughcontact.loading.trajectory import read_frames
+from ase_roughcontact.path_kinds.sliding.specification import SlidingSpecification
+from ase_roughcontact.path_kinds.sliding.steps import SlidingSteps
 from ase_roughcontact.path_kinds.sliding.timed_specification import (
     TimedSlidingSpecification,
 )
@@ -80,6 +82,18 @@ def test_static_friction_grows_with_the_logarithm_of_the_hold_time():
     # less the state that is lost until the peak
     assert peaks[0] - MU == pytest.approx(B * math.log(101.0), rel=0.1)
     assert peaks[1] - peaks[0] == pytest.approx(B * math.log(10.0), rel=0.03)
+
+
+def test_a_step_takes_about_twice_the_fft_pairs_of_coulomb_friction():
+    timed = in_time(Schedule(0.0).ramp(0.2, rate=RATE), tolerance=0.02)[1:]
+    moved = [0.0, *(step.lateral_x for step in timed)]
+    given = SlidingSpecification(0.3, Coulomb(MU), moved)
+    same = SlidingSteps(stepper_of(8, solid=SOLID), given)
+    _, *steps = (step for step, _ in paths.follow_states(same))
+    pairs, expected = (
+        sum(step.friction_pairs for step in path) for path in (timed, steps)
+    )
+    assert pairs < 2 * 2 * expected
 
 
 def test_a_contact_ages_before_it_slides():
