@@ -172,4 +172,4 @@ def test_a_folder_without_a_run_is_named(command, capsys):
 def test_a_number_of_steps_in_quotes_should_be_a_whole_number(capsys):
     text = SCENE.replace("steps = 16", 'steps = "13"')
     with pytest.raises(ValueError, match=r"steps .*'13'"):
-        Scene.parse(text)
+        _ = Scene.parse(text).targets
