@@ -150,7 +150,8 @@ class Viscoelastic(Scaled):
     .. math:: u(t) = -G * \int J(t - t')\, \dot p(t')\, dt'
 
     Sudden changes are elastic, with the Green's function G of `solid`. States depend on
-    time, so that this solid needs a path in time, `time_path`.
+    time, so that this solid needs a path in time: `time_path`, or `sliding_path` with a
+    `Schedule`.
 
     Parameters
     ----------

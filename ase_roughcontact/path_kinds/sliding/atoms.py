@@ -234,7 +234,8 @@ def sliding_path(
     ----------
     atoms : Atoms
         Atoms from `substrate`, with a `RoughContact` calculator of a solid with lateral
-        components: ``Isotropic(contact_modulus, poisson=...)``.
+        components: ``Isotropic(contact_modulus, poisson=...)``, with a schedule also a
+        `Viscoelastic` solid of it.
     friction : FrictionLaw
         Law of friction: `Coulomb`, `Tresca`, `SlipWeakening`, `RateAndState`, or your
         own.
