@@ -1,4 +1,4 @@
-"""Windows as far as another system can show it: to be imported first.
+"""Windows as far as another system can show it: `pretend` is to be called first.
 
 The modules and functions that Windows does not have are absent. Open files can't be
 removed or replaced, and text files of the package without an encoding are an error.
@@ -14,9 +14,6 @@ import warnings
 from importlib import import_module
 from types import ModuleType
 
-# Modules that would see which system it is.
-for name in ("concurrent.futures.process", "psutil", "random", "subprocess"):
-    import_module(name)
 ABSENT = {"fcntl", "grp", "pwd", "resource", "termios"}
 
 
@@ -51,14 +48,18 @@ def refuse_open_files(function):
     return checked
 
 
-msvcrt = ModuleType("msvcrt")
-msvcrt.LK_NBLCK, msvcrt.locking = "LK_NBLCK", locking
-sys.modules["msvcrt"] = msvcrt
-sys.meta_path.insert(0, Absent())
-for name in ABSENT:
-    sys.modules.pop(name, None)
-for name in ("remove", "rename", "replace", "unlink"):
-    setattr(os, name, refuse_open_files(getattr(os, name)))
-del os.register_at_fork, os.sched_getaffinity, signal.pthread_sigmask
-warnings.filterwarnings("ignore", "", EncodingWarning)
-warnings.filterwarnings("error", "", EncodingWarning, "ase_roughcontact")
+def pretend():
+    # Modules that would see which system it is.
+    for name in ("concurrent.futures.process", "psutil", "random", "subprocess"):
+        import_module(name)
+    msvcrt = ModuleType("msvcrt")
+    msvcrt.LK_NBLCK, msvcrt.locking = "LK_NBLCK", locking
+    sys.modules["msvcrt"] = msvcrt
+    sys.meta_path.insert(0, Absent())
+    for name in ABSENT:
+        sys.modules.pop(name, None)
+    for name in ("remove", "rename", "replace", "unlink"):
+        setattr(os, name, refuse_open_files(getattr(os, name)))
+    del os.register_at_fork, os.sched_getaffinity, signal.pthread_sigmask
+    warnings.filterwarnings("ignore", "", EncodingWarning)
+    warnings.filterwarnings("error", "", EncodingWarning, "ase_roughcontact")

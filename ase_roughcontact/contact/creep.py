@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ase_roughcontact._util.summary import Summarized
 from ase_roughcontact.contact.history import HistoryEntry, declare
 from ase_roughcontact.contact.state import State
 from ase_roughcontact.elasticity.creep import Creep, CreepStep
@@ -42,7 +43,7 @@ _ADDED_PART = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class CreepLoad:
+class CreepLoad(Summarized):
     """Pressures or tractions on a solid that creeps, and what each of them displaces.
 
     Attributes

@@ -21,7 +21,7 @@ class HardWall(Interaction):
     Examples
     --------
     >>> from ase_roughcontact import HardWall, RoughContact, RoughSphere
-    >>> RoughContact(RoughSphere(100.0), 1.0, HardWall()).parameters['interaction'].hard
+    >>> RoughContact(RoughSphere(100.0), 1.0, HardWall()).parameters['wall'].hard
     True
     """
 

@@ -61,12 +61,14 @@ class Results(Tabular, Sequence[LoadStep]):
     >>> from tempfile import TemporaryDirectory
     >>> from ase_roughcontact.scene import Results, Scene
     >>> scene = Scene.parse('''
+    ... [substrate]
+    ... material = "Cu"
     ... [sphere]
     ... radius = "30 nm"
     ... [interaction]
     ... kind = "hard"
     ... [path]
-    ... values = ["1 nN", "10 nN"]
+    ... loads = ["1 nN", "10 nN"]
     ... ''')
     >>> with TemporaryDirectory() as folder:
     ...     finished = list(scene.run(folder))

@@ -107,7 +107,9 @@ def test_a_scene_of_a_windows_editor_is_read(tmp_path):
 
 
 ON_WINDOWS = """
-import windows_system
+from windows_system import pretend
+
+pretend()
 from concurrent.futures import ThreadPoolExecutor
 from ase_roughcontact._util.locks import lock
 from ase_roughcontact.ensemble import run_ensemble

@@ -96,7 +96,7 @@ def test_distant_indenter_has_no_energy_force_or_contact(scene):
 
 def test_atoms_closer_than_the_contact_distance_are_in_contact(scene, rng):
     state = scene.evaluate(random_displacement(scene, rng), 0.0)
-    wall = scene.interaction
+    wall = scene.wall
     np.testing.assert_array_equal(state.contact, state.gap < wall.contact_distance)
     assert 0 < state.repulsive_atoms < state.gap.size
     assert state.contact_area == state.repulsive_atoms * scene.halfspace.cell_area
@@ -104,7 +104,7 @@ def test_atoms_closer_than_the_contact_distance_are_in_contact(scene, rng):
 
 def test_attractive_walls_pull_between_contact_distance_and_cutoff(scene, rng):
     state = scene.evaluate(random_displacement(scene, rng), 0.0)
-    wall = scene.interaction
+    wall = scene.wall
     pulled = (state.gap > wall.contact_distance) & (state.gap < wall.cutoff)
     assert state.attractive_atoms == np.count_nonzero(pulled)
     assert (state.attractive_atoms > 0) == wall.attractive

@@ -355,7 +355,7 @@ def test_choices_and_solids_without_coupling_are_refused():
             atoms_on(SOLID), law, penetrations=1.0, displacements=PATH, coupling="solve"
         )
     creeping = Viscoelastic(Isotropic(1.0, 0.3), Creep([1.0], [1.0]))
-    with pytest.raises(NotImplementedError, match="friction"):
+    with pytest.raises(ValueError, match="path in time"):
         coupled(stepper_of(16, creeping), 1.0, law, [0.0])
 
 
