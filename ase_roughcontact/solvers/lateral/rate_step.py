@@ -58,7 +58,7 @@ _ERROR = 1.0 / 12.0
 # Residual of the tractions, relative to the tolerance of the steps.
 _RELATIVE_RESIDUAL = 3e-2
 # Change of friction at which rates and state agree, relative to the tolerance.
-_AGREEMENT = 1e-2
+_AGREEMENT = 3e-2
 # Largest ratio of successive changes by which they are extrapolated.
 _MAX_RATIO = 0.9
 # Largest number of solutions in turn for rates and state.
