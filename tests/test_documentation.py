@@ -208,7 +208,7 @@ def test_times_of_other_codes_on_the_front_page_are_those_measured():
 
 
 def test_the_page_of_a_package_index_stands_alone():
-    text = (ROOT / "PACKAGE.md").read_text("utf-8")
+    text = (ROOT / "examples" / "release" / "PACKAGE.md").read_text("utf-8")
     links = re.findall(r"\]\(([^)]*)\)", text)
     assert links and all(link.startswith("https://") for link in links)
     (script,) = re.findall(r"(?s)```python\n.*?```", text)
