@@ -46,6 +46,7 @@ def plan_path(
     control: Control | str,
     targets: Sequence[float] | np.ndarray,
     window: str,
+    timed: bool = True,
 ) -> Plan:
     """Plan a path without calculating it; see `load_path` for the parameters.
 
@@ -60,6 +61,8 @@ def plan_path(
         Targets of the path, in the order of the steps.
     window : {"fixed", "auto"}
         Whether the window is fixed or follows the contact; see `load_path`.
+    timed : bool
+        Whether transforms are measured for the times of steps, which are NaN otherwise.
 
     Returns
     -------
@@ -73,7 +76,7 @@ def plan_path(
     wall, solid, control = problem.wall, problem.solid, control_of(control)
     indenter: Any = problem.indenter
     points = problem.topography.points(problem.spacing)
-    seconds = step_timer(problem.halfspace(start.shape), wall)
+    timer = step_timer(problem.halfspace(start.shape), wall) if timed else None
     left_out = _left_out(problem, window)
     if window == "auto" and not problem.periodic:
         shapes = _auto_shapes(problem, control)
@@ -103,10 +106,9 @@ def plan_path(
             steps.append(PlannedStep(target, count, problem=str(error)))
             continue
         memory = memory_of(shape, wall, solid, points=points, periodic=problem.periodic)
+        seconds = timer(grid) if timer else math.nan
         steps.append(
-            PlannedStep(
-                target, count, text_of(shape), text_of(grid), memory, seconds(grid)
-            )
+            PlannedStep(target, count, text_of(shape), text_of(grid), memory, seconds)
         )
     largest = max(beyond, key=lambda error: error.radius, default=None)
     return Plan(

@@ -149,7 +149,7 @@ def warn_of_memory(scene: Any) -> None:
     Windows are estimates, thus this is no error. A step without a window to fit into
     the memory ends the path.
     """
-    plan = _plan_without_advice(scene)
+    plan = _plan_without_advice(scene, timed=False)
     if not plan.fits:
         warn(
             f"about {plan.memory / 1e9:.2g} GB of memory are expected to be needed, "
@@ -174,10 +174,10 @@ def plan_of(scene: Any) -> Plan:
     return replace(plan, advice=larger.advice or advice)
 
 
-def _plan_without_advice(scene: Any) -> Plan:
+def _plan_without_advice(scene: Any, timed: bool = True) -> Plan:
     """Return the plan of a `Scene`, without advice on the domain of the roughness."""
     plan = plan_path(
-        scene.problem, scene.start, scene.control, scene.targets, scene.window
+        scene.problem, scene.start, scene.control, scene.targets, scene.window, timed
     )
     friction = scene.friction
     steps, left_out = list(plan.steps), plan.left_out

@@ -78,6 +78,19 @@ def test_a_run_warns_if_the_expected_memory_is_not_free(tmp_path, monkeypatch):
         next(scene.run(tmp_path))
 
 
+def test_a_run_times_no_transforms_before_its_first_step(tmp_path, monkeypatch):
+    def measured(*_):
+        raise AssertionError("transforms are timed")
+
+    monkeypatch.setattr("ase_roughcontact.paths.plan.step_timer", measured)
+    values = {"substrate.material": "Cu", "sphere.radius": "30 nm", "path.loads": [1.0]}
+    scene = Scene().with_values(values | {"interaction.kind": "hard"})
+    (step,) = scene.run(tmp_path, validity="ignore")
+    assert step.converged
+    with pytest.raises(AssertionError):
+        scene.plan()
+
+
 @pytest.mark.slow
 def test_a_roughness_of_many_points_is_not_synthesised_for_a_plan():
     start = time.perf_counter()
